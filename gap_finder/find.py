@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 from threadpoolctl import threadpool_limits
 
 from gap_finder.calibrate import Progress, quiet
 from gap_finder.comparison import GapComparison
 from gap_finder.data_faults import DataFault, taken_out
 from gap_finder.design import all_sensitivities
-from gap_finder.forward_backward import Found, Searching
+from gap_finder.forward_backward import LAW, Found, Searching
 from gap_finder.observations import Observations, observe
 from gap_finder.reference import ReferenceModel
 from gap_finder.score import Fit, scored
@@ -21,6 +22,7 @@ from measurement.errors import BadInput
 from measurement.runs import Run
 from measurement.workers import workers as processes
 from plant_model.machine import Machine
+from plant_model.parameters import FloatArray
 
 FEWEST_RUNS = 3
 """Runs needed to predict each from the others and still see whether that is chance."""
@@ -130,7 +132,25 @@ class Judged:
 
         Then something else is missing too, or what is named only acts like it.
         """
-        return bool(self.found.keys) and not self.is_adequate
+        before, after = self.found.before.left, self.found.after.left
+        sound = self.is_adequate and is_closed_where_better(before, after)
+        return bool(self.found.keys) and not sound
+
+
+def is_closed_where_better(before: FloatArray, after: FloatArray) -> bool:
+    """Whether no more is left than a right law may leave, where less is left than before.
+
+    A channel of a run counts by what it is better by: a law that only acts like the right one
+    leaves the more where it acts, and nothing elsewhere.
+
+    Parameters
+    ----------
+    before, after : array, shape (R, C)
+        Squares that are left of each run and channel [tolerances squared].
+    """
+    better = np.maximum(before - after, 1e-9)
+    missing, left = (float(np.average(one, weights=better)) for one in (before, after))
+    return left <= max(ADEQUATE, LAW * missing)
 
 
 def find_gap(

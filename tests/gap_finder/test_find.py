@@ -7,10 +7,11 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from gap_finder.candidates import beyond_usual_range, with_effect
-from gap_finder.find import Judged, _need_excitation, find_gap
+from gap_finder.find import Judged, _need_excitation, find_gap, is_closed_where_better
 from gap_finder.observations import observe
 from gap_finder.search import Search
 from measurement.errors import BadInput
@@ -131,3 +132,21 @@ def test_a_loss_far_beyond_its_usual_range_is_named_and_said_to_be_large(
     # Beyond the catalogue's range, and read back all the same.
     path = write_machine(found.after.machine, "jig_borer_lumps", tmp_path / "after.toml")
     assert read_machine(path).effects["windage"]["power"] == power
+
+
+@pytest.mark.parametrize(
+    ("missing", "left", "closed"),
+    [
+        (40.0, 1.4, True),  # within tolerance
+        (40.0, 1.9, True),  # as much as a right law may leave of so much
+        (20.0, 1.9, False),
+        (40.0, 4.0, False),
+    ],
+)
+def test_a_name_is_judged_where_it_acts(missing: float, left: float, *, closed: bool) -> None:
+    before, after = np.full((3, 4), 0.7), np.full((3, 4), 0.7)
+    before[1, 2], after[1, 2] = missing, left
+    assert is_closed_where_better(before, after) is closed
+    # What another channel leaves with the name or without says nothing of it.
+    before[0, 0] = after[0, 0] = 9.0
+    assert is_closed_where_better(before, after) is closed
