@@ -10,7 +10,7 @@ import numpy as np
 from gap_finder.hypotheses import AddedChange, AddedEffect, Listed
 from gap_finder.keys import effect_of
 from gap_finder.score import Fit
-from gap_finder.screen import NormalMatrices, ResidualSets, Screen
+from gap_finder.screen import NormalMatrices, Residuals, Screen
 
 PER_KIND = 2
 """Candidates of a kind that the screening proposes for the full score. Set for time, as the next
@@ -47,26 +47,18 @@ def screened(best: Fit, listed: Listed, law: float) -> Proposed:
     if not tried:
         return Proposed([], [])
     screen = Screen(NormalMatrices.of(best.designs, tried), len(best.position()))
-    residuals = [design.residual[None] for design in best.designs]
-    data = ResidualSets.of(best.designs, tried, residuals, best.position())
-    scores = screen.scores(data)
+    scores = screen.scores(Residuals.of(best.designs, tried, best.position()))
     prior = np.array([listed.costs[one.key] for one in tried])
-    gain, before = scores.gain[0], float(scores.cost[0])
-    unit = max(1.0, law, (before - float(gain.max())) / best.left.size)
-    won = (gain + scores.nearer[0]) / unit - np.array(
-        [one.scaled(float(s)).size_cost() for one, s in zip(tried, scores.scale[0], strict=True)]
-    )
+    unit = max(1.0, law, (scores.cost - float(scores.gain.max())) / best.left.size)
+    sized = [one.scaled(scale) for one, scale in zip(tried, scores.scale.tolist(), strict=True)]
+    won = (scores.gain + scores.nearer) / unit - np.array([one.size_cost() for one in sized])
     order = np.argsort(-(won - prior)).tolist()
     enough = [i for i in order if won[i] > prior[i]]
     likely = _best_of_kinds(tried, enough, PER_KIND, PROPOSED)
     changes = [i for i in enough if isinstance(tried[i], AddedChange)]
     keys = {tried[i].key for i in likely}
     places = [i for i in _best_of_kinds(tried, changes, PLACES) if tried[i].key not in keys]
-
-    def sized(some: Sequence[int]) -> list[Added]:
-        return [tried[i].scaled(float(scores.scale[0, i])) for i in some]
-
-    return Proposed(sized(likely), sized(places))
+    return Proposed([sized[i] for i in likely], [sized[i] for i in places])
 
 
 def _kind(one: Added) -> str:

@@ -19,13 +19,11 @@ from gap_finder.hypotheses import AddedChange
 from gap_finder.keys import driver_of, is_switched, law_of, place_of
 from gap_finder.reference import ReferenceModel
 from gap_finder.score import Fit
+from gap_finder.told import MOST
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
 
 MACHINE_AFTER = "machine_after.toml"
-
-MOST_TOLD = 6
-"""Things to look at, and runners-up, that are told at most."""
 
 
 def report_of(
@@ -94,7 +92,7 @@ def look_at(before: Fit, used: GapComparison) -> list[str]:
     """
     told = advice(before.machine, used.before, before.calibration.parameters)
     kinds = ("far_from_usual", "worse_than_no_model", "not_moved")
-    return [one.text for kind in kinds for one in told if one.kind == kind][:MOST_TOLD]
+    return [one.text for kind in kinds for one in told if one.kind == kind][:MOST]
 
 
 def _fall(steps: Sequence[Step]) -> float:
@@ -123,7 +121,7 @@ def _runners_up(judged: Judged) -> list[dict[str, Any]]:
         {**named(one.keys[-1], one.fit.machine), "probability": p}
         for one, p in told
         if one.keys[-1] not in judged.found.keys
-    ][:MOST_TOLD]
+    ][:MOST]
 
 
 def _separated(entry: Mapping[str, Any] | None, machine: Machine) -> str:

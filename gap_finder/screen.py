@@ -1,7 +1,7 @@
 """How well each missing effect explains what calibration leaves, run by run.
 
-Everything is done on normal matrices, so that leaving out a run, recalibrating within each fold and
-drawing runs in which nothing is missing cost no simulation.
+Everything is done on normal matrices, so that leaving out a run and recalibrating within each fold
+cost no simulation.
 """
 
 from __future__ import annotations
@@ -70,15 +70,15 @@ class NormalMatrices:
 
 
 @dataclass(frozen=True)
-class ResidualSets:
-    """Residuals of one or many data sets against the same design.
+class Residuals:
+    """What is left of every run, against its design.
 
     Attributes
     ----------
-    against_shared : array, shape (D, R, Q)
-    against_answers : array, shape (D, R, m)
-    squares : array, shape (D, R)
-    pull : array, shape (D, Q)
+    against_shared : array, shape (R, Q)
+    against_answers : array, shape (R, m)
+    squares : array, shape (R,)
+    pull : array, shape (Q,)
         Where the shared unknowns stand from their prior's centre already.
     """
 
@@ -92,25 +92,21 @@ class ResidualSets:
         cls,
         designs: Sequence[RunDesign],
         tried: Sequence[Answers],
-        residuals: Sequence[FloatArray],
-        moved: FloatArray | None = None,
-    ) -> ResidualSets:
-        """Gather from residuals, one array (D, N) for each run.
+        moved: FloatArray,
+    ) -> Residuals:
+        """Gather from the designs.
 
         *moved*, shape (P,), is where calibration left its parameters, in the fitting scale.
         """
         parts = []
-        for i, (design, residual) in enumerate(zip(designs, residuals, strict=True)):
-            clean = design.cleaned(residual.T)
-            against = np.zeros((len(residual), len(tried)))
+        for i, design in enumerate(designs):
+            clean = design.cleaned(design.residual[:, None])[:, 0]
+            against = np.zeros(len(tried))
             for some, columns in answers_in_blocks(tried, i, design):
-                against[:, some] = clean.T @ columns
-            parts.append((clean.T @ design.shared, against, np.sum(residual.T * clean, axis=0)))
-        shared, answers, squares = (np.stack(list(x), axis=1) for x in zip(*parts, strict=True))
-        pull = np.zeros((len(squares), shared.shape[2]))
-        if moved is not None:
-            pull[:, : len(moved)] = moved
-        return cls(shared, answers, squares, pull)
+                against[some] = clean @ columns
+            parts.append((clean @ design.shared, against, design.residual @ clean))
+        shared, answers, squares = (np.array(x) for x in zip(*parts, strict=True))
+        return cls(shared, answers, squares, np.pad(moved, (0, shared.shape[1] - len(moved))))
 
 
 def answers_in_blocks(
@@ -141,28 +137,28 @@ def answers_in_blocks(
 
 @dataclass(frozen=True)
 class Scores:
-    """What each candidate gains, for each data set, runs predicted from the others.
+    """What each candidate gains, runs predicted from the others.
 
     Attributes
     ----------
-    gain : array, shape (D, m)
+    gain : array, shape (m,)
         Fall of what is left of all runs.
-    nearer : array, shape (D, m)
+    nearer : array, shape (m,)
         Fall of the squares by which what calibration moves is away from its prior's centre.
-    scale : array, shape (D, m)
+    scale : array, shape (m,)
         By how much the candidate's answer is scaled, all runs together.
-    cost : array, shape (D,)
+    cost : float
         What is left of all runs without any candidate.
     """
 
     gain: FloatArray
     nearer: FloatArray
     scale: FloatArray
-    cost: FloatArray
+    cost: float
 
 
 class Screen:
-    """Scores candidates against data sets that share a design.
+    """Scores candidates.
 
     Parameters
     ----------
@@ -177,16 +173,16 @@ class Screen:
         self._whole = Fold(grams, everything)
         self._folds = [Fold(grams, [j for j in everything if j != k]) for k in everything]
 
-    def scores(self, data: ResidualSets) -> Scores:
-        """Score every candidate on every data set."""
+    def scores(self, data: Residuals) -> Scores:
+        """Score every candidate."""
         scale, solved = self._whole.fit(data)
-        away = (data.pull - solved)[:, : self._moved]
+        away = (data.pull - solved)[: self._moved]
         follow = self._whole.follow[: self._moved]
         nearer = 2.0 * scale * (away @ follow) - scale**2 * np.sum(follow**2, axis=0)
-        gain, cost = np.zeros_like(scale), np.zeros(len(scale))
+        gain, cost = np.zeros_like(scale), 0.0
         for k, fold in enumerate(self._folds):
             with_it, without = fold.predict(self.grams, data, k)
-            gain += without[:, None] - with_it
+            gain += without - with_it
             cost += without
         return Scores(gain, nearer, scale, cost)
 
@@ -205,28 +201,21 @@ class Fold:
         self.left = np.maximum(squares - np.sum(cross * self.follow, axis=0), 1e-12)
         self._cross = cross
 
-    def fit(self, data: ResidualSets) -> tuple[FloatArray, FloatArray]:
-        """Return scale (D, m) and shared solution without any candidate (D, Q)."""
-        right = data.against_shared[:, self.runs].sum(axis=1) + data.pull
-        solved = cho_solve(self._factor, right.T).T
-        slope = data.against_answers[:, self.runs].sum(axis=1) - solved @ self._cross
+    def fit(self, data: Residuals) -> tuple[FloatArray, FloatArray]:
+        """Return scale (m,) and shared solution without any candidate (Q,)."""
+        solved = cho_solve(self._factor, data.against_shared[self.runs].sum(axis=0) + data.pull)
+        slope = data.against_answers[self.runs].sum(axis=0) - solved @ self._cross
         scale = np.clip(-slope / self.left, LEAST, MOST)
         return scale, solved
 
-    def predict(
-        self, grams: NormalMatrices, data: ResidualSets, run: int
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return the cost of a run left out with each candidate (D, m) and without (D,)."""
+    def predict(self, grams: NormalMatrices, data: Residuals, run: int) -> tuple[FloatArray, float]:
+        """Return the cost of a run left out with each candidate (m,) and without."""
         scale, solved = self.fit(data)
         matrix, cross = grams.shared[run], grams.cross[run]
         own = grams.answers[run]
-        right, against = data.against_shared[:, run], data.against_answers[:, run]
+        right, against = data.against_shared[run], data.against_answers[run]
         base = -solved
-        without = (
-            data.squares[:, run]
-            + 2.0 * np.sum(right * base, axis=1)
-            + np.sum((base @ matrix) * base, axis=1)
-        )
+        without = float(data.squares[run] + 2.0 * right @ base + base @ matrix @ base)
         # With the candidate scaled by s the shared columns move by -s follow.
         shift = self.follow
         linear = against + base @ cross - (right + base @ matrix) @ shift
@@ -235,5 +224,5 @@ class Fold:
         # What acts in this very run alone is an unknown of its own, like a zero.
         best = np.clip(-linear / np.maximum(quadratic, 1e-12), LEAST, MOST)
         scale = np.where(grams.alone[run], best, scale)
-        with_it = without[:, None] + 2.0 * linear * scale + quadratic * scale**2
+        with_it = without + 2.0 * linear * scale + quadratic * scale**2
         return with_it, without

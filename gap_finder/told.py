@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 MOST = 6
-"""Lines of a kind at most, the worst first."""
+"""Lines of a kind, and runners-up, at most, the worst first."""
 
 
 @dataclass(frozen=True)
