@@ -11,15 +11,12 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
 
-from benchmarks.gap.belt.groups import Groups
+from benchmarks.gap.belt.grouped import BEARINGS, Grouped
 from benchmarks.gap.belt.laws import (
     gap_film,
     turning_film,
     turning_share,
-    viscous_torque,
-    watts,
 )
 from benchmarks.gap.belt.mesh import Index, Solid, revolve
 from benchmarks.gap.belt.numbers import FRONT_AT, REAR_AT, YAW, Drawing, Numbers, Stretch
@@ -32,7 +29,6 @@ HEADSTOCK_CELLS, COLUMN_CELLS, TOP_CELLS = 12, 14, 4
 HELD = 0.55
 """Share of the headstock, from the spindle's side, that the clamp reaches."""
 
-BEARINGS = ("front", "rear")
 BALLS_J_PER_K = 90.0
 INNER_MASS = 0.5
 IRON_DENSITY, STEEL_DENSITY = 7200.0, 7850.0
@@ -42,10 +38,9 @@ FILLED = (0.66, 0.78)
 GAP_MM = 12.0
 FILMS = ("film_housing", "film_headstock", "film_column", "film_turning", "film_walls")
 STILL = FILMS[:3]
-BY_SPEED = ("gap", "film_turning")
 
 
-class Machine:
+class Machine(Grouped):
     """A machine of the class.
 
     Parameters
@@ -56,8 +51,17 @@ class Machine:
         Elements are so many times shorter.
     """
 
+    still = STILL
+    by_speed = ("gap", "film_turning")
+
     def __init__(self, drawing: Drawing, numbers: Numbers, finer: float = 1.0) -> None:
-        self.drawing, self.p = drawing, numbers
+        super().__init__(numbers)
+        self.drawing = drawing
+        self.counts = (len(drawing.front), len(drawing.rear))
+        self.diameters = tuple(
+            (bore + outside) / 2.0
+            for bore, outside in zip(drawing.bores, drawing.outsides, strict=True)
+        )
         cuts = [edge for spans in (drawing.front, drawing.rear) for span in spans for edge in span]
         cuts += [FRONT_AT, REAR_AT, *drawing.clamp, drawing.pulley.start, drawing.pulley.end, 0.0]
         self.shaft = revolve(drawing.shaft, cuts, finer)
@@ -65,16 +69,12 @@ class Machine:
         end = drawing.gauge_line
         tool = Stretch(end, end + drawing.tool_length, drawing.tool_diameter, 0.0)
         self.tool = revolve((tool,), (), finer)
-        self.net = Groups()
         self._solids()
         self._bearings()
         self._pulley()
         self._castings()
         self._air()
-        self.parts = self.net.parts
-        self.capacity = self.net.capacity
-        self.matrices = {name: self.net.matrix(name) for name in self.net.names}
-        self.to_hall = {name: self.net.hall(name) for name in self.net.names}
+        self.close()
 
     # What it is made of.
 
@@ -192,54 +192,13 @@ class Machine:
 
     # Heat.
 
-    def conductance(self, speed: float, scales: dict[str, float]) -> tuple[csr_matrix, Array]:
-        """Return heat per kelvin of unknowns and of the hall [W/K] at a speed, groups scaled."""
+    def factors(self, speed: float) -> dict[str, float]:
+        """Return the factors of the gap and of the films on what turns."""
         radius = self.drawing.bores[1] / 2.0 * 1e-3
-        factors = {
+        return {
             "gap": gap_film(speed, radius, GAP_MM * 1e-3),
             "film_turning": turning_share(speed / TOP_SPEED),
         }
-        inner, outer = self._fixed
-        for group in dict.fromkeys((*BY_SPEED, *scales)):
-            scale = scales.get(group, 1.0)
-            extra = factors[group] * scale if group in factors else scale - 1.0
-            inner = inner + extra * self.matrices[group]
-            outer = outer + extra * self.to_hall[group]
-        return inner, outer
-
-    @cached_property
-    def _fixed(self) -> tuple[csr_matrix, Array]:
-        names = [name for name in self.matrices if name not in BY_SPEED]
-        inner = csr_matrix((len(self.capacity), len(self.capacity)))
-        for name in names:
-            inner = inner + self.matrices[name]
-        return inner, np.sum([self.to_hall[name] for name in names], axis=0)
-
-    def friction(self, speed: float, viscosity: Array | None = None) -> tuple[Array, Array]:
-        """Return viscous and load-dependent heat of the front and the rear set [W]."""
-        p, d = self.p, self.drawing
-        counts = (len(d.front), len(d.rear))
-        viscous, load = np.zeros(2), np.zeros(2)
-        for i, name in enumerate(BEARINGS):
-            mean = (d.bores[i] + d.outsides[i]) / 2.0
-            nu = p["viscosity"] if viscosity is None else float(viscosity[i])
-            torque = viscous_torque(p[f"f0_{name}"], nu, speed, mean)
-            viscous[i] = counts[i] * watts(speed, torque)
-            pressed = p[f"f1_{name}"] * p[f"preload_{name}"] * mean
-            load[i] = counts[i] * watts(speed, pressed)
-        return viscous, load
-
-    @cached_property
-    def bearing_entry(self) -> Array:
-        """Where each set's heat enters, shape (unknowns, 2)."""
-        entry = np.zeros((len(self.capacity), 2))
-        for i, name in enumerate(BEARINGS):
-            entry[self.parts[f"{name}_inner"], i] = self.p["inner_share"]
-            entry[self.parts[f"{name}_outer"], i] = 1.0 - self.p["inner_share"]
-        return entry
-
-    still = STILL
-    """Groups of films that drafts act on."""
 
     def add_driven(self, speed: float, feed: float, out: Array) -> None:
         """Add what the belt and the feed axis lose [W] at a speed and a feed [r/min, mm/min]."""

@@ -6,11 +6,9 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
 
-from benchmarks.gap.belt.groups import Groups
-from benchmarks.gap.belt.laws import viscous_torque, watts
-from benchmarks.gap.belt.machine import BALLS_J_PER_K, BEARINGS, POSE
+from benchmarks.gap.belt.grouped import BEARINGS, Grouped
+from benchmarks.gap.belt.machine import BALLS_J_PER_K, POSE
 from benchmarks.gap.belt.numbers import Numbers
 from benchmarks.gap.lathe.numbers import COUNTS, DIAMETERS, Drawing
 
@@ -27,7 +25,7 @@ FILMS = ("film_hall", "film_inside", "film_walls")
 AXES = ("z", "x")
 
 
-class Lathe:
+class Lathe(Grouped):
     """A lathe of the class; its parts and groups have the names of `belt.machine` where alike.
 
     Parameters
@@ -39,18 +37,17 @@ class Lathe:
     """
 
     still = FILMS[:2]
+    counts, diameters = COUNTS, DIAMETERS
 
     def __init__(self, drawing: Drawing, numbers: Numbers, finer: float = 1.0) -> None:
-        self.drawing, self.p, self.net = drawing, numbers, Groups()
+        super().__init__(numbers)
+        self.drawing = drawing
         self._bars(finer)
         self._bearings()
         self._joints()
         self._axes()
         self._air()
-        self.parts = self.net.parts
-        self.capacity = self.net.capacity
-        self.matrices = {name: self.net.matrix(name) for name in self.net.names}
-        self.to_hall = {name: self.net.hall(name) for name in self.net.names}
+        self.close()
 
     def _bars(self, finer: float) -> None:
         for name, part in self.drawing.parts.items():
@@ -131,42 +128,6 @@ class Lathe:
         net.join("film_inside", air, cells, p["chuck"] * 0.09 * share)
 
     # Heat.
-
-    def conductance(self, speed: float, scales: dict[str, float]) -> tuple[csr_matrix, Array]:
-        """Return heat per kelvin of unknowns and of the hall [W/K], groups scaled."""
-        inner, outer = self._fixed
-        for group, scale in scales.items():
-            inner = inner + (scale - 1.0) * self.matrices[group]
-            outer = outer + (scale - 1.0) * self.to_hall[group]
-        return inner, outer
-
-    @cached_property
-    def _fixed(self) -> tuple[csr_matrix, Array]:
-        inner = csr_matrix((len(self.capacity), len(self.capacity)))
-        for matrix in self.matrices.values():
-            inner = inner + matrix
-        return inner, np.sum(list(self.to_hall.values()), axis=0)
-
-    def friction(self, speed: float, viscosity: Array | None = None) -> tuple[Array, Array]:
-        """Return viscous and load-dependent heat of the front and the rear set [W]."""
-        p = self.p
-        viscous, load = np.zeros(2), np.zeros(2)
-        for i, name in enumerate(BEARINGS):
-            nu = p["viscosity"] if viscosity is None else float(viscosity[i])
-            torque = viscous_torque(p[f"f0_{name}"], nu, speed, DIAMETERS[i])
-            viscous[i] = COUNTS[i] * watts(speed, torque)
-            pressed = p[f"f1_{name}"] * p[f"preload_{name}"] * DIAMETERS[i]
-            load[i] = COUNTS[i] * watts(speed, pressed)
-        return viscous, load
-
-    @cached_property
-    def bearing_entry(self) -> Array:
-        """Where each set's heat enters, shape (unknowns, 2)."""
-        entry = np.zeros((len(self.capacity), 2))
-        for i, name in enumerate(BEARINGS):
-            entry[self.parts[f"{name}_inner"], i] = self.p["inner_share"]
-            entry[self.parts[f"{name}_outer"], i] = 1.0 - self.p["inner_share"]
-        return entry
 
     def drive_entry(self, share: float) -> Array:
         """Return where the spindle motor's heat enters; it has no pulley that *share* is for."""
