@@ -62,8 +62,9 @@ def _what(table: Mapping[str, Any]) -> str:
             return f"What is missing: {titles}; {evidence}."
         others = [*table["one_of_keys"][1:], *(_key(one) for one in table["runners_up"][:2])]
         instead = f"{', '.join(dict.fromkeys(others))}, " if others else ""
+        much = "where it acts" if table["remaining"]["is_adequate"] else "with it"
         return (
-            f"What may be missing: {titles}. In doubt: too much is left with it, so it may be "
+            f"What may be missing: {titles}. In doubt: too much is left {much}, so it may be "
             f"{instead}or something that no catalogue holds, instead or besides; {left}. "
             f"{evidence[:1].upper()}{evidence[1:]}.{look}"
         )

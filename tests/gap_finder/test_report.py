@@ -89,8 +89,11 @@ def test_the_setting_of_what_a_part_switches_is_told() -> None:
     assert "band = 1.5 (1.2 to 1.8) K, on_above = 25.5 degC, dead_band = 2.5 K ->" in added
 
 
+@pytest.mark.parametrize("is_adequate", [True, False])
 @pytest.mark.parametrize("in_doubt", [True, False])
-def test_the_first_line_of_a_name_in_doubt_says_what_it_may_be_instead(in_doubt: bool) -> None:
+def test_the_first_line_of_a_name_in_doubt_says_what_it_may_be_instead(
+    *, in_doubt: bool, is_adequate: bool
+) -> None:
     named = {
         "name": "windage",
         "title": "Windage",
@@ -105,11 +108,13 @@ def test_the_first_line_of_a_name_in_doubt_says_what_it_may_be_instead(in_doubt:
         runners_up=[{"name": "motor_iron_loss", "probability": 0.2}],
         look_at=["links.film.coefficient is 9 where the file has 3: far from usual"],
         in_doubt=in_doubt,
+        remaining={"is_adequate": is_adequate, "where": [], "share": 0.0},
     )
     missing = five_lines(table)[0]
     assert missing.startswith("What may be missing: Windage. In doubt:") == in_doubt
     assert missing.startswith("What is missing: Windage;") != in_doubt
     assert ("it may be motor_iron_loss, or" in missing) == in_doubt
+    assert ("too much is left where it acts" in missing) == (in_doubt and is_adequate)
     assert ("Look at: links.film.coefficient" in missing) == in_doubt
 
 
