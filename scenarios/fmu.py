@@ -26,6 +26,7 @@ from fmpy.fmi2 import (
     fmi2CallbackFreeMemoryTYPE,
     fmi2CallbackFunctions,
     fmi2CallbackLoggerTYPE,
+    fmi2Warning,
 )
 from fmpy.logging import addLoggerProxy
 from numpy.typing import NDArray
@@ -35,7 +36,6 @@ from measurement.units import UNITS
 from scenarios.fmu_file import FmuFile
 from scenarios.wiring import check_role, names_of, parameter_kind
 
-WARNING = 1
 STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
 _logs: dict[str, Callable[[int, str], None]] = {}
 
@@ -107,12 +107,12 @@ class Port:
 
     def get(self) -> None:
         """Read the FMU's values into *values*."""
-        if self.names and self._getter(*self._call) > WARNING:
+        if self.names and self._getter(*self._call) > fmi2Warning:
             raise self.failure("read")
 
     def set(self) -> None:
         """Give *values* to the FMU."""
-        if self.names and self._setter(*self._call) > WARNING:
+        if self.names and self._setter(*self._call) > fmi2Warning:
             raise self.failure("set")
 
     def failure(self, word: str) -> FmuError:
@@ -306,7 +306,7 @@ class Slave:
         """
         self.time_s = time_s
         status = self._do_step(self.component, time_s, step_s, 1)
-        if status > WARNING:
+        if status > fmi2Warning:
             raise self.step_failure(status)
 
     def step_failure(self, status: int) -> FmuError:
@@ -349,10 +349,10 @@ class Slave:
         return self.time_s if self.moment is None else self.moment()
 
     def _log(self, status: int, text: str) -> None:
-        if status >= WARNING and text.strip():
+        if status >= fmi2Warning and text.strip():
             self._messages.append(text.strip())
             word = STATUS[status] if status < len(STATUS) else str(status)
-            if status == WARNING:
+            if status == fmi2Warning:
                 self._show(f"{self.label} FMU at {self._now():g} s, {word}: {text.strip()}")
 
     def _cause(self) -> str:

@@ -10,13 +10,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.stats import truncnorm
 
 from measurement.errors import BadInput, shown
 
 OPTION = "--vary"
 MOST_CASES = 100_000
-MOST_DRAWS = 1000
-"""Draws of a normal distribution until one lies inside the range."""
 
 _NUMBER = r"([-+]?(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][-+]?\d+)?)"
 _RANGE = re.compile(rf"^{_NUMBER}\.\.{_NUMBER}(?::(log|\d+))?$")
@@ -74,22 +73,16 @@ class Variation:
         seed, repeat : int
             The sweep's seed, and which of its repeats, from 0.
         low, high : float
-            A normal distribution is cut off here: what falls outside is drawn again.
-
-        Raises
-        ------
-        BadInput
-            If hardly anything of a normal distribution is inside.
+            A normal distribution is cut off here.
         """
         generator = np.random.default_rng([seed, zlib.crc32(self.label.encode()), repeat])
         if self.kind == "uniform":
             return float(generator.uniform(self.first, self.second))
         if self.kind == "log":
             return float(np.exp(generator.uniform(math.log(self.first), math.log(self.second))))
-        for value in generator.normal(self.first, self.second, MOST_DRAWS).tolist():
-            if low <= value <= high:
-                return float(value)
-        raise BadInput(OPTION, self.label, f"hardly any draw lies in {low:g} to {high:g}")
+        mean, deviation = self.first, self.second
+        inside = truncnorm((low - mean) / deviation, (high - mean) / deviation, mean, deviation)
+        return float(inside.rvs(random_state=generator))
 
 
 def variation(text: str) -> Variation:
