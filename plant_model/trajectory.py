@@ -30,8 +30,7 @@ Stretch = tuple[LevelStepper, slice]
 
 FINE_S = 30.0
 """Longest step over which heat that is known ahead runs along a line, and of a co-simulation with a
-measured run [s]: a chiller switches every
-few minutes."""
+measured run [s]: a chiller switches every few minutes."""
 
 NOT_WARMING = ("structure.", NUMBERS)
 """How parameters begin that no temperature depends on; a page's number acts by what is tied to it.

@@ -32,7 +32,7 @@ from measurement.runs import Run
 from measurement.units import column, split_column
 
 MEDIAN_ROWS = 15
-"""Rows of a running median, after which noise hardly shows [1]."""
+"""Rows of a running median, after which noise hardly shows [1]: set on no data."""
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,8 @@ from measurement.workers import workers
 
 USUAL_MODEL = "gaussian"
 JUDGED_TOOL_MM = 100.0
-"""At this tool length, or the nearest that is allowed, runs left out are judged [mm]."""
+"""At this tool length, or the nearest that is allowed, runs left out are judged [mm]: set on no
+data."""
 
 
 def fit_compensator(

@@ -14,7 +14,8 @@ import numpy as np
 from fmu_compensator.fit.training import Array
 
 MOST = 0.25
-"""Lags up to this share of the shortest run are tried, either way [1]; the rest is judged on."""
+"""Lags up to this share of the shortest run are tried, either way [1]; the rest is judged on.
+Set on no data."""
 
 
 @dataclass(frozen=True)

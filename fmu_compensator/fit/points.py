@@ -23,7 +23,7 @@ from measurement.errors import BadInput, shown
 from measurement.rig import axis_of
 
 NEAR_CONSTANT_K = 0.3
-"""A sensor that moves by less, noise left out, carries no news [K]."""
+"""A sensor that moves by less, noise left out, carries no news [K]: set on no data."""
 GROWTH = "growth"
 """Asks for the target that the studies score by, whatever a rig calls it: the elongation, else what
 measures Z, else the first."""

@@ -26,7 +26,8 @@ STANDS_TIMES = 5.0
 """The same for a standstill [1]: at 3, thermometers of four sound runs of the lathe were stale in 1
 to 8 % of the time."""
 RATE_QUANTILE = 0.999
-"""Faster changes than all but one in a thousand are taken for faults in the training data [1]."""
+"""Faster changes than all but one in a thousand are taken for faults in the training data [1]:
+set on no data."""
 LOWEST_RATE, LOWEST_NOISE_K, SHORTEST_STALE_S, SMALLEST_OFFSET_UM = 0.05, 0.5, 900.0, 20.0
 """Least limits, whatever training saw: 3 K a minute, which a cooler that switches on or a door that
 opens can bring to any thermometer [K/s]; the others are judgements, set on no data [K, s, um]."""

@@ -14,7 +14,7 @@ from fmu_compensator.fit.installed import Installed
 from fmu_compensator.fit.training import Array, TrainingRun
 
 NOISE_K = 0.05
-"""No thermometer is believed to agree with the others better than this [K]."""
+"""No thermometer is believed to agree with the others better than this [K]: set on no data."""
 STRENGTHS = np.logspace(-6.0, 1.0, 22)
 """Shares of the mean variance that are tried as the variance of what is a sensor's own [1]."""
 MEMORIES_H = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)

@@ -8,7 +8,8 @@ import numpy as np
 from scipy.stats import t as student
 
 RISK = 0.01
-"""Share of runs like the training whose figure may pass its bound [1]."""
+"""Share of runs like the training whose figure may pass its bound, and chance of a log that is
+called changed [1]: a usual level; docs/results.md reports how often `monitor` is right."""
 
 
 def upper_bound(values: Sequence[float], risk: float = RISK) -> float:

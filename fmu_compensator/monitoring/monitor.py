@@ -53,7 +53,8 @@ ADVICE = {
     TOO_SHORT: "log whole runs, from the start of the machine on",
 }
 OUTSIDE_SHARE = 0.25
-"""From this share of samples with status 2 on, a run counts as outside training [1]."""
+"""From this share of samples with status 2 on, a run counts as outside training [1]: set on no
+data; docs/results.md reports it."""
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,8 @@ SPAN_S = 300.0
 """Rates of change are taken over this span, in which noise and quantisation hardly count; a reading
 that jumped away may come back to where real warming took it in it [s]."""
 ALIVE_AFTER = 20
-"""A sensor whose reading has changed so often is alive: its standing still means something."""
+"""A sensor whose reading has changed so often is alive: its standing still means something. Set on
+no data: a test bench's constants never change."""
 
 
 @dataclass(frozen=True, slots=True)

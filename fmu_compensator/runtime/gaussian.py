@@ -11,9 +11,11 @@ from fmu_compensator.runtime.fields import LARGEST, Fields
 from fmu_compensator.runtime.lags import checked_state, share, taus
 
 MOST_PROBES = 8
-"""So many rows hold how far all measurements narrow the interval; what they said stays."""
+"""So many rows hold how far all measurements narrow the interval; what they said stays. Set
+on no data: the C form makes so many sums side by side."""
 FURTHEST = 2.0
-"""A measurement that is off by more half widths must be confirmed by the next one [1]."""
+"""A measurement that is off by more half widths must be confirmed by the next one [1]: set on
+no data; docs/probing.md reports probes under it."""
 NAMED = 3
 """A status text names so many sensors beside the newest broken one, or where inputs are new; odd,
 for C: its outputs have no gaps."""

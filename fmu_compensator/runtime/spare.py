@@ -11,11 +11,14 @@ from fmu_compensator.runtime.fields import LARGEST, Fields
 from fmu_compensator.runtime.lags import checked_state
 
 BLEND_S = 120.0
-"""A reading that is taken from elsewhere moves there with this time constant [s]."""
+"""A reading that is taken from elsewhere moves there with this time constant [s]: set on no
+data."""
 FRESH = 0.1
-"""A sensor that has stood still for a larger share of what makes it stale tells nothing new [1]."""
+"""A sensor that has stood still for a larger share of what makes it stale tells nothing new [1]:
+set on no data."""
 START_AFTER_S = 60.0
-"""A sensor that does not answer for so long is not waited for: sensors come on line one by one."""
+"""A sensor that does not answer for so long is not waited for: sensors come on line one by one.
+Set on no data."""
 
 
 class Starts(NamedTuple):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 MOST_TICKS = 5000
-"""After a longer pause a series model has forgotten everything anyway."""
+"""After a longer pause a series model has forgotten everything anyway: set on no data."""
 
 
 def ticks(age_s: float, step_s: float) -> tuple[int, float]:

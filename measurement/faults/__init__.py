@@ -3,7 +3,8 @@
 `find_faults` looks at runs, alone and against each other, and returns one `Fault` for each thing
 that is wrong: run, column, span, what, and what is done about it. `cleaned` takes out of the runs
 what is not to be used; `looked_over` lets runs carry their faults along. Each check is a file of
-`checks`. No model takes part: the data alone decide.
+`checks`. No model takes part: the data alone decide. The checks' numbers were set on the runs of
+`benchmarks.sensor_faults.run setting`; docs/results.md reports on others.
 """
 
 from measurement.faults.fault import STANDING, Fault
