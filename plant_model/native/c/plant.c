@@ -32,7 +32,6 @@ void plant_prepare(struct plant *self, const double *parameters, uint32_t seed)
             self->scales[effect->first_state + j] = INFINITY;
         }
     }
-    self->series.kinds = self->linear ? 1 : SERIES;
     self->seed = seed;
 }
 

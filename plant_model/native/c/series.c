@@ -60,7 +60,7 @@ static void values_at(double z, double values[SERIES])
 
 /* Finds the weights by the values at the zeros of a Chebyshev polynomial of more than enough terms,
    two by two on either side of the middle, and leaves off what is small. */
-static void make(struct series *self, int kinds, double reach)
+static void make(struct series *self, double reach)
 {
     size_t count = 4, most = 12 + (size_t)(7.4 * sqrt(reach / 2.0)), needed = 2;
     /* No derivative of phi_k is above 1, so a weight is at most 2 (reach / 4)^k / k!. */
@@ -68,9 +68,7 @@ static void make(struct series *self, int kinds, double reach)
         weight *= reach / (4.0 * (double)count);
     }
     count += count % 2;
-    for (int kind = 0; kind < kinds; kind++) {
-        memset(self->weights[kind], 0, count * sizeof(double));
-    }
+    memset(self->weights, 0, count * sizeof *self->weights);
     double x = cos(PI / 2.0 / (double)count), before = x, turn = 2.0 * cos(PI / (double)count);
     for (size_t j = 0; j < count / 2; j++) {
         double low[SERIES], high[SERIES], both[2][SERIES], last = x, now = 1.0;
@@ -82,8 +80,8 @@ static void make(struct series *self, int kinds, double reach)
         }
         for (size_t k = 0; k < count; k++) {
             double next = 2.0 * x * now - last;
-            for (int kind = 0; kind < kinds; kind++) {
-                self->weights[kind][k] += both[k % 2][kind] * now;
+            for (int kind = 0; kind < SERIES; kind++) {
+                self->weights[k][kind] += both[k % 2][kind] * now;
             }
             last = now;
             now = next;
@@ -92,14 +90,12 @@ static void make(struct series *self, int kinds, double reach)
         before = x;
         x = following;
     }
-    for (int kind = 0; kind < kinds; kind++) {
-        self->weights[kind][0] /= 2.0;
+    for (int kind = 0; kind < SERIES; kind++) {
+        self->weights[0][kind] /= 2.0;
     }
     double rest = 0.0;
     for (size_t k = count; k-- > 0;) {
-        for (int kind = 0; kind < kinds; kind++) {
-            rest = larger(rest, fabs(self->weights[kind][k]));
-        }
+        rest = larger(rest, largest_of(self->weights[k], SERIES));
         self->rests[k] = rest;
         needed = rest > SMALL && k >= needed ? k + 1 : needed;
     }
@@ -120,7 +116,7 @@ const struct series *series_for(struct all_series *self, double reach)
     }
     struct series *found = &self->kept[self->next];
     self->next = (self->next + 1) % SERIES_KEPT;
-    make(found, self->kinds, wide);
+    make(found, wide);
     return found;
 }
 
@@ -154,9 +150,9 @@ double series_times(
         now[i] *= 0.5;
     }
     for (size_t j = 0; j < count; j++) {
-        const double *weights = self->weights[kinds[j]];
+        double first = self->weights[0][kinds[j]], second = self->weights[1][kinds[j]];
         for (size_t i = 0; i < NODES; i++) {
-            sums[j][i] = weights[0] * last[i] + weights[1] * now[i];
+            sums[j][i] = first * last[i] + second * now[i];
         }
     }
     for (size_t k = 2; k < self->terms && self->rests[k] * most > SMALL * largest; k++) {
@@ -165,7 +161,7 @@ double series_times(
         last = now;
         now = next;
         for (size_t j = 0; j < count; j++) {
-            double weight = self->weights[kinds[j]][k];
+            double weight = self->weights[k][kinds[j]];
             for (size_t i = 0; i < NODES; i++) {
                 sums[j][i] += weight * now[i];
             }

@@ -19,13 +19,12 @@ enum { ONE, HALF, TWO, BENT, SERIES }; /* phi_1, phi_1(x / 2) / 2, phi_2, 4 phi_
 struct series {
     double reach;
     size_t terms; /* 0: not known */
-    double weights[SERIES][MOST_TERMS];
+    double weights[MOST_TERMS][SERIES];
     double rests[MOST_TERMS]; /* the largest weight from a term on, of any kind */
 };
 
 /* What is kept follows from the reach alone. */
 struct all_series {
-    int kinds; /* a linear network needs phi_1 only */
     struct series kept[SERIES_KEPT];
     size_t next; /* to be overwritten */
 };
