@@ -25,7 +25,7 @@ from measurement.rig import AXES, FivePointRig, Rig, rig_from_table
 from measurement.runs import Run
 from scenarios.charts import Chart
 from scenarios.fmu import Port, Slave, alone
-from scenarios.fmu_file import compensator_file, read_description
+from scenarios.fmu_file import compensator_file
 from scenarios.probe_cycle import ProbeInputs
 from scenarios.probing import ProbedRun, Probing
 from scenarios.recording import Event, FmuFacts, facts_of
@@ -136,7 +136,7 @@ def replay(
     rig : Rig
         What the displacements are.
     tool_length_mm : float, optional
-        By default the FMU's own start value [mm].
+        By default 100 mm, or the nearest that the compensator takes [mm].
     keep_frozen : bool
         Count the rows in which a displacement sensor was frozen or at the end of its range.
     probing : Probing, optional
@@ -154,7 +154,7 @@ def replay(
     kinds = [kind for kind in GROSS if not (keep_frozen and kind in STANDING)]
     # The compensator gets all readings as they are; what it is judged by must be right.
     left = cleaned([run], faults, kinds)[0]
-    length = tool_length_of(fmu) if tool_length_mm is None else tool_length_mm
+    length = model.limits.judged_tool if tool_length_mm is None else tool_length_mm
     drift = measured_drift(left, rig, length, model.input_form)
     out = (left.frame[rig.columns].isna() & run.frame[rig.columns].notna()).any(axis=1)
     drift[out] = np.nan
@@ -181,19 +181,6 @@ def replay(
     if rows is not None:
         frame["measured_1"] = np.isin(np.arange(len(frame)), rows).astype(int)
     return Replay(run, frame, int(out.sum()), tuple(faults), tuple(events), facts, rows)
-
-
-def tool_length_of(fmu: Path) -> float:
-    """Return the tool length that an FMU starts with [mm].
-
-    Parameters
-    ----------
-    fmu : Path
-    """
-    for variable in read_description(fmu).modelVariables:
-        if variable.name == TOOL_LENGTH:
-            return float(variable.start)
-    return 0.0
 
 
 def _driven(

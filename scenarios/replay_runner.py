@@ -42,7 +42,6 @@ from scenarios.replay import (
     replay,
     results_of,
     rig_of_model,
-    tool_length_of,
 )
 from scenarios.report import write_report
 from scenarios.results import (
@@ -90,8 +89,8 @@ def run_replay(
     out, fmu_dir, near : Path
         Results folder; FMU folder; folder that the compensator's path may start from.
     tool_length_mm : float, optional
-        Tool length at which a five-point rig's drift is taken [mm] (default: the FMU's start
-        value).
+        Tool length at which a five-point rig's drift is taken [mm] (default: 100 mm, or the
+        nearest that the compensator takes).
     machine : str, optional
         Machine whose five-point rig names the displacement sensors (S1 to S5, S5 along +Z).
     keep_frozen : bool
@@ -126,10 +125,10 @@ def run_replay(
         fmu = find_fmu(compensator, fmu_dir, near, Path(work), quiet=quiet)
         model = model_of(fmu)
         rig = rig_of_model(model, _five_point(machine))
-        length = tool_length_of(fmu) if tool_length_mm is None else tool_length_mm
+        length = model.limits.judged_tool if tool_length_mm is None else tool_length_mm
         hidden = quiet or not sys.stderr.isatty()
         replays = [
-            replay(fmu, model, run, rig, tool_length_mm, keep_frozen=keep_frozen, probing=probing)
+            replay(fmu, model, run, rig, length, keep_frozen=keep_frozen, probing=probing)
             for run in tqdm(found, desc="replay", disable=hidden, leave=False)
         ]
     groups = [group_of(entry.run.name, results_of(entry)) for entry in replays]

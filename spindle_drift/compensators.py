@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 USUAL_MACHINE = "jig_borer"
-TOOL_LENGTH_MM = 150.0
 
 
 @refusing_methods
@@ -146,7 +145,7 @@ class Compensator:
             check_output(Path(path), COMPENSATOR_FILE)
             return write_atomically(path, compensator_text(self.model.table))
 
-    def predict(self, run: RunLike, *, tool_length_mm: float = TOOL_LENGTH_MM) -> pd.DataFrame:
+    def predict(self, run: RunLike, *, tool_length_mm: float | None = None) -> pd.DataFrame:
         """Return the offsets that it would have sent, at every row of a run.
 
         As in a control, and in the FMU, the offsets in force at a row answer the row before.
@@ -155,8 +154,8 @@ class Compensator:
         ----------
         run : Run, DataFrame or path
             With the thermometers that it uses; ``speed_rpm`` where there is one.
-        tool_length_mm : float
-            Of a five-point rig's tool tip [mm].
+        tool_length_mm : float, optional
+            Of a five-point rig's tool tip [mm]; by default 100, or the nearest that it takes.
 
         Returns
         -------
@@ -176,13 +175,16 @@ class Compensator:
         first = (0.0, 0.0, 0.0, -1.0, -1.0, -1.0, 0.0, float(WAITING))
         sent = [first] + [
             (*out[:3], *out[6:9], float(out.valid), float(out.status))
-            for out in answers(self.model, inputs, tool_length_mm)
+            for out in answers(self.model, inputs, self._length(tool_length_mm))
         ]
         offsets = [f"d{axis}{what}_um" for what in ("", "_uncertainty") for axis in "XYZ"]
         names = [*offsets, "valid_1", "status_1"]
         found = pd.DataFrame(sent, columns=names)
         found.insert(0, "time_s", recorded.time_s)
         return found
+
+    def _length(self, tool_length_mm: float | None) -> float:
+        return self.model.limits.judged_tool if tool_length_mm is None else tool_length_mm
 
     def __repr__(self) -> str:
         """Return one line."""
@@ -194,7 +196,7 @@ class Compensator:
         run: RunLike,
         *,
         machine: MachineLike | None = None,
-        tool_length_mm: float = TOOL_LENGTH_MM,
+        tool_length_mm: float | None = None,
     ) -> pd.DataFrame:
         """Return the drift of a run, the offsets, and what they would have left of it.
 
@@ -204,8 +206,8 @@ class Compensator:
             With the displacements that the compensator was fitted to.
         machine : Machine, path or name, optional
             Its five-point rig names the displacement sensors (S1 to S5, S5 along +Z).
-        tool_length_mm : float
-            At which a five-point rig's drift is taken [mm].
+        tool_length_mm : float, optional
+            At which a five-point rig's drift is taken [mm]; as `predict`.
 
         Returns
         -------
@@ -216,8 +218,9 @@ class Compensator:
         recorded = as_run(run)
         warn_of_doubts([recorded])
         meant = rig_of_model(self.model, _five_point(machine))
-        drift = measured_drift(recorded, meant, tool_length_mm, self.model.input_form)
-        sent = self.predict(recorded, tool_length_mm=tool_length_mm)
+        length = self._length(tool_length_mm)
+        drift = measured_drift(recorded, meant, length, self.model.input_form)
+        sent = self.predict(recorded, tool_length_mm=length)
         columns: dict[str, Any] = {"time_s": recorded.time_s}
         for axis in "XYZ":
             if f"drift_{axis}_um" in drift:
@@ -232,7 +235,7 @@ class Compensator:
         run: RunLike,
         *,
         machine: MachineLike | None = None,
-        tool_length_mm: float = TOOL_LENGTH_MM,
+        tool_length_mm: float | None = None,
     ) -> Figure:
         """Return a figure of a run's drift, and of what the compensator would leave of it.
 
@@ -240,7 +243,7 @@ class Compensator:
         ----------
         run : Run, DataFrame or path
         machine : Machine, path or name, optional
-        tool_length_mm : float
+        tool_length_mm : float, optional
             As `judge` takes them [mm].
         """
         recorded = as_run(run)

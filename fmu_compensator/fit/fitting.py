@@ -33,9 +33,6 @@ from measurement.warm import cold_starts
 from measurement.workers import workers
 
 USUAL_MODEL = "gaussian"
-JUDGED_TOOL_MM = 100.0
-"""At this tool length, or the nearest that is allowed, runs left out are judged [mm]: set on no
-data."""
 
 
 def fit_compensator(
@@ -264,11 +261,8 @@ class _Bench:
     def judged(self, table: dict[str, Any], places: Sequence[int]) -> list[RunLeft]:
         """Return what a compensator leaves of some of the runs."""
         model = parse_model(compensator_text(table), "fit")
-        tool = JUDGED_TOOL_MM
-        if isinstance(model.geometry, FivePoint):
-            tool = model.limits.nearest_tool(tool)
         pairs = ((self.runs[place], self.left[place]) for place in places)
-        return judge_runs(model, pairs, self.rig, tool)
+        return judge_runs(model, pairs, self.rig, model.limits.judged_tool)
 
 
 def compensator_text(table: dict[str, Any]) -> str:

@@ -142,7 +142,7 @@ def monitor(
     rig : Rig, optional
         What displacement columns mean; by default what the file remembers.
     tool_length_mm : float, optional
-        At which drift is compared; by default the longest tool, to which the file's figures refer.
+        At which drift is compared; by default that of the file's figures, `Limits.judged_tool`.
     on_run : callable
         Told each run once it is done.
 
@@ -166,7 +166,7 @@ def monitor(
             "the file does not say how runs left out of training differed: an error counts as too "
             "large where its root mean square passes the promised half width"
         )
-    length = model.limits.tool_length_mm[1] if tool_length_mm is None else tool_length_mm
+    length = model.limits.judged_tool if tool_length_mm is None else tool_length_mm
     agreement, bounds = Agreement(model), bounds_of(figures)
     faults = find_faults(runs)
     reports = []

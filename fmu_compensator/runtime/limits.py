@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from fmu_compensator.runtime.fields import Fields
 from fmu_compensator.runtime.geometry import LONGEST_TOOL_MM
 
+JUDGED_TOOL_MM = 100.0
+"""At this tool length, or the nearest that is allowed, runs are judged [mm]: set on no data."""
+
 
 @dataclass(frozen=True, slots=True)
 class Limits:
@@ -57,6 +60,11 @@ class Limits:
                 "tool_length_mm", f"[{low:g}, {high:g}] is not allowed: must be [shortest, longest]"
             )
         return low, high
+
+    @property
+    def judged_tool(self) -> float:
+        """The tool length at which runs are judged unless somebody asks for another [mm]."""
+        return self.nearest_tool(JUDGED_TOOL_MM)
 
     def nearest_tool(self, tool_length_mm: float) -> float:
         """Return the nearest allowed tool length [mm]; the shortest where it is not a number."""

@@ -159,6 +159,16 @@ def test_offsets_are_those_of_the_fmu(
     np.testing.assert_array_equal(codes, theirs["status_1"])
 
 
+def test_runs_are_judged_at_one_tool_length(fitted: sd.Compensator, runs: list[sd.Run]) -> None:
+    (report,) = fitted.monitor(runs[2]).runs
+    judged = fitted.judge(runs[2])
+    for error in report.errors:
+        drift = judged[f"drift_{error.axis}_um"].to_numpy()
+        assert error.none == pytest.approx(np.sqrt(np.nanmean(drift**2)), rel=0.02)
+    longer = fitted.judge(runs[2], tool_length_mm=fitted.model.limits.tool_length_mm[1])
+    assert longer["drift_Y_um"].abs().max() > 1.1 * judged["drift_Y_um"].abs().max()
+
+
 def test_a_missing_thermometer_is_refused_and_an_unused_one_is_not(
     fitted: sd.Compensator, runs: list[sd.Run]
 ) -> None:
