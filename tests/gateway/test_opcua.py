@@ -224,6 +224,7 @@ async def unknown(url: str) -> None:
             raise TimeoutError
 
 
+@pytest.mark.long
 def test_a_gateway_that_stands_still_is_told_from_one_that_has_nothing_new(
     database: Database, unit: CompensatorUnit
 ) -> None:

@@ -24,6 +24,7 @@ import build_fmu
 from tests.fmus.models import five_point_text
 from tests.masters.conftest import needs, run
 
+pytestmark = pytest.mark.long
 NAMES = [f"T{number}" for number in range(1, 12)]
 OFFSETS = ("dX", "dY", "dZ")
 STEP_S = 10.0

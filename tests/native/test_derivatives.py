@@ -140,7 +140,10 @@ def flags_of(path: Path) -> list[str]:
 CASES = {("shipped", 2): {"0", "2", "4", "12"}, ("by hand", 3): {"0"}, ("1", 3): {"0"}}
 
 
-@pytest.mark.parametrize(("name", "fmi"), CASES)
+@pytest.mark.parametrize(
+    ("name", "fmi"),
+    [pytest.param(*case, marks=pytest.mark.long if case[0] == "by hand" else ()) for case in CASES],
+)
 def test_derivatives_are_those_of_differences(
     name: str, fmi: int, fmu_of: Callable[[str, int], Path]
 ) -> None:
@@ -155,6 +158,7 @@ def test_derivatives_are_those_of_differences(
     assert declared
 
 
+@pytest.mark.long
 def test_an_error_model_that_is_not_linear_gives_none(tmp_path: Path) -> None:
     model = tmp_path / "made.json"
     model.write_text(model_text(made_model("vac", 0).table))

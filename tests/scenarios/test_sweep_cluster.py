@@ -83,6 +83,7 @@ def ended(out: Path) -> int:
     return len(list((out / "cases").glob("*.json"))) if out.is_dir() else 0
 
 
+@pytest.mark.long
 def test_a_worker_that_is_killed_loses_nothing_and_nothing_counts_twice(
     cluster: Cluster,
     tiny_scenario: Path,
