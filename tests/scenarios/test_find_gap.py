@@ -203,7 +203,7 @@ def test_the_fmus_show_the_gap_that_the_machines_show(
     assert found["before"] > 5.0 * found["after"]
     assert found["channels"]["T1"]["after"] < 0.2 < found["channels"]["T1"]["before"]
     stepped = gap_cosimulation.cosimulate(*built[1], run)
-    longest = gap_cosimulation.LONGEST_STEP_S
+    longest = gap_cosimulation.FINE_S
     same = simulate(tightening, run.frame, step_s=longest, at=stepped.time_s).readings
     for name, own in stepped.readings.items():
         # Inputs are held in each step, and readings have steps of their own [K, um].

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from benchmarks.sensor_faults import run as benchmark
-from benchmarks.sensor_faults.breaking import BREAKAGES, ODDITIES, planted
+from benchmarks.sensor_faults.breaking import BREAKAGES, ODDITIES, Breakage, planted
 from measurement.faults import Fault
 from tests.measurement.faults.test_broken import SOUND
 
 
 @pytest.mark.parametrize("how", BREAKAGES, ids=lambda how: how.name)
-def test_every_breakage_changes_its_span_alone(how: benchmark.Breakage) -> None:
+def test_every_breakage_changes_its_span_alone(how: Breakage) -> None:
     column = "T6_degC" if how.unit == "degC" else "disp_z_um"
     broken, (start, end) = planted(SOUND, column, how, np.random.default_rng(3))
     changed = (broken.frame[column] != SOUND.frame[column]).to_numpy()
