@@ -76,13 +76,18 @@ def _segment(path: Path, title: str, body: str, facts: Facts, mark: str) -> Iter
     if facts.get("Time_Pref", [""])[0] == "Absolute":
         zero = -SINCE_1904_S
     by_clock: dict[bytes, dict[Heading, list[Cell]]] = {}
-    times, channel = np.arange(len(lines), dtype=np.float64), 0
+    rows, channel = list(range(len(lines))), 0
+    times = np.arange(len(lines), dtype=np.float64)
     for name, cells in zip(names, columns, strict=True):
         if name.strip() == CLOCK_NAME:
-            told = [cell for cell in cells if cell is not None]
+            told = [at for at, cell in enumerate(cells) if cell is not None]
+            # Channels may end early; a time that is missing before that is refused like any other.
+            rows = list(range(told[-1] + 1 if told else len(lines)))
             step = float(_of(facts, "Delta_X", channel, "1").replace(decimal, "."))
             first = float(_of(facts, "X0", channel, "0").replace(decimal, "."))
-            times = np.array(told, dtype=np.float64) if told else times * step + first
+            counted = [at * step + first for at in rows]
+            shown = [np.nan if cells[at] is None else cells[at] for at in rows]
+            times = np.array(shown if told else counted, dtype=np.float64)
             continue
         if name.strip() == COMMENT:
             continue
@@ -90,7 +95,7 @@ def _segment(path: Path, title: str, body: str, facts: Facts, mark: str) -> Iter
         channel += 1
         key = times.tobytes()
         clock: list[Cell] = list((times + (zero or 0.0)).tolist())
-        by_clock.setdefault(key, {CLOCK: clock})[named] = cells[: len(times)]
+        by_clock.setdefault(key, {CLOCK: clock})[named] = [cells[at] for at in rows]
     for number, held in enumerate(by_clock.values(), 1):
         yield sheet_of(path, title if len(by_clock) == 1 else f"{title}.{number}", held)
 

@@ -63,6 +63,10 @@ CASES = {
     "lvm with a word for a time": Bad(
         (f"{LVM}0.0\t21\nnoon\t22\n",), "segment 1: its clock cannot be read"
     ),
+    "lvm without a time in a row": Bad(
+        (f"{LVM}0\t20\n1\t21\n\t99\n3\t23\n",),
+        "segment 1: row 3, column time [s]: is missing; every row needs a time",
+    ),
     "lvm with a row too wide": Bad(
         (f"{LVM}0.0\t21\t\t5\t7\n",), "segment 1: a row has 5 cells, its header 3"
     ),
