@@ -154,7 +154,7 @@ def replay(
     kinds = [kind for kind in GROSS if not (keep_frozen and kind in STANDING)]
     # The compensator gets all readings as they are; what it is judged by must be right.
     left = cleaned([run], faults, kinds)[0]
-    length = model.limits.judged_tool if tool_length_mm is None else tool_length_mm
+    length = model.limits.judged_tool(tool_length_mm)
     drift = measured_drift(left, rig, length, model.input_form)
     out = (left.frame[rig.columns].isna() & run.frame[rig.columns].notna()).any(axis=1)
     drift[out] = np.nan

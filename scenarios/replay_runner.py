@@ -125,7 +125,7 @@ def run_replay(
         fmu = find_fmu(compensator, fmu_dir, near, Path(work), quiet=quiet)
         model = model_of(fmu)
         rig = rig_of_model(model, _five_point(machine))
-        length = model.limits.judged_tool if tool_length_mm is None else tool_length_mm
+        length = model.limits.judged_tool(tool_length_mm)
         hidden = quiet or not sys.stderr.isatty()
         replays = [
             replay(fmu, model, run, rig, length, keep_frozen=keep_frozen, probing=probing)

@@ -175,16 +175,13 @@ class Compensator:
         first = (0.0, 0.0, 0.0, -1.0, -1.0, -1.0, 0.0, float(WAITING))
         sent = [first] + [
             (*out[:3], *out[6:9], float(out.valid), float(out.status))
-            for out in answers(self.model, inputs, self._length(tool_length_mm))
+            for out in answers(self.model, inputs, self.model.limits.judged_tool(tool_length_mm))
         ]
         offsets = [f"d{axis}{what}_um" for what in ("", "_uncertainty") for axis in "XYZ"]
         names = [*offsets, "valid_1", "status_1"]
         found = pd.DataFrame(sent, columns=names)
         found.insert(0, "time_s", recorded.time_s)
         return found
-
-    def _length(self, tool_length_mm: float | None) -> float:
-        return self.model.limits.judged_tool if tool_length_mm is None else tool_length_mm
 
     def __repr__(self) -> str:
         """Return one line."""
@@ -218,7 +215,7 @@ class Compensator:
         recorded = as_run(run)
         warn_of_doubts([recorded])
         meant = rig_of_model(self.model, _five_point(machine))
-        length = self._length(tool_length_mm)
+        length = self.model.limits.judged_tool(tool_length_mm)
         drift = measured_drift(recorded, meant, length, self.model.input_form)
         sent = self.predict(recorded, tool_length_mm=length)
         columns: dict[str, Any] = {"time_s": recorded.time_s}

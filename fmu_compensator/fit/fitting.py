@@ -262,7 +262,7 @@ class _Bench:
         """Return what a compensator leaves of some of the runs."""
         model = parse_model(compensator_text(table), "fit")
         pairs = ((self.runs[place], self.left[place]) for place in places)
-        return judge_runs(model, pairs, self.rig, model.limits.judged_tool)
+        return judge_runs(model, pairs, self.rig, model.limits.judged_tool())
 
 
 def compensator_text(table: dict[str, Any]) -> str:

@@ -63,7 +63,7 @@ def update_compensator(
     chosen = [prepared.sensors.index(model.sensors[index].name) for index in model.chosen]
     left = cleaned(runs, find_faults(runs), left_out(frozen=True))
     pairs = list(zip(runs, left, strict=True))
-    before = judge_runs(model, pairs, rig, model.limits.judged_tool)
+    before = judge_runs(model, pairs, rig, model.limits.judged_tool())
     table = _taken_in(model, prepared, chosen, range(len(runs)))
     provenance = table["provenance"]
     rows = [int(run.complete(chosen).known.sum()) for run in prepared.runs]
@@ -129,7 +129,7 @@ def _unseen(
         others = [other for other in range(len(pairs)) if other != place]
         table = _taken_in(model, prepared, chosen, others)
         without = parse_model(model_text(table), model.source)
-        found += judge_runs(without, [pair], rig, model.limits.judged_tool)
+        found += judge_runs(without, [pair], rig, model.limits.judged_tool())
     return found
 
 

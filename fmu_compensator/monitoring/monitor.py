@@ -166,7 +166,7 @@ def monitor(
             "the file does not say how runs left out of training differed: an error counts as too "
             "large where its root mean square passes the promised half width"
         )
-    length = model.limits.judged_tool if tool_length_mm is None else tool_length_mm
+    length = model.limits.judged_tool(tool_length_mm)
     agreement, bounds = Agreement(model), bounds_of(figures)
     faults = find_faults(runs)
     reports = []

@@ -61,10 +61,9 @@ class Limits:
             )
         return low, high
 
-    @property
-    def judged_tool(self) -> float:
-        """The tool length at which runs are judged unless somebody asks for another [mm]."""
-        return self.nearest_tool(JUDGED_TOOL_MM)
+    def judged_tool(self, asked_mm: float | None = None) -> float:
+        """Return the tool length at which runs are judged: that asked for, or the usual [mm]."""
+        return self.nearest_tool(JUDGED_TOOL_MM) if asked_mm is None else asked_mm
 
     def nearest_tool(self, tool_length_mm: float) -> float:
         """Return the nearest allowed tool length [mm]; the shortest where it is not a number."""

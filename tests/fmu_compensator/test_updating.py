@@ -68,7 +68,7 @@ def test_an_update_is_about_as_good_as_a_fit_to_all_runs() -> None:
 def test_what_the_old_one_left_of_the_new_runs_is_put_down() -> None:
     model, new = model_of(runs(0, 1)), runs(2, 3)
     table, before = update_compensator(model, new, created="2026-02-03")
-    length = model.limits.judged_tool
+    length = model.limits.judged_tool()
     for one, run in zip(before, new, strict=True):
         assert one == left_of(drive(model, run, run, RIG, length), run.name)
     told = table["provenance"]["figures"]["updated"]
