@@ -31,6 +31,8 @@ ROOT = Path(__file__).resolve().parents[1]
 BESIDE = ("benchmarks", "tests", "docs")
 """Folders of Python that no wheel holds, after the rooms of the product."""
 MOST_COMPLEX = 15
+GIVEN = "given by"
+"""What the docstring of a number says that physics, a standard or a format sets."""
 """Above it ruff's C901 counts a function as too complex."""
 MADE = re.compile(r"<!-- begin (\w+).*?<!-- end \1 -->", re.DOTALL)
 """What a command writes into a page."""
@@ -88,15 +90,32 @@ def is_number(node: ast.AST | None) -> bool:
         return isinstance(node.value, int | float) and not isinstance(node.value, bool)
     if isinstance(node, ast.UnaryOp | ast.BinOp | ast.Tuple):
         parts = [part for part in ast.iter_child_nodes(node) if isinstance(part, ast.expr)]
-        return all(map(is_number, parts))
+        return bool(parts) and all(map(is_number, parts))
     return False
 
 
-def constants(file: Path) -> int:
-    """Return how many names of a module are bound to a number, or to several in a tuple."""
+def numbers(file: Path) -> dict[str, str]:
+    """Return the names of a module that are bound to numbers, and what is said of them.
+
+    A docstring is that of all names that stand right above it.
+    """
     body = ast.parse((ROOT / file).read_text(encoding="utf-8")).body
-    bound = [node for node in body if isinstance(node, ast.Assign | ast.AnnAssign)]
-    return sum(is_number(node.value) for node in bound)
+    told: dict[str, str] = {}
+    said = ""
+    for node in reversed(body):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            said = " ".join(str(node.value.value).split())
+        elif not isinstance(node, ast.Assign | ast.AnnAssign):
+            said = ""
+        elif is_number(node.value):
+            place = node.targets[0] if isinstance(node, ast.Assign) else node.target
+            told[ast.unparse(place)] = said
+    return told
+
+
+def judged(file: Path) -> int:
+    """Return how many of these numbers are not `GIVEN`: what is silent counts as a judgement."""
+    return sum(GIVEN not in said.lower() for said in numbers(file).values())
 
 
 def words() -> int:
@@ -150,22 +169,30 @@ def table() -> str:
     """Return the counts as Markdown."""
     complex_ones = too_complex()
     rooms = sorted({room(file) for file in files(".py")}, key=lambda name: (name in BESIDE, name))
-    heads = ["Room", "Python", "C", f"above complexity {MOST_COMPLEX}", "numbers of modules"]
+    heads = [
+        "Room",
+        "Python",
+        "C",
+        f"above complexity {MOST_COMPLEX}",
+        "numbers of modules",
+        "of these judged",
+    ]
     rows = []
     for name in rooms:
         inside = [file for file in files(".py") if room(file) == name]
         in_c = [file for file in (*files(".c"), *files(".h")) if room(file) == name]
-        numbers = [
+        counts = [
             sum(map(code_lines, inside)),
             sum(map(code_lines, in_c)),
             complex_ones.get(name, 0),
-            sum(map(constants, inside)),
+            sum(len(numbers(file)) for file in inside),
+            sum(map(judged, inside)),
         ]
-        rows.append((name, numbers))
-    product = [numbers for name, numbers in rows if name not in BESIDE]
+        rows.append((name, counts))
+    product = [counts for name, counts in rows if name not in BESIDE]
     together = ("**product together**", [sum(column) for column in zip(*product, strict=True)])
     rows.insert(len(product), together)
-    text = as_table(heads, ([name, *(f"{n:,}" for n in numbers)] for name, numbers in rows))
+    text = as_table(heads, ([name, *(f"{n:,}" for n in counts)] for name, counts in rows))
     visited = ([name, *map(str, numbers)] for name, numbers in walks())
     ways = as_table(["Walk", "files", "functions"], visited)
     return f"{text}\n\n{ways}\n\nREADME and docs: {words():,} words that no command wrote."

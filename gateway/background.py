@@ -14,9 +14,10 @@ from collections.abc import Callable
 
 Job = Callable[[], None]
 ROOM = 20_000
-"""Jobs that may wait: of 120 frames a second to be written, nearly three minutes."""
+"""Jobs that may wait: of 120 frames a second to be written, nearly three minutes. Set on no
+data."""
 LAST_S = 5.0
-"""Longest wait for the remaining jobs at the end [s]."""
+"""Longest wait for the remaining jobs at the end [s]: set on no data."""
 
 
 class Background:

@@ -5,15 +5,15 @@ from __future__ import annotations
 from gateway.database import Database
 
 OVERHEAD_BITS = 44
-"""A standard frame without its data: start bit to end of frame."""
+"""A standard frame without its data, start bit to end of frame: given by ISO 11898-1."""
 STUFFED_BITS = 34
-"""Those of them that bit stuffing reaches: start bit to CRC."""
+"""Those of them that bit stuffing reaches, start bit to CRC: given by ISO 11898-1."""
 PAUSE_BITS = 3
-"""Between two frames."""
+"""Between two frames: given by ISO 11898-1."""
 
 
 EXTENSION_BITS = 20
-"""What an identifier of 29 bits adds, all of it stuffed."""
+"""What an identifier of 29 bits adds, all of it stuffed: given by ISO 11898-1."""
 
 
 def frame_bits(size: int, *, stuffed: bool = True, extended: bool = False) -> int:

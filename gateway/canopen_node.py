@@ -29,13 +29,14 @@ from gateway.protocols.base import Participant, Report
 from measurement.errors import BadInput
 
 OPERATIONAL = 5
+"""The NMT state as a heartbeat carries it: given by CiA 301."""
 GENERIC, COMMUNICATION, MANUFACTURER = 0x01, 0x10, 0x80
-"""Bits of the error register."""
+"""Bits of the error register: given by CiA 301."""
 NO_ERROR, COMMUNICATION_ERROR, DEVICE_SPECIFIC = 0x0000, 0x8100, 0xFF00
 COLLISION, TOO_SHORT, TOO_LONG = 0x8150, 0x8210, 0x8220
-"""Error codes by CiA 301; the compensator's status is added to the last."""
+"""Error codes: given by CiA 301; the compensator's status is added to the last."""
 UNKNOWN_COMMAND = 0x05040001
-"""SDO abort code: the client's command is not valid, or not known."""
+"""SDO abort code, the client's command is not valid or not known: given by CiA 301."""
 LISTEN_S = 2.0 * HEARTBEAT_MS / 1000.0
 """Before it sends anything, a node listens for another of its number for two heartbeats [s]."""
 STOPPED = ("starting", "ready")

@@ -27,18 +27,24 @@ from measurement.errors import BadInput, checked
 from measurement.files import sha256_of
 
 MISSING = -32768
-"""What a process value that is not known is sent as."""
+"""What a process value that is not known is sent as, the lowest of its form: set on no data."""
 MOST_TEMPERATURES = 12
+"""Given by the PDOs: three of four values each."""
 EVERY_MS = 100
+"""Usual cycle of the process values [ms]: set on no data."""
 HEARTBEAT_MS = 500
+"""Usual time between heartbeats [ms]: set on no data."""
 PROFILE = 404
+"""Measuring devices and closed-loop controllers: given by CiA 404."""
 OFFSETS, UNITS, DIGITS = 0x7130, 0x6131, 0x6132
 TEMPERATURES, SPEED, TOOL_LENGTH, STATE, THERMAL = 0x2100, 0x2101, 0x2102, 0x2103, 0x2104
 VALID, STATUS, SENSOR, GATEWAY, FAULT, TRUSTED = 0x2200, 0x2201, 0x2202, 0x2203, 0x2204, 0x2205
 UNCERTAINTY, LIMITS, HASH = 0x2210, 0x2300, 0x2301
+"""Objects: the profile's own are given by CiA 404, the others by the range that CiA 301 leaves."""
 MICROMETRE = 0xFA010000
-"""The unit by CiA 303-2: prefix, then unit."""
+"""The unit, prefix then unit: given by CiA 303-2."""
 REVISION = 1
+"""Of the sheet: given by this version."""
 FILE = {
     "FileName": "spindle_drift.eds",
     "FileVersion": "1",

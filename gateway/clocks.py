@@ -16,10 +16,11 @@ from gateway.state import OLDEST_S, Saved
 
 _BOOT = getattr(time, "CLOCK_BOOTTIME", None)
 AGREE_S = 10.0
-"""By so much may the two ages of a state differ: the machine's and this computer's [s]."""
+"""By so much may the two ages of a state differ, the machine's and this computer's [s]: set on no
+data."""
 WALL_STEP_S = 2.0
 """A time of day that moves on by so much more than this computer's clock has been set, or has seen
-time that the clock has not [s]."""
+time that the clock has not [s]: set on no data."""
 
 
 def steady() -> float:

@@ -17,8 +17,9 @@ MACHINE, COMPENSATOR = "MACHINE", "COMPENSATOR"
 CYCLE = "cycle"
 ERROR, NOT_AVAILABLE, OTHER = "error", "not_available", "other"
 FAREWELLS = 2
-"""So often a node says that it leaves: one frame may be lost."""
+"""So often a node says that it leaves: one frame may be lost. Set on no data."""
 EXTENDED = 1 << 31
+"""Marks an identifier of 29 bits in a DBC file: given by its format."""
 OFFSETS = ("dX", "dY", "dZ")
 TRUST = ("none", "partly", "protected")
 """From the least: what of the faults of a frame can be noticed."""

@@ -13,6 +13,7 @@ from measurement.errors import BadInput
 
 DBC = Path(__file__).with_name("spindle_drift.dbc")
 LONGEST_TEXT = 300
+"""Of a library's complaint, so many characters are shown: set on no data."""
 
 
 def load_dbc(path: Path) -> CanDatabase:

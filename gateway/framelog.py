@@ -22,11 +22,14 @@ from measurement.errors import BadInput, one_line
 
 LOGS = (".log", ".asc", ".blf")
 SYNC_S, RETRY_S = 1.0, 5.0
-"""How often the log is flushed, and how soon writing is tried again after a failure [s]."""
+"""How often the log is flushed, and how soon writing is tried again after a failure [s]: set on no
+data."""
 LARGEST_MB = 100.0
+"""A log of this size is put away and a new one begun [MB]: set on no data."""
 CHANNELS = 254
+"""Of a log that numbers its buses in a byte: given by the formats."""
 KEPT = 9
-"""Older logs that are kept beside the newest: FILE.1 is the newest of them."""
+"""Older logs that are kept beside the newest, of which FILE.1 is the newest: set on no data."""
 
 
 class FrameLog:

@@ -19,7 +19,8 @@ from gateway.reception import Cycle, Finding
 from gateway.timebase import Timebase
 
 RIVAL_S = 1.0
-"""Two intact frames of another gateway within this time count, and they do for as long [s]."""
+"""Two intact frames of another gateway within this time count, and they do for as long [s]: set on
+no data."""
 
 
 @dataclass(frozen=True)

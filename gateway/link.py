@@ -19,17 +19,17 @@ from gateway.timebase import CLOCK_DRIFT
 from measurement.errors import BadInput, one_line
 
 FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 8.0
-"""Back-off: the first wait before the bus is opened again, and the longest [s]."""
+"""Back-off: the first wait before the bus is opened again, and the longest [s]. Set on no data."""
 MOST_FAILURES = 12
-"""So many frames in a row that cannot be sent mean that the bus is lost."""
+"""So many frames in a row that cannot be sent mean that the bus is lost: set on no data."""
 ERR_BUS_OFF = 0x40
-"""SocketCAN's class of error frames that says the controller has left the bus."""
+"""The class of error frames that says the controller has left the bus: given by SocketCAN."""
 WALL_CLOCK = ("socketcan", "udp_multicast", "virtual")
 """Interfaces that stamp a frame with this computer's time of day when it arrives."""
 ECHOING = ("udp_multicast",)
 """Interfaces on which a node hears its own frames."""
 ECHOES = 256
-"""So many own frames may be on their way back."""
+"""So many own frames may be on their way back: set on no data."""
 Clock = Callable[[], float]
 
 

@@ -23,12 +23,12 @@ from gateway.database import (
     key_of,
 )
 from gateway.link import Link
-from gateway.probes import TAKEN, ProbeSender
+from gateway.probes import LATEST_STEPS, TAKEN, ProbeSender
 from gateway.proof import CHALLENGE
 from gateway.reception import Cycle, Reception
 
-STALE_CYCLES = 3.5
-"""An answer to readings from longer ago than this many cycles is not used."""
+STALE_CYCLES = LATEST_STEPS + 1.0
+"""An answer to readings from longer ago than this many cycles is not used: the way back is one."""
 
 
 @dataclass(frozen=True)

@@ -44,7 +44,7 @@ from measurement.errors import BadInput, checked
 from scenarios.wiring import PROBED
 
 CLASSIC = 8
-"""Bytes of a frame at most, without CAN FD."""
+"""Bytes of a frame at most, without CAN FD: given by ISO 11898-1."""
 LENGTHS = (*range(1, CLASSIC + 1), 12, 16, 20, 24, 32, 48, 64)
 Spec = InputMap | OutputMap
 PROTECTION = ("crc", "counter", CYCLE)

@@ -30,7 +30,8 @@ from gateway.state import Saved
 from measurement.rig import AXES
 
 QUIET_S = 60.0
-"""The same fault of the same frame is said again after this time at the earliest [s]."""
+"""The same fault of the same frame is said again after this time at the earliest [s]: set on no
+data."""
 LOSSES = ("bus_off", "interface_lost")
 AFTER_LOSS = ("startup", "missing", "late", "machine_not_running")
 STARTING, READY, RUNNING, FAULT = "starting", "ready", "running", "fault"

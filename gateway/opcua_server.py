@@ -29,7 +29,7 @@ from asyncua.server.user_managers import UserManager
 
 NAMESPACE = "https://spindle-drift.invalid/gateway"
 STALE_S = 3.0
-"""After this silence of the gateway all values become unknown [s]."""
+"""After this silence of the gateway all values become unknown [s]: set on no data."""
 CHANGING = (
     ua.ObjectIds.WriteRequest_Encoding_DefaultBinary,
     ua.ObjectIds.CallRequest_Encoding_DefaultBinary,

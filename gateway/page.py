@@ -16,7 +16,7 @@ HEAD = (
     *("Late after", "If missing or not valid"),
 )
 WIDTH = 60
-"""A longer list of values makes the table too wide."""
+"""A longer list of values makes the table too wide: set on no data."""
 
 
 def frames_text(mapping: Mapping) -> str:

@@ -20,11 +20,12 @@ from scenarios.wiring import PROBED
 PROBE_TIME = "probe_time"
 TAKEN = "probes_taken"
 COUNTED = 4
-"""The count of probes starts anew after so many."""
+"""The count of probes starts anew after so many: given by its two bits in the frame."""
 MOST_TRIES = 50
-"""How often a probe is sent again while the gateway does not take it."""
+"""How often a probe is sent again while the gateway does not take it: set on no data."""
 LATEST_STEPS = 2.5
-"""An answer, or a probe, of a cycle that is further back than this many steps is not used."""
+"""Inputs, or a probe, of a cycle that is further back than this many steps are not used: one of
+them may be lost. Set on no data."""
 
 
 class ProbeReceiver:

@@ -25,9 +25,11 @@ from measurement.errors import BadInput
 CHALLENGE, ECHO, PROOF, FRESHNESS = "challenge", "echo", "proof", "freshness"
 NOT_PROVEN, PROVEN = "not_proven", "proven"
 ECHO_BITS = 0xFFFF
+"""What the frame has of a challenge: given by its signal."""
 LARGEST_ECHO = 65533
-"""The two raw values beyond it mean *error* and *not available*."""
+"""Given by the signal: the two raw values beyond it mean *error* and *not available*."""
 KEY_BYTES = (16, 32)
+"""Of a key, 128 or 256 bits: given by AES, whose 192 bits nobody here uses."""
 
 
 def proof_of(challenge: int, frames: Iterable[bytes], key: bytes | None = None) -> int:

@@ -25,7 +25,7 @@ from crccheck.crc import Crc8Autosar, Crc8GsmA, Crc8SaeJ1850, Crc8Smbus, Crc16Ib
 
 NONE, COUNTER_ONLY, PROFILE_1 = "none", "counter", "e2e_profile_1"
 COUNTERS = 15
-"""How many values the counter of profile 1 has."""
+"""How many values the counter has: given by AUTOSAR's profile 1."""
 # crccheck works bit by bit; its results for single bytes make a table, since a CRC is linear.
 _TABLE = bytes(Crc8GsmA.calc([byte]) for byte in range(256))
 

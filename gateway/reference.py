@@ -22,7 +22,7 @@ from math import isfinite, nan
 SAID = "the user says that the machine is cold"
 COLD_FOR_S = 60.0
 """For so long after a machine said so it is still cold, and without readings temperatures are where
-they were [s]: a judgement, set on no data."""
+they were [s]: set on no data."""
 
 
 @dataclass(frozen=True)

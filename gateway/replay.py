@@ -20,7 +20,7 @@ from measurement.errors import BadInput, one_line
 
 READ = (*LOGS, ".mf4")
 LONGEST_PAUSE_S = 1.0
-"""A longer pause in the log is cut out [s]."""
+"""A longer pause in the log is cut out [s]: set on no data."""
 
 
 def recorded(path: Path, database: Database) -> list[can.Message]:

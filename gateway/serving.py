@@ -23,11 +23,11 @@ from gateway.unit import CompensatorUnit
 from measurement.errors import BadInput
 
 LONGEST_WAIT_S = 0.25
-"""Longest wait before checking whether to stop [s]."""
+"""Longest wait before checking whether to stop [s]: set on no data."""
 GRACE_S = 0.2
-"""How long reading waiting frames may delay what is due [s]."""
+"""How long reading waiting frames may delay what is due [s]: set on no data."""
 STATUSES = 1000
-"""Most changes of status that the summary lists; older ones are dropped."""
+"""Most changes of status that the summary lists; older ones are dropped. Set on no data."""
 
 
 @dataclass

@@ -20,8 +20,9 @@ from measurement.files import read_bytes, write_atomically
 from scenarios.outputs import STATE_KIND, begins_as_state
 
 FORMAT = 1
+"""Of the state file: given by this version."""
 OLDEST_S = 3600.0
-"""Oldest saved state that is restored [s]."""
+"""Oldest saved state that is restored [s]: set on no data."""
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,12 @@ used until the offset is right again, whatever the machine says in between."""
 from __future__ import annotations
 
 CLOCK_DRIFT = 5e-4
-"""Two clocks may drift apart by this much of the time gone by. Crystals of 100 ppm each, in any
+"""Two clocks may drift apart by this much of the time gone by [1]. Crystals of 100 ppm each, in any
 temperature that a cabinet has, stay well below. A delay that grows more slowly than this cannot be
-told from drift."""
+told from drift. Set on no data."""
 QUARANTINE_S = 60.0
-"""After the machine's time ran at another rate, nothing is trusted for so long [s]."""
+"""After the machine's time ran at another rate, nothing is trusted for so long [s]: set on no
+data."""
 RATE = "time_rate", "machine_time runs at another rate than this computer's clock times --speed-up"
 
 

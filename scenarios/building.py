@@ -53,6 +53,7 @@ cut or high."""
 CAN = {"low": "_can", "high": "_can_high"}
 """How the name of an FMU ends that has a terminal of this cut."""
 WORKING_DAY_S, STEP_S = 28800.0, 1.0
+"""An FMU's default experiment, eight hours in steps of a second [s]: set on no data."""
 
 
 def version() -> str:

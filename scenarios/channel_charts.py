@@ -12,7 +12,7 @@ from plant_model.sensors import displacement_names
 from scenarios.charts import BEFORE, LINES, MEASURED, Chart, Line, Panel
 
 MOST_PANELS = 10
-"""Panels of one chart; more of them are spread over several."""
+"""Panels of one chart; more of them are spread over several. Set on no data."""
 
 
 def channel_charts(

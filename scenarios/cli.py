@@ -35,7 +35,7 @@ ROOMS = ("spindle_drift", "gateway")
 TERMINATED = 128 + signal.SIGTERM
 """Exit code after SIGTERM, as a shell gives it."""
 AGAIN_S = 0.05
-"""How soon a SIGTERM that got lost is sent again [s]."""
+"""How soon a SIGTERM that got lost is sent again [s]: set on no data."""
 DESCRIPTION = """\
 Measures, models and compensates the thermal drift of machine-tool spindles.
 

@@ -19,6 +19,7 @@ from scenarios.fit_figures import curves_figure
 from scenarios.report import AXIS, plot_html, short, write_page
 
 CONVERGENCE_PX = 320
+"""Height of the chart: set on no data."""
 
 
 @dataclass(frozen=True)

@@ -50,7 +50,8 @@ from scenarios.wiring import PROBED, TOOL_LENGTH, Variables, check_signals, shar
 
 NOISE_SEED = "noise_seed"
 STATUS, STATUS_SENSOR, STATUS_TEXT = "status", "status_sensor", "status_text"
-LOOK_EVERY = 256  # steps between two looks at the progress bar and at Ctrl-C
+LOOK_EVERY = 256
+"""Steps between two looks at the progress bar and at Ctrl-C: set on no data."""
 
 
 def simulate(

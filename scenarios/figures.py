@@ -11,6 +11,7 @@ from measurement.overview import png_bytes
 from scenarios.charts import Chart, Line, Panel, kept, kept_steps
 
 WIDTH_IN, PANEL_IN, DPI = 9.0, 2.3, 130
+"""Of a figure and of each panel [inch], and the dots an inch: set on no data."""
 
 
 def draw(chart: Chart, folder: Path) -> Path:

@@ -8,12 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap_finder.regimes import RunResiduals, regimes
+from scenarios.svg import mixed
 
 KINDS = ("standing", "warming up", "steady", "cooling down")
-
-LIGHT, DARK = (255, 255, 255), (222, 110, 75)
-WORST = 6.0
-"""Tolerances from which a cell has its full colour [1]."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +74,5 @@ def regime_map(found: Sequence[RunResiduals]) -> RegimeMap:
 def _cell(ratio: float) -> Cell:
     if not np.isfinite(ratio):
         return Cell("", "none")
-    share = min(max(ratio - 1.0, 0.0) / (WORST - 1.0), 1.0)
-    mixed = [round(a + share * (b - a)) for a, b in zip(LIGHT, DARK, strict=True)]
-    return Cell(f"{ratio:.1f}", f"rgb({mixed[0]}, {mixed[1]}, {mixed[2]})")
+    above = 1.0 - 1.0 / max(ratio, 1.0)  # what of it is more than the tolerance
+    return Cell(f"{ratio:.1f}", mixed(above, "#ffffff", "#de6e4b"))

@@ -11,7 +11,7 @@ from scenarios.svg import part, picture
 BARS = (("before", "calibrated as given", BEFORE), ("after", "with what was added", LINES[0]))
 REFERENCE = "#b8435c"
 WIDTH, NAME, NUMBERS, BAR = 720, 130, 90, 7
-"""Of the picture, of names and numbers in it, and the height of a bar [px]."""
+"""Of the picture, of names and numbers in it, and the height of a bar [px]: set on no data."""
 
 
 def gap_picture(channels: Mapping[str, Mapping[str, Any]]) -> str:

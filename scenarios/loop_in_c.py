@@ -26,6 +26,7 @@ from scenarios.signals.base import FloatArray
 
 SOURCE = Path(__file__).resolve().with_name("loop.c")
 REACHED, CHANGED = 0, 1
+"""Outcomes: given by the loop in C."""
 NONE = c_size_t(-1).value
 
 

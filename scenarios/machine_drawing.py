@@ -11,13 +11,13 @@ from plant_model.drawing.form import degrees
 from plant_model.drawing.layout import Drawing, Seat
 from plant_model.drawing.mesh import Mesh
 from plant_model.machine import Machine
-from scenarios.svg import INK, label, part, picture
+from scenarios.svg import INK, label, mixed, part, picture
 
 WIDTH, MARGIN, TOP = 1040.0, 50.0, 34.0
+"""Of the picture, and what stays free beside and above the spindle [px]: set on no data."""
 SOFT, BLUE, RED = "#7a828d", "#2f6fb3", "#b3402f"
 SIDES = ((1.0, 90.0), (-1.0, 270.0))
-"""Above and below the axis: the sign there, and the direction [deg]."""
-COLD, HOT = (222, 230, 238), (226, 104, 48)
+"""Above and below the axis, the sign there and the direction [deg]: given by the section."""
 HATCH = (
     '<defs><pattern id="hatch" width="6" height="6" patternUnits="userSpaceOnUse"'
     ' patternTransform="rotate(45)"><rect width="6" height="6" fill="#eef0f3"/>'
@@ -28,8 +28,7 @@ HATCH = (
 def colour(value: float, low: float, high: float) -> str:
     """Return the fill of a temperature between the coldest and the warmest."""
     share = min(1.0, max(0.0, (value - low) / max(high - low, 1e-9)))
-    parts = (round(a + share * (b - a)) for a, b in zip(COLD, HOT, strict=True))
-    return "#{:02x}{:02x}{:02x}".format(*parts)
+    return mixed(share, "#dee6ee", "#e26830")
 
 
 @dataclass

@@ -12,6 +12,7 @@ from scenarios.machine_drawing import WIDTH, colour
 from scenarios.svg import INK, label, part, picture
 
 HEIGHT, PAD = 600.0, 70.0
+"""Of the picture, and what stays free around the network [px]: set on no data."""
 STROKES = {"wall": "#8b929c", "air": "#c3a15a", "coolant": "#2f6fb3"}
 KINDS = {
     "convection": "air",
@@ -20,6 +21,7 @@ KINDS = {
     "coolant_wall": "coolant",
 }
 ROUNDS = 400
+"""Of the placing: set on the machines of the library."""
 
 
 def network_svg(

@@ -27,6 +27,7 @@ LABELS = {
     SENSOR: "a thermometer",
 }
 MOST_NAMED = 40
+"""More names of runs do not fit under the axis: set on no data."""
 
 
 def draw_monitor(report: Report, path: Path) -> None:

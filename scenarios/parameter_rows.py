@@ -9,7 +9,7 @@ from gap_finder.calibrate import ParameterEstimate
 from plant_model.machine import Machine
 
 DETERMINED = 0.5
-"""Prior contraction from which the runs are said to determine a parameter [1]."""
+"""Prior contraction from which the runs are said to determine a parameter [1]: set on no data."""
 
 
 def parameter_rows(

@@ -10,8 +10,10 @@ from scipy.cluster.hierarchy import dendrogram
 from fmu_compensator.fit.survey import Survey
 from scenarios.figures import saved
 
-COLUMNS = 3  # of the figure of loops
-MOST_NAMED = 10  # runs in its legend: colours repeat after so many
+COLUMNS = 3
+"""Of the figure of loops: set on no data."""
+MOST_NAMED = 10
+"""Runs in its legend: given by matplotlib, whose colours repeat after so many."""
 
 
 def draw_points(found: Survey, folder: Path) -> list[Path]:

@@ -16,8 +16,8 @@ from measurement.units import split_column
 from scenarios.scenario import Probe
 
 PAUSE_S = 300.0
-"""Two probe cycles are at least so far apart: a limit that no probe can keep would else have the
-machine do nothing but probe [s]."""
+"""Two probe cycles are at least so far apart [s]: a limit that no probe can keep would else have
+the machine do nothing but probe. Set on no data."""
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ CALIBRATE = (Stage("iteration", 1.0, 10),)
 """What calibration says; it rarely needs all of its iterations."""
 
 SPEAKS_S = 10.0
-"""Where standard error is no terminal, a line is written at least so often [s]."""
+"""Where standard error is no terminal, a line is written at least so often [s]: set on no data."""
 
 _STEP = (
     Stage("screening", 6.0, 1),

@@ -15,6 +15,7 @@ from fmu_packaging.publish import Reference
 from plant_model.machine import Machine
 
 REFERENCE_S, REFERENCE_STEP_S = 3600.0, 10.0
+"""An hour in steps of ten seconds [s]: set on no data."""
 
 
 def _warming(time_s: float, start: float, rise: float) -> float:

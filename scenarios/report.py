@@ -23,11 +23,13 @@ PLOTLY = TEMPLATES / "plotly-basic.min.js.gz"
 """plotly.js-basic-dist-min 4.1.1 from npm, MIT: a quarter of the whole.
 A page holds it as it is, and the browser unpacks it."""
 PANEL_PX, CHART_PX = 230, 80
+"""Height of a panel, and of what stands around them: set on no data."""
 PANEL_GAP = 0.15
-"""Between two panels, as a share of one."""
+"""Between two panels, as a share of one: set on no data."""
 MOST_EVENTS = 200
+"""A page lists no more: set on no data."""
 POINTS = 1200
-"""Of a curve, about: a page shows one for each pixel of its width."""
+"""Of a curve, about, one for each pixel of a page's width: set on no data."""
 CONFIG = {"responsive": True, "displaylogo": False, "displayModeBar": False}
 AXIS = {"gridcolor": "#e3e6ea", "linecolor": "#9aa1ab", "zerolinecolor": "#c6cbd2"}
 VALUES = AXIS | {"automargin": True, "exponentformat": "none", "separatethousands": True}

@@ -8,6 +8,12 @@ from html import escape
 INK = "#222830"
 
 
+def mixed(share: float, none: str, full: str) -> str:
+    """Return a colour between two, as ``#rrggbb``; *share* of it is the second."""
+    pairs = zip(bytes.fromhex(none[1:]), bytes.fromhex(full[1:]), strict=True)
+    return f"#{bytes(round(a + share * (b - a)) for a, b in pairs).hex()}"
+
+
 def part(kind: str, text: str = "", title: str = "", /, **looks: object) -> str:
     """Return an element.
 

@@ -20,6 +20,7 @@ from scenarios.table import NO_COMPENSATION, Group, group_of
 MACHINES = ("resources/machine.json", "documentation/machine.json")  # in Python, in C
 TOOL = "tool_length_mm"
 AVERAGE_S = 60.0
+"""What curves in minutes are the means of [s]: set on no data."""
 
 
 def grouped(recordings: Sequence[Recording]) -> list[list[Recording]]:

@@ -26,11 +26,12 @@ from scenarios.wiring import TOOL_LENGTH, Variables, Wiring, shared_starts, wire
 
 SPEED = "speed"
 AROUND_K = 15.0
-"""How far a slider moves a temperature from its start [K]: what halls and coolants do."""
+"""How far a slider moves a temperature from its start [K], as halls and coolants do: set on no
+data."""
 DAY = (0.33, 0.67, 1.0, 0.5, 0.83, 0.17, 1.0, 0.67)
-"""A day's work: shares of the highest speed, an hour each; those of the scenario step_speed."""
+"""A day's work, shares of the highest speed, an hour each: given by the scenario step_speed."""
 HIGHEST_SHARE = 0.6
-"""The highest speed of the day, as a share of the machine's."""
+"""The highest speed of the day, as a share of the machine's: set on no data."""
 ABOUT = (
     "Machine {machine}, compensator {compensator}. The sources are those of the FMUs in C, "
     "compiled to WebAssembly; with the same inputs they give the FMUs' numbers. "

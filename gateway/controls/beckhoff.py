@@ -6,9 +6,9 @@ from gateway.controls.base import Control, Write
 from measurement.rig import AXES
 
 PORT, GROUP = 551, 0x120300
-"""The task GEO, and the index group of its axes' objects."""
+"""The task GEO, and the index group of its axes' objects: given by TF5200's manual."""
 ACTIVATED = 0x0041
-"""Of ``TEMPC::activated``, below the axis number."""
+"""Of ``TEMPC::activated``, below the axis number: given by TF5200's manual."""
 
 
 class TwinCat(Control):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from gateway.controls.base import Control, Write
 
 ALARM = 9999
-"""A change of so many detection units at once is an alarm."""
+"""A change of so many detection units at once is an alarm: given by the control's manual."""
 
 
 class Fanuc(Control):

@@ -16,11 +16,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 COUNT_UM = 0.01
-"""What one count moves an axis by, ``eoffset-scale`` [um]."""
+"""What one count moves an axis by, ``eoffset-scale`` [um]: set on no data."""
 PATIENCE = 10
-"""So many looks a control gets to take what it was given, before it counts as dropped."""
+"""So many looks a control gets to take what it was given, before it counts as dropped: set on no
+data."""
 STANDS_MM = 1e-6
-"""A command that changes by less does not move the axis [mm]."""
+"""A command that changes by less does not move the axis [mm]: set on no data."""
 
 
 @dataclass(frozen=True)

@@ -46,7 +46,8 @@ from gateway.proof import read_key
 
 NAMES = ("x", "y", "z")
 WAIT_UM = 0.5
-"""The feed waits while an axis is further than this from an offset that is followed [um]."""
+"""The feed waits while an axis is further than this from an offset that is followed [um]: set on no
+data."""
 OWN = ("machine_time", "machine_step", "echo", "proof")
 """Numbers of the machine's frames that the component makes itself."""
 

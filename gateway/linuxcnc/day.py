@@ -15,7 +15,7 @@ from pathlib import Path
 from gateway.linuxcnc.session import PATIENCE_S, Session, running
 
 GRID_MM = 10.0
-"""The program stands at multiples of this only."""
+"""The program stands at multiples of this only: given by its places."""
 TOOLS = (
     (1, 8000),
     (2, 10000),
@@ -26,12 +26,14 @@ TOOLS = (
     (1, 8000),
     (3, 12000),
 )
-"""Tool and spindle speed of each part of the day [rpm]."""
+"""Tool and spindle speed of each part of the day [rpm]: set on no data."""
 LIMIT_MM = 300.0
-"""The soft limit of Z, as the INI file has it."""
+"""The soft limit of Z [mm]: given by the INI file."""
 FADE_S = 8.0
-"""The bus stays away for so long after offsets were given up; at 5 um/s they are zero then [s]."""
+"""The bus stays away for so long after offsets were given up [s]: at 5 um/s they are zero then. Set
+on the day's own run."""
 DWELL_S = 0.4
+"""At the bottom of a hole [s]: set on no data."""
 ABORT, STOP, KILLED, KNOWN_PLACE = "abort", "E-stop", "component killed", "at a known place"
 STOPS = (ABORT, STOP, KILLED)
 """After one of these the axes stand anywhere, until they are at a known place again."""
@@ -51,6 +53,7 @@ G1 Z10 F3000
 G4 P{dwell}
 G0 Z50"""
 PLACES = ((0, 0), (40, 0), (40, 30), (0, 30))
+"""Of the holes [mm]: set on no data."""
 CYCLE_S = len(PLACES) * (DWELL_S + 2.4)
 """About what the holes of one cycle take [s]."""
 

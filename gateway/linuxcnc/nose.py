@@ -12,9 +12,11 @@ from gateway.linuxcnc.day import GRID_MM, KNOWN_PLACE, STOPS
 
 AXES = ("x", "y", "z")
 NEAR_UM = 300.0
-"""An axis that is further from every place of the program is on its way [um]."""
+"""An axis that is further from every place of the program is on its way [um]: set on the day's own
+run."""
 LOOKS = 2
-"""What the component is told shows in its pins after so many of its looks."""
+"""What the component is told shows in its pins after so many of its looks: set on the day's own
+run."""
 
 
 @dataclass(frozen=True)

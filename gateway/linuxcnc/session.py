@@ -16,8 +16,10 @@ from gateway.linuxcnc.modules import linuxcnc_module
 
 HALCMD = "/usr/bin/halcmd"
 PATIENCE_S, END_S = 300.0, 30.0
-"""How long LinuxCNC may take to do one thing, and to end, on a busy computer [s]."""
+"""How long LinuxCNC may take to do one thing, and to end, on a busy computer [s]: set on no
+data."""
 LOOK_S = 0.02
+"""Between two looks at what it does [s]: set on no data."""
 
 
 class ControlError(Exception):

@@ -28,11 +28,12 @@ from scenarios.scenario import read_scenario
 
 SCENARIO = Path(__file__).with_name("day.toml")
 STEP_S = 0.05
-"""A step takes so long on the wall [s]."""
+"""A step takes so long on the wall [s]: set on no data."""
 STEPS_A_LOOK = 3
-"""The plant takes so many steps between two looks of the component, at most."""
+"""The plant takes so many steps between two looks of the component, at most: set on no data."""
 SERVO_S, EVERY = 0.005, 10
-"""The control's own cycle, as the INI file has it [s]; so many make a row."""
+"""The control's own cycle [s], given by the INI file; so many make a row, ten a second being
+enough."""
 SAMPLED = (
     *("motor_x", "motor_y", "motor_z", "command_x", "command_y", "command_z", "velocity"),
     *("point", "event", "homed", "valid", "wait", "clear", "limited", "heartbeat"),

@@ -20,9 +20,9 @@ BUS = ("--interface", "udp_multicast", "--channel", "239.74.163.2")
 GATEWAY, COMPONENT = "gateway", "component"
 KINDS = (GATEWAY, COMPONENT)
 HOLD_S = 5.0
-"""Offsets are held for so long without a gateway, on the wall [s]."""
+"""Offsets are held for so long without a gateway, on the wall [s]: set on no data."""
 SLEW_UM_S = 5.0
-"""How fast an axis may be moved [um/s]: half a micrometre in a cycle of 0.1 s."""
+"""How fast an axis may be moved [um/s]: half a micrometre in a cycle of 0.1 s. Set on no data."""
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ NOTE = (
 NO_BUS = "no_bus.c"
 """The source that the node stands in for."""
 MOST_FRAMES = 64
-"""A bit each in C."""
+"""Given by C: a bit each of 64."""
 
 
 def native_on_bus(

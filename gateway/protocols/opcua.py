@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 DEFAULT_URL = "opc.tcp://127.0.0.1:4840/spindle-drift"
 EVERY_S = 0.5
-"""How often values are updated [s]."""
+"""How often values are updated [s]: set on no data."""
 STATES: dict[str, str] = {
     "valid": "bool",
     "status": "int",
@@ -48,7 +48,8 @@ STATES: dict[str, str] = {
     "compensator_sha256": "text",
 }
 INFO, GOOD, LOST = 100, 200, 700
-"""Severities of events: a line of the log, valid again, no longer valid."""
+"""Severities of events, a line of the log, valid again, no longer valid: set on no data, within OPC
+UA's bands of low, low and high."""
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from measurement.walk import classes_of
 from scenarios.signals.base import Setting, Signal
 
 DEEPEST = 5
+"""So deep may sums nest: set on no data."""
 
 
 @cache

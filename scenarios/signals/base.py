@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 FloatArray = NDArray[np.floating[Any]]
 MOST_STEPS = 1_000_000
-"""Of a scenario, or levels of a signal in it."""
+"""Of a scenario, or levels of a signal in it: set on no data."""
 
 Value = Annotated[float, Field(ge=-1e9, le=1e9, allow_inf_nan=False)]
 """A value of a signal, in the signal's own unit."""

@@ -18,7 +18,8 @@ SIGNALS_FILE = "signals.csv"
 """The signals in the FMU's resources: ``time_s`` and one column ``name_unit`` a signal."""
 
 EARLY = 1e-6
-"""Part of a step by which a master's time may fall short of a communication point."""
+"""Part of a step by which a master's time may fall short of a communication point: set on no
+data."""
 
 
 class SignalsSlave(DriftSlave):

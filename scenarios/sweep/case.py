@@ -20,7 +20,7 @@ from scenarios.sweep.plan import Job
 from scenarios.table import group_of
 
 POINTS = 240
-"""Stretches of time that a case's curves are kept at."""
+"""Stretches of time that a case's curves are kept at: set on no data."""
 
 
 NOT_FIGURES = ("axis", "samples")

@@ -24,6 +24,7 @@ from scenarios.version import PROGRAM, version
 
 OPTION = "--cluster"
 CONNECT_S, WORKER_S = 10, 60
+"""How long a cluster may take to answer, and to give its first worker [s]: set on no data."""
 _alone = threading.Lock()  # an FMU shares its process: one case at a time, however many threads
 
 

@@ -21,7 +21,7 @@ from scenarios.sweep.case import failed, outcome_of
 from scenarios.sweep.plan import Job
 
 TRIES = 3
-"""How often a case may take its process down before it counts as failed."""
+"""How often a case may take its process down before it counts as failed: set on no data."""
 
 _shelf = Shelf()
 """Of a worker process."""

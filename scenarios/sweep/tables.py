@@ -16,11 +16,12 @@ from scenarios.signals.base import FloatArray
 from scenarios.sweep.plan import Plan
 
 PERCENTILES = (5, 50, 95)
+"""Of a quantity over the cases: as is usual, set on no data."""
 FIGURES = ("before_max_um", "before_mean_um", "after_max_um", "after_mean_um")
 GAIN = "improvement_percent"
 CHANCE = 3.0
-"""A rank correlation is told if it is so many times what chance alone gives: 1 / sqrt(n - 1) for n
-independent cases. A judgement, set on no data."""
+"""A rank correlation is told if it is so many times what chance alone gives, 1 / sqrt(n - 1) for n
+independent cases: set on no data."""
 
 
 def case_table(plan: Plan, outcomes: Mapping[int, dict[str, Any]]) -> pd.DataFrame:

@@ -29,8 +29,8 @@ QUESTIONS = {
 """What is asked; a belt's power only if it is said."""
 
 HALVINGS = 12
-"""Steps of the search for a bearing's temperature at most: it is within a degree after six or
-seven."""
+"""Steps of the search for a bearing's temperature at most; it is within a degree after six or
+seven. Set on the machines of the library."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

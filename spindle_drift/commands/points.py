@@ -26,7 +26,9 @@ HELP = "show which temperatures are alike, and which tell most of the drift"
 READS = ("runs", "machine")
 WRITES = {"out": FOLDER}
 SHOWN_SUBSETS = 8
+"""So many of the subsets are listed: set on no data."""
 COLUMN = 14
+"""Width of a column: given by its heads."""
 GROUPINGS = "grey|hierarchical|fuzzy|NAME,NAME..."
 HEADS = ("Pearson", "grey rel.", "lag [min]", "[{}/K]", "rms [{}]", "lagged [{}]")
 

@@ -16,6 +16,7 @@ HELP = "drive a compensator with measured runs"
 READS = ("compensator", "runs", "machine")
 WRITES = {"out": FOLDER}
 LONGEST_MM = 10_000.0
+"""Longer is no tool [mm]: set on no data."""
 SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0}
 LENGTHS = {"um": 1.0, "mm": 1000.0}
 
