@@ -20,7 +20,7 @@ DESCRIPTION = (
 )
 """As the schema of the manifest wants it, word for word."""
 LARGEST = 2048
-"""Bytes of operations that are passed at once, as in ``bus.h``."""
+"""Bytes of operations that are passed at once: given by ``bus.h``, where it was set on no data."""
 KIND = "org.fmi-ls-bus.network-terminal"
 MEMBERS = ("Rx_Clock", "Tx_Clock", "Rx_Data", "Tx_Data")
 FRAME_KIND, PDU_KIND = "org.fmi-ls-bus.frame-terminal", "org.fmi-ls-bus.pdu-terminal"

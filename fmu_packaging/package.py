@@ -22,10 +22,11 @@ from fmu_packaging.documentation import Page, in_python, index_page
 from fmu_packaging.slave import DriftSlave
 
 PINNED_TIME = (1980, 1, 1, 0, 0, 0)
-"""The same content gives the same bytes."""
+"""The same content gives the same bytes: given by ZIP, which knows no earlier time."""
 LICENCE = Path(__file__).resolve().parent / "assets" / "LICENSE.txt"
 
 OLDEST_PYTHON = (3, 11)
+"""Given by ``requires-python`` of pyproject.toml."""
 SCRIPT = """\
 import ctypes
 import sys

@@ -19,7 +19,8 @@ Value = float | tuple[float, ...]
 Profile = Callable[[float], Value]
 
 DECIMALS = 6
-"""Of a result. What lies below is rounding error, and that differs between processors."""
+"""Of a result. What lies below is rounding error, and that differs between processors. Set on no
+data."""
 
 
 class RunError(RuntimeError):

@@ -34,9 +34,12 @@ from fmu_packaging.closing import close_in_order
 from fmu_packaging.variables import ZERO, Value, Variable
 
 STATE_FORMAT = 2
+"""Of an FMU state: given by what `DriftSlave` keeps in one."""
+
 SAME_TIME, SAME_TIME_SINGLE = 1e-9, 2.0**-23
-"""Clocks that differ by less, relative to what they show, agree. The wider one is what single
-precision leaves of a host's clock; within half a step it cannot be another step."""
+"""Clocks that differ by less, relative to what they show, agree: the first is set on no data. The
+wider one is what single precision leaves of a host's clock; within half a step it cannot be another
+step."""
 
 KINDS = ("real", "integer", "boolean", "string")
 _resources: dict[tuple[str, str], str] = {}

@@ -12,7 +12,8 @@ Variability: TypeAlias = Literal["continuous", "discrete", "fixed", "tunable"]
 
 ZERO: dict[str, Value] = {"real": 0.0, "integer": 0, "boolean": False, "string": ""}
 START_DEGC, START_TOOL_MM = 20.0, 150.0
-"""Start values of a temperature and of a tool's length, in both FMUs [degC, mm]."""
+"""Start values of a temperature and of a tool's length, in both FMUs [degC, mm]: set on no
+data."""
 
 
 @dataclass(frozen=True)

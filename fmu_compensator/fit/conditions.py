@@ -14,7 +14,7 @@ FOLDS = 5
 """Parts of the runs that are left out in turn, each like the rest: as is usual, set on no data."""
 THIRDS = 3
 """Parts of the runs along a condition, of which the first and the last are left out in turn; with
-fewer runs nothing is left to learn from and to judge on."""
+fewer runs nothing is left to learn from and to judge on: given by two ends and a middle."""
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,8 @@ from measurement.errors import BadInput
 
 LAGS_S = (900.0, 3600.0, 14400.0)
 """Lags of the rises, beside the rises themselves [s]. Faster ones let the model take the slope of a
-thermometer's reading, which travelled badly to other conditions on a lathe outside this project."""
+thermometer's reading: set on a lathe outside this project, where that travelled badly to other
+conditions."""
 DEGREES = 3.0
 """Degrees of freedom of Student's t for the size of a run's random walk [1]: set on nine splits of
 the lathe's runs and fifteen simulated machines, where 90 % intervals hold 79 to 97 %. At 2 they are
@@ -46,7 +47,8 @@ LOST = 0.05
 the file and a step stay small. What is left out makes intervals wider, never narrower.
 Set on no data."""
 ROUNDS = 6
-"""Of sizes of runs and scales in turn; on the lathe the fourth no longer moves a digit shown."""
+"""Of sizes of runs and scales in turn: set on the lathe's runs, where the fourth no longer moves a
+digit shown."""
 
 
 @dataclass(frozen=True)

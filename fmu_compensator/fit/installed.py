@@ -28,15 +28,15 @@ from fmu_compensator.fit.training import Array, TrainingRun
 from fmu_compensator.runtime.gaussian import OF_FIXED, OF_START
 
 COVERAGE = 0.9
-"""Share of unseen drift that an interval is to hold [1]."""
+"""Share of unseen drift that an interval is to hold [1]: a usual level, set on no data."""
 DEVIATIONS = float(student.ppf(0.5 + COVERAGE / 2.0, DEGREES))
 """Half width of the interval in standard deviations [1]."""
 RMS_OF_HALF_WIDTH = math.sqrt(DEGREES / (DEGREES - 2.0)) / DEVIATIONS
 """Root mean square of what an interval promises to be left, over its half width [1]."""
 FEWEST_FOR_PARTS = 4
-"""With fewer runs a mean function of the others is too unlike the one that is installed: on two
-runs of the simulated jig borer it did worse than no compensation. What it left of its own runs is
-used, and the interval is then too narrow for a flexible mean function."""
+"""With fewer runs a mean function of the others is too unlike the one that is installed: set on
+two runs of the simulated jig borer, where it did worse than no compensation. What it left of its
+own runs is used, and the interval is then too narrow for a flexible mean function."""
 
 
 @dataclass(frozen=True)

@@ -17,20 +17,20 @@ from measurement.faults.series import longest_unchanged
 from measurement.units import UNITS
 
 PLAUSIBLE_MARGIN_K = 25.0
-"""A reading may lie this far outside what training saw: a hotter hall, a longer day [K]. A
-judgement, set on no data."""
+"""A reading may lie this far outside what training saw: a hotter hall, a longer day [K]. Set on
+no data."""
 TIMES = 3.0
 """A change or a jump of a reading, or an offset, is believed up to so many times the largest that
-training saw [1]. A judgement; docs/results.md reports broken sensors under it."""
+training saw [1]. Set on no data; docs/results.md reports broken sensors under it."""
 STANDS_TIMES = 5.0
-"""The same for a standstill [1]: at 3, thermometers of four sound runs of the lathe were stale in 1
-to 8 % of the time."""
+"""The same for a standstill [1]: set on the lathe: at 3, thermometers of four sound runs were stale
+in 1 to 8 % of the time."""
 RATE_QUANTILE = 0.999
 """Faster changes than all but one in a thousand are taken for faults in the training data [1]:
 set on no data."""
-LOWEST_RATE, LOWEST_NOISE_K, SHORTEST_STALE_S, SMALLEST_OFFSET_UM = 0.05, 0.5, 900.0, 20.0
+LOWEST_RATE, LOWEST_NOISE_K, SHORTEST_STALE_S = 0.05, 0.5, 900.0
 """Least limits, whatever training saw: 3 K a minute, which a cooler that switches on or a door that
-opens can bring to any thermometer [K/s]; the others are judgements, set on no data [K, s, um]."""
+opens can bring to any thermometer [K/s]; then [K] and [s]. Set on no data."""
 DEFAULT_LIMITS = {"slew_um_per_s": 1.0, "hold_s": 300.0, "recover_s": 10.0, "share": 1.0}
 """1 um/s is what a well-known control tracks thermal offsets at."""
 
@@ -105,9 +105,9 @@ def limits_table(
         for targets in _corners(run.targets)
         for value in geometry.drift(targets, high)
     )
-    offset = max(TIMES * largest, SMALLEST_OFFSET_UM)
     # Rounded up to whole 5 um: a limit is a setting that people read.
-    limits = {"offset_um": 5.0 * math.ceil(offset / 5.0), **DEFAULT_LIMITS, **given}
+    offset = 5.0 * math.ceil(TIMES * largest / 5.0)
+    limits = {"offset_um": offset, **DEFAULT_LIMITS, **given}
     return {**limits, "tool_length_mm": [low, high]}
 
 

@@ -18,7 +18,7 @@ NOISE_K = 0.05
 STRENGTHS = np.logspace(-6.0, 1.0, 22)
 """Shares of the mean variance that are tried as the variance of what is a sensor's own [1]."""
 MEMORIES_H = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
-"""How long what is a sensor's own may stay alike [h]."""
+"""How long what is a sensor's own may stay alike [h]: set on no data."""
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 GRID_S = 60.0
-"""Rows closer together tell nothing more of drift [s]: a judgement, set on no data."""
+"""Rows closer together tell nothing more of drift [s]: set on no data."""
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,8 @@ from scipy.stats import t as student
 
 RISK = 0.01
 """Share of runs like the training whose figure may pass its bound, and chance of a log that is
-called changed [1]: a usual level; docs/results.md reports how often `monitor` is right."""
+called changed [1]: a usual level, set on no data; docs/results.md reports how often `monitor` is
+right."""
 
 
 def upper_bound(values: Sequence[float], risk: float = RISK) -> float:

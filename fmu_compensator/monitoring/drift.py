@@ -16,7 +16,7 @@ from fmu_compensator.monitoring.bounds import upper_bound
 from measurement.rig import AXES
 
 FEWEST_ROWS = 3
-"""With fewer measurements a run says nothing of its drift [1]: a judgement, set on no data."""
+"""With fewer measurements a run says nothing of its drift [1]: set on no data."""
 
 
 @dataclass(frozen=True)

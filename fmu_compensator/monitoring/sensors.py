@@ -20,8 +20,8 @@ WORTH_SHARE = 0.1
 """A smaller share of a run is not worth a verdict [1]: of the samples in which a thermometer is
 broken or astray, or of the shortest training run. Set on no data; docs/lifecycle.md reports it."""
 SMALLEST_K = 1.0
-"""A thermometer that is off by less is not called broken [K]: below, a spindle's pieces and a
-simulated jig borer have others off as well, and fewer are found."""
+"""A thermometer that is off by less is not called broken [K]: set on pieces of a spindle's
+runs and a simulated jig borer, where others are off as well below it, and fewer are found."""
 
 
 @dataclass(frozen=True)

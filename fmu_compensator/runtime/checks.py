@@ -14,12 +14,14 @@ from typing import Any
 from fmu_compensator.runtime.fields import Fields
 
 MISSING, IMPLAUSIBLE, TOO_FAST, STALE = 1, 2, 3, 4
+"""The last digit of a status: given by the FMU's interface."""
 SPAN_S = 300.0
 """Rates of change are taken over this span, in which noise and quantisation hardly count; a reading
-that jumped away may come back to where real warming took it in it [s]."""
+that jumped away may come back to where real warming took it in it [s]. Set on no
+data."""
 ALIVE_AFTER = 20
 """A sensor whose reading has changed so often is alive: its standing still means something. Set on
-no data: a test bench's constants never change."""
+no data; a test bench's constants never change."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,10 +168,9 @@ class SensorCheck:
         return None
 
     @property
-    def idle(self) -> float:
-        """For how long the sensor has stood still, over what makes it stale [1]."""
-        limit_s = self._sensor.stale_after_s
-        return 0.0 if limit_s is None else self._unchanged / limit_s
+    def stands(self) -> bool:
+        """Whether the last reading is the one before it."""
+        return self._unchanged > 0.0
 
     def _fault(self, cause: int, text: str) -> Fault:
         return Fault(cause, self._index, text)

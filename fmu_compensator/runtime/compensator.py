@@ -16,7 +16,8 @@ from fmu_compensator.runtime.prediction import Prediction, three
 from fmu_compensator.runtime.spare import Spare, Starts
 
 OK, WAITING, UNTRAINED, RECOVERING, SPARED = 0, 1, 2, 3, 4
-HOLDING, RAMPING, AT_ZERO = 10, 20, 30  # plus the cause, 1 to 4
+HOLDING, RAMPING, AT_ZERO = 10, 20, 30
+"""The status, for the last three plus the cause: given by the FMU's interface."""
 STATUS_TEXTS = {
     OK: "offsets follow the model",
     WAITING: "waiting for the first valid sample",
@@ -226,15 +227,15 @@ class RunningCompensator:
         tool_length: float,
     ) -> Fault | None:
         """Replace what broken sensors read; return the fault that is left."""
-        limits, idle = self.model.limits, self._checks[spare.turn].idle
+        limits, stands = self.model.limits, self._checks[spare.turn].stands
         if spare.quiet and not any(faults):
-            spare.go_on(readings, idle, elapsed_s)
+            spare.go_on(readings, stands, elapsed_s)
             return None
         bad = [place for place, fault in enumerate(faults) if fault is not None]
         fault = faults[bad[0]] if bad else None
         axes = self._prediction.axes(limits.nearest_tool(tool_length))
         starts = None if self._started or not bad else self._starts(readings, bad)
-        used = spare.step(readings, bad, idle, elapsed_s, limits.recover_s, axes, starts)
+        used = spare.step(readings, bad, stands, elapsed_s, limits.recover_s, axes, starts)
         if fault is not None:
             self._spared = fault
         if used is None:

@@ -6,7 +6,8 @@ import math
 from typing import Any
 
 LARGEST = 1e9
-"""No number of a file counts for more, no time and no reading: sums and products stay finite."""
+"""No number of a file counts for more, no time and no reading: sums and products stay finite.
+Set on no data."""
 
 
 class ModelFileError(ValueError):

@@ -17,8 +17,8 @@ FURTHEST = 2.0
 """A measurement that is off by more half widths must be confirmed by the next one [1]: set on
 no data; docs/probing.md reports probes under it."""
 NAMED = 3
-"""A status text names so many sensors beside the newest broken one, or where inputs are new; odd,
-for C: its outputs have no gaps."""
+"""A status text names so many sensors beside the newest broken one, or where inputs are new. Set
+on no data; odd, for C: its outputs have no gaps."""
 OF_START, OF_FIXED = "start", "fixed"
 
 

@@ -14,10 +14,12 @@ from fmu_compensator.runtime.fields import Fields
 
 UM_PER_MM = 1e3
 RAD_PER_URAD = 1e-6
+"""Given by the prefixes of units."""
 FIVE_POINT_TARGETS = ("elongation", "yaw", "pitch", "near_x", "near_y")
 FORMS = ("rigid", "pure_rotation")
 AXES = ("X", "Y", "Z")
 LONGEST_TOOL_MM = 2000.0
+"""No tool is longer [mm]: set on no data."""
 
 
 class Geometry(ABC):

@@ -30,9 +30,11 @@ __all__ = [
 ]
 
 FORMAT = 3
-"""1 and 2 held an error model and layers around it; 3 holds one Gaussian."""
+"""Given by the form of the file: 1 and 2 held an error model and layers around it, 3 holds one
+Gaussian."""
 KIND = "spindle-drift compensator"
-LARGEST_FILE = 4_000_000  # bytes; a large network is a few hundred thousand
+LARGEST_FILE = 4_000_000
+"""Of a file [bytes]: a large network is a few hundred thousand. Set on no data."""
 INPUT_FORMS = ("rise", "absolute", "level")
 
 

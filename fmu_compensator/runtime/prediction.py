@@ -12,9 +12,11 @@ from fmu_compensator.runtime.modelfile import Model
 from fmu_compensator.runtime.spare import Spare
 
 NOT_KNOWN = -1.0
-"""What stands for a half width of an axis that is not measured, or before the first sample [um]."""
+"""What stands for a half width of an axis that is not measured, or before the first sample [um]:
+given by the FMU's interface."""
 Three = tuple[float, float, float]
 NOTHING: Three = (0.0, 0.0, 0.0)
+"""Of the offsets before the first sample [um]: given by what needs no compensation."""
 
 
 class Prediction:

@@ -13,9 +13,6 @@ from fmu_compensator.runtime.lags import checked_state
 BLEND_S = 120.0
 """A reading that is taken from elsewhere moves there with this time constant [s]: set on no
 data."""
-FRESH = 0.1
-"""A sensor that has stood still for a larger share of what makes it stale tells nothing new [1]:
-set on no data."""
 START_AFTER_S = 60.0
 """A sensor that does not answer for so long is not waited for: sensors come on line one by one.
 Set on no data."""
@@ -135,7 +132,7 @@ class Spare:
         self,
         readings: Sequence[float],
         bad: Sequence[int],
-        idle: float,
+        stands: bool,
         elapsed_s: float,
         recover_s: float,
         axes: Sequence[Sequence[float]],
@@ -149,8 +146,8 @@ class Spare:
             Of the chosen sensors [degC]; those of bad ones are not looked at.
         bad : sequence of int
             Places of those that cannot be used.
-        idle : float
-            For how long the sensor at `turn` has stood still, over what makes it stale [1].
+        stands : bool
+            Whether the reading of the sensor at `turn` is the one before: that tells nothing new.
         elapsed_s : float
             Time since the sample before this one [s].
         recover_s : float
@@ -180,16 +177,16 @@ class Spare:
         kept = exp(-elapsed_s / BLEND_S)
         self._blend(used, before, kept)
         self._fade_extra(broken, kept, axes)
-        self._compare(used, idle)
+        self._compare(used, stands)
         self._stopped, self._last = False, used
         memories = (self._gap, self._unread, self._shift, self._extra)
         self.quiet = not self.broken and not any(map(any, memories))
         return used
 
-    def go_on(self, readings: list[float], idle: float, elapsed_s: float) -> None:
+    def go_on(self, readings: list[float], stands: bool, elapsed_s: float) -> None:
         """Take in a sample without a bad reading while `quiet`: the readings are to be used."""
         self._clock = min(self._clock + elapsed_s, LARGEST)
-        self._compare(readings, idle)
+        self._compare(readings, stands)
         self._last = readings
 
     def _start(
@@ -334,11 +331,11 @@ class Spare:
         if any(self._lasting):
             self._extra = [max(*pair) for pair in zip(self._extra, self._lasting, strict=True)]
 
-    def _compare(self, used: Sequence[float], idle: float) -> None:
+    def _compare(self, used: Sequence[float], stands: bool) -> None:
         """Put down what one sensor reads beyond what the others say; each has its turn."""
         place = self.turn
         self.turn = (place + 1) % len(used)
-        if self._good_for[place] >= 0.0 or idle > FRESH:
+        if self._good_for[place] >= 0.0 or stands:
             return
         row = self._precision[place]
         pairs = zip(row, used, self._first, strict=True)

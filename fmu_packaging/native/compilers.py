@@ -54,6 +54,7 @@ FOR_WEB = "wasm32-wasi"
 
 OLDEST_GLIBC, OLDEST_MACOS = "2.17", "11.0"
 MACH_O_ALIGNMENT, FAT_MAGIC = 14, 0xCAFEBABE
+"""Given by Apple's format of a library for several processors."""
 BY_ZIG = {
     f"x86_64-linux-gnu.{OLDEST_GLIBC}": ("linux64", "x86_64-linux", ".so"),
     "x86_64-windows-gnu": ("win64", "x86_64-windows", ".dll"),

@@ -11,8 +11,7 @@ from fmu_compensator.fit.error_models.base import Task
 from measurement.errors import BadInput, shown
 
 FEWEST_ROWS = 30
-"""With fewer rows no model of drift is fitted: a quarter of an hour at 30 s. A judgement, set on no
-data."""
+"""With fewer rows no model of drift is fitted: a quarter of an hour at 30 s. Set on no data."""
 
 
 def refuse_unknown(kind: str, options: Mapping[str, Any], known: Sequence[str]) -> None:

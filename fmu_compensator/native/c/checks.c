@@ -69,8 +69,3 @@ struct reason sensor_look(
     memory->jumped_after = NAN;
     return reason;
 }
-
-double sensor_idle(const struct sensor *sensor, const struct sensor_memory *memory)
-{
-    return isnan(sensor->stale_after_s) ? 0.0 : memory->unchanged / sensor->stale_after_s;
-}

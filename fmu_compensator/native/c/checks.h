@@ -37,7 +37,4 @@ void sensor_reset(struct sensor_memory *memory);
 struct reason sensor_look(
     const struct sensor *sensor, struct sensor_memory *memory, double value, double elapsed_s);
 
-/* For how long a sensor has stood still, over what makes it stale [1]. */
-double sensor_idle(const struct sensor *sensor, const struct sensor_memory *memory);
-
 #endif

@@ -138,8 +138,7 @@ static struct reason replaced(
     size_t turn = (size_t)*spare_state(self->spare, parts->spare).turn;
     struct spare_sample sample = {
         self->readings, self->bad, parts->reference,
-        sensor_idle(&model_sensors[model_chosen[turn]], &parts->checks[turn]),
-        elapsed_s, model_limits.recover_s, self->axes};
+        parts->checks[turn].unchanged > 0.0, elapsed_s, model_limits.recover_s, self->axes};
     bool goes_on = spare_step(self->spare, parts->spare, &sample);
     if (fault->cause != 0) {
         memory->spared = *fault;

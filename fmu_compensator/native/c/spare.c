@@ -271,11 +271,11 @@ static void fade_extra(
 
 /* Puts down what one sensor reads beyond what the others say; each has its turn. */
 static void compare(
-    const struct spare *self, const struct spare_state *at, const double *used, double idle)
+    const struct spare *self, const struct spare_state *at, const double *used, bool stands)
 {
     size_t place = (size_t)*at->turn;
     *at->turn = (double)((place + 1) % self->inputs);
-    if (at->good_for[place] >= 0.0 || idle > SPARE_FRESH) {
+    if (at->good_for[place] >= 0.0 || stands) {
         return;
     }
     const double *row = self->precision + place * self->inputs;
@@ -392,7 +392,7 @@ static bool go_on(const struct spare *self, double *state, const struct spare_sa
     double kept = exp(-sample->elapsed_s / SPARE_BLEND_S);
     blend(self, &at, readings, kept);
     fade_extra(self, &at, count, kept, sample->axes);
-    compare(self, &at, readings, sample->idle);
+    compare(self, &at, readings, sample->stands);
     *at.stopped = 0.0;
     return true;
 }

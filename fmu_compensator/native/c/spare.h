@@ -31,7 +31,7 @@ struct spare_sample {
     double *readings;    /* of the chosen sensors; those of bad ones are replaced [degC] */
     const bool *bad;     /* which cannot be used */
     double *reference;   /* what each read first, NaN: nothing yet; guessed where that must be */
-    double idle;         /* for how long the one in turn has stood still, over stale [1] */
+    bool stands;         /* whether the reading of the one in turn is the one before */
     double elapsed_s;    /* since the sample before */
     double recover_s;    /* how long a sensor must be good to be used again */
     const double *axes;  /* how the drift along X, Y, Z follows from the targets, row by row */
