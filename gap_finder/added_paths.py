@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap_finder.linearise import TOLERANCE, in_its_run
+from gap_finder.linearise import in_its_run
 from gap_finder.observations import Observations
 from plant_model.drive import Drive
 from plant_model.effects import Effect
@@ -105,7 +105,6 @@ class _Stepped:
             self.machine,
             observed.run.frame,
             own,
-            tolerance=TOLERANCE,
             at=drive.grid,
             drive=drive,
             bounded=False,

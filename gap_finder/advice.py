@@ -158,9 +158,7 @@ def heat_missing(
     what its sources give. Parts without a thermometer are as warm as the model has them.
     """
     index = machine.node_index
-    shown = simulate(
-        machine, observed.run.frame, at=observed.time_s, drive=observed.drive, tolerance=1e-2
-    )
+    shown = simulate(machine, observed.run.frame, at=observed.time_s, drive=observed.drive)
     warm = shown.temperatures[0].copy()
     read = np.zeros(len(machine.nodes), dtype=bool)
     for node, place in index.items():

@@ -10,7 +10,7 @@ import numpy as np
 
 from gap_finder.keys import driver_keys, driver_of, laws_of, unused_with
 from gap_finder.leaps import Leaps, leaps_in
-from gap_finder.linearise import SCREENING, modelled, simulate_runs
+from gap_finder.linearise import modelled, simulate_runs
 from gap_finder.long_log import is_piece
 from gap_finder.observations import Observations
 from gap_finder.periods import PHASES, likely_periods, quick
@@ -234,7 +234,7 @@ def _answers(
     bases: Sequence[FloatArray],
 ) -> list[FloatArray]:
     """Return what every set changes in every run, weighted, each (sets, N)."""
-    shown = simulate_runs(grown, observed, sets, tolerance=SCREENING)
+    shown = simulate_runs(grown, observed, sets)
     return [
         ((modelled(each, one) - base) * one.weights).reshape(len(each.temperatures), -1)
         for each, one, base in zip(shown, observed, bases, strict=True)

@@ -14,12 +14,6 @@ from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
 from plant_model.simulate import Driven, Simulation, simulate_all
 
-TOLERANCE = 3e-3
-"""Local error while fitting where it is not [K]: far below what misfits are judged by."""
-
-SCREENING = 10.0 * TOLERANCE
-"""The same where what a candidate would change is only to be proposed [K]; set for time."""
-
 DIFFERENCE = 0.05
 """Step of the numerical derivative, in usual standard deviations."""
 
@@ -60,7 +54,6 @@ def simulate_at(
     observed: Observations,
     parameters: Mapping[str, FloatArray] | None = None,
     start: FloatArray | None = None,
-    tolerance: float = TOLERANCE,
 ) -> Simulation:
     """Simulate a run at its first row and then at its observations' instants.
 
@@ -73,15 +66,13 @@ def simulate_at(
         Values instead of the machine's, by full name; the run's own values win.
     start : array, optional
         Temperatures of the nodes at the start [degC]; by default as the machine file says.
-    tolerance : float
-        Local error where a step is not exact [K].
 
     Returns
     -------
     Simulation
         At K + 1 instants.
     """
-    return simulate_runs(machine, [observed], parameters, start, tolerance)[0]
+    return simulate_runs(machine, [observed], parameters, start)[0]
 
 
 def simulate_runs(
@@ -89,13 +80,12 @@ def simulate_runs(
     observed: Sequence[Observations],
     parameters: Mapping[str, FloatArray] | None = None,
     start: FloatArray | None = None,
-    tolerance: float = TOLERANCE,
 ) -> list[Simulation]:
     """Simulate several runs, as :func:`simulate_at` does one: those that are alike side by side.
 
     Parameters
     ----------
-    machine, parameters, start, tolerance
+    machine, parameters, start
         As there.
     observed : sequence of Observations
 
@@ -117,7 +107,7 @@ def simulate_runs(
             Driven(one.run.frame, one.drive, np.append(one.run.time_s[0], one.time_s), start)
             for one in (observed[i] for i in places)
         ]
-        shown = simulate_all(there, runs, given | own, tolerance=tolerance, bounded=False)
+        shown = simulate_all(there, runs, given | own, bounded=False)
         found |= dict(zip(places, shown, strict=True))
     return [found[i] for i in range(len(observed))]
 

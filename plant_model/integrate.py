@@ -18,8 +18,11 @@ import numpy as np
 
 from plant_model.parameters import FloatArray
 
-TOLERANCE = 1e-4
-"""Local error that a step may leave [K]; two orders below a thermometer's resolution."""
+TOLERANCE = 1e-2
+"""Local error that a part of a step may leave by its estimate [K], which is that of the member of
+second order. Set on every effect of the catalogue and all at once, on the jig borer in lumps and on
+a lathe, in steps of 1 to 120 s: against a tolerance of 1e-6 K, temperatures are off by 7e-3 K at
+most, and by 0.026 K where coolant comes to a stop; a thermometer resolves 0.1 K."""
 
 SMALLEST_SPLIT, SMALLEST_S = 2.0**-15, 5e-4
 """Error control goes down to this part of a step, or to this length [s], whichever is less."""

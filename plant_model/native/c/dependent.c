@@ -6,7 +6,7 @@
 #include "formulas.h"
 #include "plant.h"
 
-#define TOLERANCE 1e-4               /* [K] */
+#define TOLERANCE 1e-2               /* [K] */
 #define SMALLEST_SPLIT 0x1p-15       /* of a step, or */
 #define SMALLEST_S 5e-4              /* a length, whichever is less [s] */
 #define ROUNDING 1e-6                /* less of a part is no part */
