@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from measurement.importing.quantities import conversion_of
 from measurement.units import split_column
@@ -91,6 +93,31 @@ def heading(text: str, second: str = "") -> Heading:
             return Heading(text, found["name"], found["unit"], found["unit"])
     word = re.search(r"\b(rpm|krpm)\b", text, re.IGNORECASE)
     return Heading(text, text, word[1] if word else "", word[1] if word else "")
+
+
+def headings(texts: Sequence[str], seconds: Sequence[str]) -> list[Heading]:
+    """Take the headers of a table apart, and the cells of a second header line.
+
+    A C or F at the end may be a name ("Sensor C"); where several columns end so, it is their unit.
+
+    Examples
+    --------
+    >>> [entry.unit for entry in headings(["front_C", "rear_C", "z_um"], ["", "", ""])]
+    ['C', 'C', 'um']
+    >>> [entry.unit for entry in headings(["Sensor B", "Sensor C"], ["", ""])]
+    ['', '']
+    """
+    found = [heading(text, second) for text, second in zip(texts, seconds, strict=True)]
+    ends = [
+        re.fullmatch(r"(.+)[\s_]([CF])", entry.text) if not entry.unit else None for entry in found
+    ]
+    shared = Counter(end[2] for end in ends if end)
+    return [
+        replace(entry, name=end[1], unit=end[2], said=end[2])
+        if end and shared[end[2]] > 1
+        else entry
+        for entry, end in zip(found, ends, strict=True)
+    ]
 
 
 def _is_surely_a_unit(text: str, after_a_mark: bool) -> bool:

@@ -12,7 +12,7 @@ from typing import Any
 
 from measurement.errors import BadInput
 from measurement.files import read_bytes
-from measurement.importing.headers import Heading, heading, is_unit_line
+from measurement.importing.headers import Heading, headings, is_unit_line
 from measurement.importing.text_tables import HEAD_LINES, cells_of, decimal_mark, decoded
 
 Cell = str | float | int | bool | dt.date | dt.time | dt.timedelta | None
@@ -161,13 +161,17 @@ def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
     if first is None:
         problem = f"no row of numbers in the first {HEAD_LINES} rows"
         raise BadInput(path, title, f"holds no table: {problem}")
-    headings, width, skipped = _headings(path, rows, first, place)
+    named, width, skipped = _headings(path, rows, first, place)
     above = max(i for i in range(first) if _filled(rows[i]))
     if above in data:
         raise _wrong_width(path, f"{place}row {above + 1}", len(rows[above]), usual)
     lines = "1 line" if skipped == 1 else f"{skipped} lines"
     notes = [f"{lines} before the header: skipped"] if skipped else []
-    kept = [(number, row) for number, row in enumerate(rows[first:], first + 1) if _filled(row)]
+    last = next(i for i in range(len(rows) - 1, -1, -1) if _is_data(rows[i], numeric, 1))
+    if after := sum(map(_filled, rows[last + 1 :])):
+        lines = "1 line" if after == 1 else f"{after} lines"
+        notes.append(f"{lines} after the last row of numbers: skipped")
+    kept = [(i + 1, rows[i]) for i in range(first, last + 1) if _filled(rows[i])]
     _check_widths(path, place, kept, width, notes)
     numbers = [number for number, _ in kept]
     columns: list[list[Cell]] = [
@@ -176,18 +180,18 @@ def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
     empty = [
         at
         for at in range(width)
-        if not headings[at].text and all(_is_missing(cell) for cell in columns[at])
+        if not named[at].text and all(_is_missing(cell) for cell in columns[at])
     ]
-    for at, entry in enumerate(headings):
+    for at, entry in enumerate(named):
         if not entry.text and at not in empty:
-            raise _nameless(path, f"{place}row {first}, column {at + 1}", headings)
+            raise _nameless(path, f"{place}row {first}, column {at + 1}", named)
     left = [at for at in range(width) if at not in empty]
     texts = [[cell for cell in row if isinstance(cell, str)] for _, row in kept[:400]]
     decimal, thousands = decimal_mark(texts, path)
     return Sheet(
         path,
         title,
-        tuple(headings[at] for at in left),
+        tuple(named[at] for at in left),
         [columns[at] for at in left],
         numbers,
         decimal,
@@ -220,7 +224,7 @@ def _headings(
     width = max(width, *(len(texts) - _blank_end(texts) for texts in (names, units)))
     padded = [(texts + [""] * width)[:width] for texts in (names, units)]
     return (
-        [heading(name, unit) for name, unit in zip(*padded, strict=True)],
+        headings(*padded),
         width,
         above.index(top),
     )

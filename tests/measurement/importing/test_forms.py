@@ -58,6 +58,7 @@ TEXTS = {
     "signs apart from numbers": SECONDS.replace(";2", ";+    2").replace(";-", ";-   "),
     "settings of the recorder with numbers": "Intervall;60s\nKanal;Name;Art;Spanne;0;100;C\n"
     + SECONDS,
+    "a line below": SECONDS + "Ende der Messung;;;;;\n",
     "ISO with a zone": table(stamps(ISO + "+01:00"), clock="timestamp"),
     "ISO, universal": table(stamps(ISO + "Z"), clock="timestamp"),
     "month first": table(stamps("%m/%d/%Y %I:%M:%S %p", 40, 60.0), clock="Date/Time"),
