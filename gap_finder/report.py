@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from gap_finder import regimes
-from gap_finder.advice import advice
+from gap_finder.advice import MOST, advice
 from gap_finder.candidates import beyond_usual_range
 from gap_finder.comparison import GapComparison
 from gap_finder.data_faults import DataFault
@@ -19,7 +19,6 @@ from gap_finder.hypotheses import AddedChange
 from gap_finder.keys import driver_of, is_switched, law_of, place_of
 from gap_finder.reference import ReferenceModel
 from gap_finder.score import Fit
-from gap_finder.told import MOST
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
 

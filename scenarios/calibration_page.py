@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from gap_finder.advice import Advice
 from gap_finder.calibrate import Calibration
 from gap_finder.comparison import GapComparison
 from gap_finder.observations import Observations
 from gap_finder.regimes import gap_of
-from gap_finder.told import Advice
 from plant_model.machine import Machine
 from scenarios.channel_charts import measured_against_model
 from scenarios.charts import SHOWN

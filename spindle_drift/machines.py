@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from gap_finder import calibrate as calibration
-from gap_finder.advice import advice
+from gap_finder.advice import Advice, advice
 from gap_finder.calibrate import Progress, quiet
 from gap_finder.data_faults import DataFault
 from gap_finder.observations import Observations
 from gap_finder.regimes import by_channel, residuals
 from gap_finder.standing import calibrated
-from gap_finder.told import Advice
 from measurement.errors import BadInput
 from measurement.runs import Run
 from plant_model import simulate as plant
@@ -313,7 +312,7 @@ def calibrate(
         pd.DataFrame(channels),
         [fault.text for fault in faults] + lacking,
         faults,
-        advice(found.machine, after, found.parameters, before),
+        advice(found.machine, after, found.parameters),
         found,
         observed,
     )
