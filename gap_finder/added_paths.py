@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap_finder.linearise import in_its_run
+from gap_finder.linearise import DIFFERENCE, in_its_run
 from gap_finder.observations import Observations
 from plant_model.drive import Drive
 from plant_model.effects import Effect
@@ -33,10 +33,7 @@ from plant_model.structure import pose
 from plant_model.trajectory import conductances_at, levels_on
 
 AT_ONCE = 512
-"""Paths that are stepped together; more only fill memory."""
-
-DIFFERENCE = 0.1
-"""Step of the numerical derivative by a temperature, or what counts like one [K]."""
+"""Answers that are computed together: more only fill memory. Set on no data."""
 
 
 @dataclass(frozen=True)

@@ -25,18 +25,18 @@ from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 
 ITERATIONS = 20
+"""Of a calibration at most; set for time, on no data."""
+
 ENOUGH = 1e-3
-"""Relative improvement of the cost at which a start is taken to have converged [1]."""
+"""Relative improvement of the cost at which a start is taken to have converged [1]; set on no
+data."""
 
 DAMPINGS = ((1 / 6.0, 1.0, 6.0), (36.0, 216.0, 1296.0))
-"""Multiples of the last damping that are tried at once, and if none helps, then [1]."""
-
-STEP = 2.0
-"""Farthest that a parameter goes in an iteration, in prior standard deviations: derivatives know
-little of what is farther away."""
+"""Multiples of the last damping that are tried at once, and if none helps, then [1]; set on no
+data."""
 
 ROBUST = 3.0
-"""Weighted residuals beyond this many tolerances count linearly (Huber)."""
+"""Weighted residuals beyond this many root mean squares count linearly (Huber). Set on no data."""
 
 Progress = Callable[[str], None]
 
@@ -334,7 +334,8 @@ def _bounded_step(
     count = len(x)
     factor = np.linalg.cholesky(matrix)
     free = np.full(len(right) - count, np.inf)
-    low, high = np.maximum(priors.low - x, -STEP), np.minimum(priors.high - x, STEP)
+    # Derivatives know little of what is farther away than a range is wide to one side.
+    low, high = np.maximum(priors.low - x, -FAR), np.minimum(priors.high - x, FAR)
     room = np.concatenate([low, -free]), np.concatenate([high, free])
     # Rounding must not put the present point outside its own bounds.
     bounds = np.minimum(room[0], -1e-12), np.maximum(room[1], 1e-12)

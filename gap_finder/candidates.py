@@ -25,13 +25,15 @@ from plant_model.sensors import displacement_names
 from plant_model.simulate import Simulation
 
 SIZES = (0.12, 0.4, 1.0, 2.5)
-"""Amplitudes tried, as shares of the way from off to each end of the usual range."""
+"""Amplitudes tried, as shares of the way from off to each end of the usual range; set on no
+data."""
 
 LEAST, MOST = 0.05, 5.0
-"""An answer may be scaled by this much: what is tried small stands for what is smaller still."""
+"""An answer may be scaled by this much: what is tried small stands for what is smaller still.
+Set on no data."""
 
 SHAPES = (0.2, 0.8)
-"""Shape parameters tried beside the nominal value, as shares of their range."""
+"""Shape parameters tried beside the nominal value, as shares of their range; set on no data."""
 
 
 @dataclass(frozen=True)
@@ -195,8 +197,7 @@ def candidates(
             continue
         for i, values in enumerate(tried):
             of_runs = tuple(answer[i] for answer in answers)
-            if max(float(np.max(np.abs(answer))) for answer in of_runs) > 1e-6:
-                yield Candidate(key, values, of_runs, own=own[:-1], seen=leaps)
+            yield Candidate(key, values, of_runs, own=own[:-1], seen=leaps)
             for begins in range(1, len(observed) if effect.from_one_run_on else 0):
                 since = [a * (j >= begins) for j, a in enumerate(of_runs)]
                 yield Candidate(key, values, tuple(since), begins)

@@ -10,15 +10,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gap_finder.observations import INDEPENDENT_S
 from gap_finder.probe_steps import probe_steps, put_back
 from measurement.errors import BadInput
 from measurement.faults import GROSS, LEVELS, Fault, find_faults, unusable
 from measurement.runs import TIME, Run
 from plant_model.machine import Machine
 from plant_model.sensors import column_of, displacement_names
-
-MOST_BRIDGED = 0.1
-"""A boundary temperature that is broken for more than this share of a run spoils the run [1]."""
 
 WHOLE_RUN = "the whole run"
 """The channel of a fault for which a run, or the rest of it, is left out."""
@@ -171,8 +169,8 @@ def _left_of(machine: Machine, run: Run, bad: Sequence[Fault]) -> Run | None:
         rows = (time >= fault.start_s) & (time <= fault.end_s)
         if fault.column == TIME:
             end = min(end, fault.start_s)
-        elif fault.column in driving and rows.mean() > MOST_BRIDGED:
-            return None
+        elif fault.column in driving and fault.end_s - fault.start_s > INDEPENDENT_S:
+            return None  # Bridged for longer than a misfit lasts, it would be a guess.
         else:
             frame.loc[rows, fault.column] = np.nan
     frame = frame[time < end]

@@ -25,12 +25,14 @@ from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 
 FEWEST_RUNS = 3
-"""Runs needed to predict each from the others and still see whether that is chance."""
+"""Runs needed, given by leaving each out: of fewer, the rest would be one run, of which nothing
+tells what it has in common with others."""
 
 ADEQUATE = 1.5
 """What a model may leave per run and channel, predicted from the other runs [tolerances squared].
 
-Fifth split: with nothing missing 0.9 to 1.2 (three lathes, a jig borer, a belt-driven spindle)."""
+Set on the fifth split: with nothing missing 0.9 to 1.2 (three lathes, a jig borer, a belt-driven
+spindle)."""
 
 HALVED = 2.0
 """Times what a regression on the inputs leaves from which a model lacks something [1]: by the

@@ -12,7 +12,7 @@ from gap_finder.calibrate import Progress
 from gap_finder.design import RunSensitivities, all_sensitivities
 from gap_finder.hypotheses import AddedEffect, Listed, everything
 from gap_finder.keys import effect_of
-from gap_finder.proposals import Added, is_far_from_linear, screened
+from gap_finder.proposals import PLACES, Added, is_far_from_linear, screened
 from gap_finder.score import Fit, fit
 from gap_finder.search import Search
 from plant_model.integrate import IntegrationError
@@ -34,11 +34,9 @@ LAW = 0.05
 obeys a law of the catalogue better, and what is left of a strong effect is like others. Set on the
 development split (lathe 0003 and 0016)."""
 
-RIVALS = 6
-"""Rivals tried in the place of an addition when another one has joined it; set for time."""
-
 LEADERS = 4
-"""Candidates that are calibrated to the end, whatever they win at first; set for time."""
+"""Candidates that are calibrated to the end, whatever they win at first; set for time, on no
+data."""
 
 
 @dataclass(frozen=True)
@@ -240,7 +238,7 @@ class Searching:
             for place in range(last):
                 self._progress(f"asking again for {best.keys[place]}")
                 some = rivals[best.keys[place]]
-                some = tuple(one for one in some if one.keys[-1] not in best.keys)[:RIVALS]
+                some = tuple(one for one in some if one.keys[-1] not in best.keys)[:PLACES]
                 jobs = [self._exchanged(best, place, one, sensitivities) for one in (None, *some)]
                 gone, *swapped = [job.result() for job in jobs]
                 fewer += [gone] if gone else []

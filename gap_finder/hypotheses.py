@@ -23,6 +23,7 @@ from gap_finder.candidates import (
     with_effect,
 )
 from gap_finder.design import RunSensitivities
+from gap_finder.directions import LOST
 from gap_finder.keys import has_its_drivers, law_of, laws_of
 from gap_finder.kinds import CalibratedRun, Change, kinds
 from gap_finder.observations import Observations
@@ -30,12 +31,6 @@ from gap_finder.score import Fit
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
-
-ONLY = 1e-6
-"""An answer that is nowhere larger than this is none [tolerances]."""
-
-NOTHING = 0.5
-"""Prior probability that nothing is missing, and that nothing more is [1]."""
 
 
 class Addition(Protocol):
@@ -214,8 +209,7 @@ def prior_costs(keys: Collection[str]) -> dict[str, float]:
         All candidates.
     """
     each = Counter(key.partition(":")[0] for key in keys)
-    odds = (1.0 - NOTHING) / NOTHING / len(each) if each else 1.0
-    return {key: -2.0 * float(np.log(odds / each[key.partition(":")[0]])) for key in keys}
+    return {key: 2.0 * float(np.log(len(each) * each[key.partition(":")[0]])) for key in keys}
 
 
 def everything(
@@ -258,7 +252,7 @@ def everything(
             for j, numbers in enumerate(change.points()):
                 answers = tuple(run[name][i][j] for run in by_run)
                 tried.append(AddedChange(change, numbers, answers))
-    tried = [one for one in tried if max(float(np.abs(a).max()) for a in one.answers) > ONLY]
+    tried = [one for one in tried if sum(float(a @ a) for a in one.answers) > LOST]
     return Listed(tried, prior_costs({one.key for one in tried}))
 
 

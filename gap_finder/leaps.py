@@ -15,22 +15,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import maximum_filter1d, median_filter
 
-from gap_finder.observations import Observations
+from gap_finder.observations import DISPLACEMENT_TOLERANCE, Observations
+from gap_finder.probe_steps import OUTSTANDING, ROWS
 from plant_model.drive import Drive
 from plant_model.effect_names import leaps_of
 from plant_model.effects.base import POSE
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacements
-
-OUTSTANDING = 6.0
-"""A leap differs from the changes around it by this many of their standard deviations [1]."""
-
-LEAST_UM = 1.0
-"""A leap is no smaller than this [um]."""
-
-AROUND = 7
-"""Changes from one observation to the next that a leap is held against."""
 
 
 @dataclass(frozen=True)
@@ -81,13 +73,13 @@ def leaps_in(machine: Machine, observed: Observations, base: FloatArray) -> Leap
     residual = np.sum(pull * (np.nan_to_num(observed.values) - base), axis=1)
     some = known > 0.0
     elongation = residual[some] / known[some]
-    if len(elongation) < 2 * AROUND:
+    if len(elongation) < 2 * ROWS:
         return Leaps(np.zeros(0), np.zeros(0))
     change = np.diff(elongation)
-    leap = change - median_filter(change, AROUND, mode="nearest")
+    leap = change - median_filter(change, ROWS + 1, mode="nearest")
     size = np.abs(leap)
     usual = 1.4826 * float(np.median(size))
-    stands_out = size > max(OUTSTANDING * usual, LEAST_UM)
+    stands_out = size > max(OUTSTANDING * usual, DISPLACEMENT_TOLERANCE)
     # One leap may be spread over two changes: the larger one counts.
     stands_out &= size == maximum_filter1d(size, 3)
     at = np.flatnonzero(stands_out)

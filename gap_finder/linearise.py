@@ -15,17 +15,18 @@ from plant_model.sensors import displacement_names
 from plant_model.simulate import Driven, Simulation, simulate_all
 
 DIFFERENCE = 0.05
-"""Step of the numerical derivative, in usual standard deviations."""
+"""Step of the numerical derivative, in usual standard deviations, or in kelvin; set on no data."""
 
 OFFSET_UM = 30.0
 """How well the zero of a displacement channel is known in each run [um]: hardly, for a run may
-start with the spindle turning, and when the sensor was zeroed is not in the file."""
+start with the spindle turning, and when the sensor was zeroed is not in the file. Set on no
+data."""
 
 START_K = 0.3
-"""How well the temperature of each node is known when a run starts [K]."""
+"""How well the temperature of each node is known when a run starts [K]; set on no data."""
 
 BIAS_K = 0.15
-"""How well a thermometer is known over all runs, fitting and calibration [K]."""
+"""How well a thermometer is known over all runs, fitting and calibration [K]; set on no data."""
 
 
 def in_its_run(machine: Machine, observed: Observations) -> tuple[Machine, dict[str, FloatArray]]:

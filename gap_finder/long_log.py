@@ -12,13 +12,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from gap_finder.observations import INDEPENDENT_S
 from measurement.runs import TIME, Run
 from plant_model.machine import Machine
 
 _PIECE = "_{}of{}"
-
-FEWEST_ROWS = 30
-"""A last piece with fewer rows of its own goes with the one before."""
 
 
 def pieces_of(machine: Machine, run: Run, hours: float) -> list[Run]:
@@ -40,8 +38,8 @@ def pieces_of(machine: Machine, run: Run, hours: float) -> list[Run]:
     time = run.time_s
     starts = np.arange(time[0], time[-1], 3600.0 * hours)
     firsts = np.searchsorted(time, starts - 1e-6)
-    while len(firsts) > 1 and len(time) - firsts[-1] < FEWEST_ROWS:
-        firsts = firsts[:-1]
+    # A last piece without one independent value of its own goes with the one before.
+    firsts = np.concatenate([firsts[:1], firsts[1:][time[-1] - time[firsts[1:]] >= INDEPENDENT_S]])
     if len(firsts) < 2:
         return [run]
     driving = {TIME, *(entry.column for entry in machine.inputs)}

@@ -23,29 +23,35 @@ from plant_model.parameters import FloatArray
 from plant_model.sensors import column_of, displacement_names, noise_and_resolution
 
 BIN_S = 120.0
-"""Width of a bin, and step while fitting [s]; exact where the network is linear."""
+"""Width of a bin, and step while fitting [s]; exact where the network is linear. Set on no data."""
 
 INDEPENDENT_S = 1800.0
-"""Time after which a misfit is new evidence [s]: misfits of lumped models last that long."""
+"""Time after which a misfit is new evidence [s]: misfits of lumped models last that long. Set on
+no data."""
 
 TEMPERATURE_TOLERANCE = 0.1
 DISPLACEMENT_TOLERANCE = 0.5
-"""What a good lumped model may be wrong by, beside noise [K, um]."""
+"""What a good lumped model may be wrong by, beside noise [K, um]; set on no data."""
 
 SWITCH = 0.02
-"""A held input that changes by more than this share of its range has switched [1]."""
+"""A held input that changes by more than this share of its range has switched [1]; set on no
+data."""
 
 SPARSE_S = 90.0
-"""Rows further apart than this are taken not to have been written for the switch [s]."""
+"""Rows further apart than this are taken not to have been written for the switch [s]; set on no
+data."""
 
 SHARP_S = 30.0
-"""Rows no further apart than this give a switch's instant well enough [s]."""
+"""Rows no further apart than this give a switch's instant well enough [s], and are taken together
+where a part switches: no cooler does so as fast. Set on no data."""
 
 MOST_SWITCHES = 0.3
-"""An input that switches at more than this share of the rows is taken as a ramp [1]."""
+"""An input that switches at more than this share of the rows is taken as a ramp [1]; set on no
+data."""
 
 RELATIVE_TOLERANCE = 0.02
-"""Tolerance beside the constant one, as a share of the channel's span in the runs [1]."""
+"""Tolerance beside the constant one, as a share of the channel's span in the runs [1]; set on no
+data."""
 
 
 @dataclass(frozen=True)

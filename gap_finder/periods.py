@@ -11,7 +11,7 @@ from scipy.signal import find_peaks
 
 from gap_finder.keys import unused_with
 from gap_finder.linearise import modelled, simulate_at
-from gap_finder.observations import BIN_S, Observations
+from gap_finder.observations import BIN_S, INDEPENDENT_S, Observations
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
@@ -19,11 +19,9 @@ from plant_model.parameters import FloatArray
 PHASES = np.arange(0.0, 1.0, 1.0 / 24.0)
 """Places in a cycle that are tried [1]."""
 
-MOST_PERIODS = 3
-"""Periods that are tried, the strongest in the residuals first."""
-
-SLOW_S = 1500.0
-"""What changes over more than about twice this is not a swing [s]."""
+MOST = 3
+"""Periods that are tried, and settings of a relay: the strongest in the residuals first; set for
+time, on no data."""
 
 
 def quick(observed: Observations, weighted: FloatArray) -> FloatArray:
@@ -33,7 +31,7 @@ def quick(observed: Observations, weighted: FloatArray) -> FloatArray:
 
 def without_slow(series: FloatArray, axis: int) -> FloatArray:
     """Return series in bins, along an axis, without what changes slowly."""
-    return np.asarray(series - gaussian_filter1d(series, SLOW_S / BIN_S, axis=axis))
+    return np.asarray(series - gaussian_filter1d(series, INDEPENDENT_S / BIN_S, axis=axis))
 
 
 def likely_periods(
@@ -66,7 +64,7 @@ def likely_periods(
             orthogonal = np.linalg.qr(basis)[0]
             power[i] += float(np.sum((orthogonal.T @ columns) ** 2))
     peaks = find_peaks(np.concatenate([[0.0], power, [0.0]]))[0] - 1
-    strongest = peaks[np.argsort(-power[peaks])][:MOST_PERIODS]
+    strongest = peaks[np.argsort(-power[peaks])][:MOST]
     return [float(periods[i]) for i in strongest]
 
 

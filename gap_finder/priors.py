@@ -18,7 +18,8 @@ from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 
 FAR = 2.0
-"""Deviations from its value at which a parameter's range ends [1]."""
+"""Deviations from its value at which a parameter's range ends: given by what a range in a machine
+file says [1]."""
 
 
 @dataclass(frozen=True)

@@ -24,27 +24,24 @@ from plant_model.parameters import FloatArray
 from plant_model.sensors import column_of, displacement_names, displacements
 
 LEAST_UM = 2.0
-"""A smaller leap is left to the fit [um]."""
+"""A smaller leap is left to the fit [um]; set on no data."""
 
 ROWS = 6
-"""Rows before and after a leap through which lines are laid."""
+"""Rows before and after a leap through which lines are laid; set on no data."""
 
 OUTSTANDING = 8.0
-"""A leap is this many times the scatter of such differences elsewhere in the run [1]."""
+"""A leap is this many times the scatter of such differences elsewhere in the run [1]; set on no
+data."""
 
 USUAL, TIMES = 0.95, 3.0
 """A leap is ``TIMES`` the quantile ``USUAL`` of the probe's moves from row to row, rows without a
-move left out [1]: a probe on coarse stairs, or one that leaps all the time, has not slipped."""
-
-SHARP = 0.5
-"""Share of a leap that happens between two rows [1]."""
+move left out [1]: a probe on coarse stairs, or one that leaps all the time, has not slipped.
+Set on no data."""
 
 TOGETHER, TOGETHER_K, TOGETHER_TIMES = 0.2, 0.3, 4.0
 """Another channel leaps with a probe if it leaps by the share ``TOGETHER`` of the probe's leap (a
-probe) or by ``TOGETHER_K`` (a thermometer) [K], and by ``TOGETHER_TIMES`` its own scatter [1]."""
-
-MOST_SLIPS = 1
-"""Leaps along the axis in one run; more of them are a bearing's and not a probe's."""
+probe) or by ``TOGETHER_K`` (a thermometer) [K], and by ``TOGETHER_TIMES`` its own scatter [1].
+Set on no data."""
 
 
 @dataclass(frozen=True)
@@ -75,10 +72,11 @@ class ProbeStep:
 def probe_steps(machine: Machine, runs: Sequence[Run]) -> list[tuple[ProbeStep, ...]]:
     """Return the steps of single probes in every run, in order of time."""
     found = [_steps_in(machine, run) for run in runs]
+    # What leaps along the axis again and again is a bearing and no probe.
     slipping = {
         name
         for name in _along_the_axis(machine)
-        if any([one.channel for one in steps].count(name) > MOST_SLIPS for steps in found)
+        if any([one.channel for one in steps].count(name) > 1 for steps in found)
     }
     return [tuple(one for one in steps if one.channel not in slipping) for steps in found]
 
@@ -186,7 +184,8 @@ def _outstanding(leaps: _Leaps, quiet: npt.NDArray[np.bool_]) -> list[int]:
     size = np.abs(np.nan_to_num(leaps.size))
     limit = max(LEAST_UM, OUTSTANDING * leaps.scatter, TIMES * leaps.usual)
     found = (size > limit) & quiet & (size == maximum_filter1d(size, 2 * ROWS + 1))
-    found &= np.nan_to_num(leaps.move * np.sign(leaps.size)) > SHARP * size
+    # Most of it happens between two rows.
+    found &= 2.0 * np.nan_to_num(leaps.move * np.sign(leaps.size)) > size
     return np.flatnonzero(found).tolist()
 
 

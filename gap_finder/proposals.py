@@ -13,14 +13,15 @@ from gap_finder.score import Fit
 from gap_finder.screen import NormalMatrices, Residuals, Screen
 
 PER_KIND = 2
-"""Candidates of a kind that the screening proposes for the full score. Set for time, as the next
-two are."""
+"""Candidates of a kind that the screening proposes for the full score. Set for time,
+on no data."""
 
 PROPOSED = 16
-"""Candidates that the screening proposes in all."""
+"""Candidates that the screening proposes in all; set for time, on no data."""
 
 PLACES = 6
-"""Places at which the kind of change that does best is scored; set for time."""
+"""Places at which the kind of change that does best is scored, and rivals tried in the place of an
+addition when another one has joined it; set for time, on no data."""
 
 Added = AddedEffect | AddedChange
 

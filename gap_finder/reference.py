@@ -23,7 +23,7 @@ from plant_model.sensors import displacement_names
 
 LAGS_MIN = (3.0, 8.0, 20.0, 45.0, 100.0, 220.0, 500.0)
 """Time constants of the lags [min]: from a bearing's to a machine bed's, each some 2.3 times the
-one before, so that a lag in between is well met by two of them."""
+one before, so that a lag in between is well met by two of them. Set on no data."""
 
 PENALTIES = tuple(0.01 * 10.0 ** (0.5 * k) for k in range(10))
 """Ridge penalties tried, per observation and for predictors of unit mean square [1]."""
@@ -32,7 +32,7 @@ START = "start"
 """What the predictors are called that say how warm the machine started."""
 
 LEAST_PREDICTED = 0.1
-"""Share of what the plant leaves that an input must predict to be told [1]."""
+"""Share of what the plant leaves that an input must predict to be told [1]; set on no data."""
 
 
 @dataclass(frozen=True)

@@ -8,14 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap_finder.linearise import modelled, simulate_at
-from gap_finder.observations import Observations
+from gap_finder.observations import INDEPENDENT_S, Observations
 from measurement.spectrum import speed_spectrum
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names, noise_and_resolution
-
-SETTLING_S = 2400.0
-"""Time after a speed change in which a machine is called warming or cooling [s]."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +76,8 @@ def residuals(machine: Machine, observed: Observations) -> RunResiduals:
 def regimes(observed: Observations) -> list[tuple[float, float, str]]:
     """Return stretches of a run (start, end, what the machine does), in order.
 
+    After a change of speed it warms up or cools down for as long as a misfit lasts.
+
     Parameters
     ----------
     observed : Observations
@@ -93,7 +92,7 @@ def regimes(observed: Observations) -> list[tuple[float, float, str]]:
     before = 0.0
     for segment in speed_spectrum(observed.run):
         speed = 0.0 if np.isnan(segment.speed_rpm) else segment.speed_rpm
-        change = min(segment.start_s + SETTLING_S, segment.end_s)
+        change = min(segment.start_s + INDEPENDENT_S, segment.end_s)
         at = f"at {speed:.0f} r/min" if speed else "standing"
         if speed != before:
             doing = "warming up" if speed > before else "cooling down"

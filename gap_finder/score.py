@@ -11,26 +11,26 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gap_finder.calibrate import STEP, Calibration, calibrate, intervals
+from gap_finder.calibrate import Calibration, calibrate, intervals
 from gap_finder.design import RunDesign, RunSensitivities, design_of
 from gap_finder.linearise import residuals_of
 from gap_finder.observations import Observations
-from gap_finder.priors import Priors
+from gap_finder.priors import FAR, Priors
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 
 REFITS = 8
-"""Iterations of a calibration that starts from a calibrated machine."""
+"""Iterations of a calibration that starts from a calibrated machine; set for time, on no data."""
 
 FIRST = 2
 """Iterations after which a calibration must be worth going on with, where that is asked; set for
-time."""
+time, on no data."""
 
 FOLD_STEPS = 3
-"""Steps of the recalibration in each fold, every one simulated; set for time."""
+"""Steps of the recalibration in each fold, every one simulated; set for time, on no data."""
 
 SHORTER = 0.25
-"""Share of a step that is tried after one that does not help [1]."""
+"""Share of a step that is tried after one that does not help [1]; set on no data."""
 
 
 @dataclass(frozen=True)
@@ -220,7 +220,7 @@ class _Folds:
             found[k] -= np.linalg.solve(others, total[k] - slopes[k, k] + point[k])
         moved, count = self._moved, self._count
         # As in calibration: derivatives know little of what is farther away.
-        away = np.clip(found[:, :count] - point[:, :count], -STEP, STEP)
+        away = np.clip(found[:, :count] - point[:, :count], -FAR, FAR)
         found[:, :count] = point[:, :count] + away
         found[:, :count] = np.clip(found[:, :count], moved.low, moved.high)
         return found

@@ -15,12 +15,10 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import cho_factor, cho_solve
 
+from gap_finder.added_paths import AT_ONCE
 from gap_finder.candidates import LEAST, MOST
 from gap_finder.design import RunDesign, told_by_one_run
 from plant_model.parameters import FloatArray
-
-BLOCK = 1000
-"""Candidates whose answers are copied at once."""
 
 
 class Answers(Protocol):
@@ -130,8 +128,8 @@ def answers_in_blocks(
         Which candidates.
     columns : array, shape (N, b)
     """
-    for begin in range(0, len(tried), BLOCK):
-        some = slice(begin, begin + BLOCK)
+    for begin in range(0, len(tried), AT_ONCE):
+        some = slice(begin, begin + AT_ONCE)
         yield some, np.array([one.answers[run] for one in tried[some]]).T * design.weight[:, None]
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 MOST = 4
-"""Additions at most, if the user sets no other limit."""
+"""Additions at most, if the user sets no other limit; set on no data."""
 
 
 @dataclass(frozen=True)

@@ -22,15 +22,14 @@ from plant_model.parameters import FloatArray
 from plant_model.sensors import column_of, displacement_names
 
 LEAST_S = 3600.0
-"""A shorter standstill hurts little [s]."""
+"""A shorter standstill hurts little [s]; set on no data."""
 
-MOVED_K, MOVED_STEPS, MOVED_TOLERANCES = 2.0, 3.0, 6.0
-"""The model must have moved by this much [K], by so many steps of the thermometer's resolution and
-by so many tolerances meanwhile [1]."""
+MOVED_K = 2.0
+"""The model must have moved by this much meanwhile [K]; set on no data."""
 
-FOLLOWS = 0.4
-"""What the model leaves of the channel in the other runs, as a share of that [1]: a model that does
-not follow a thermometer cannot tell that it is broken."""
+TIMES = 3.0
+"""And by so many times the thermometer's resolution, its tolerance, and what the model leaves of it
+in the other runs [1]: one that does not follow it cannot tell that it is broken. Set on no data."""
 
 
 def standing_still(machine: Machine, observed: Sequence[Observations]) -> list[DataFault]:
@@ -56,10 +55,7 @@ def standing_still(machine: Machine, observed: Sequence[Observations]) -> list[D
                 continue
             moved, usual = _moved(one, i, span), _usual(others, i)
             step = _resolution([other.observed for other in left], column_of(machine, name))
-            least = max(
-                MOVED_K, MOVED_STEPS * step, MOVED_TOLERANCES * float(one.observed.tolerance[i])
-            )
-            if moved < least or usual > FOLLOWS * moved:
+            if moved < max(MOVED_K, TIMES * max(step, usual, float(one.observed.tolerance[i]))):
                 continue
             run = observed[place].run.name
             text = (

@@ -14,8 +14,9 @@ from itertools import product
 import numpy as np
 import numpy.typing as npt
 
-from gap_finder.observations import BIN_S, Observations
-from gap_finder.periods import quick, without_slow
+from gap_finder.observations import BIN_S, SHARP_S, Observations
+from gap_finder.periods import MOST, quick, without_slow
+from gap_finder.reference import LAGS_MIN
 from plant_model.drive import Drive
 from plant_model.effect_names import switched_by
 from plant_model.effects.coolant_jacket import flows_of
@@ -26,34 +27,23 @@ from plant_model.sensors import column_of, displacement_names
 from plant_model.simulate import Simulation
 
 DEAD_BANDS = (0.3, 0.5, 0.8, 1.2, 1.8, 2.7, 4.0, 6.0)
-"""Dead bands tried [K]."""
+"""Dead bands tried [K]; set on no data."""
 
 LEVELS = tuple(np.linspace(0.05, 0.98, 40).tolist())
 """Where the relay switches on, as shares of what the part spans in the runs [1]."""
 
-LAGS_MIN = (2.0, 8.0, 25.0, 80.0)
-"""Time constants with which channels may follow the relay [min]: jackets at once, what they cool
-later."""
+QUICK_MIN = LAGS_MIN[:5]
+"""Time constants with which channels may follow the relay [min]: what is slower is no swing."""
 
 SWITCHINGS, RUNS = 4, 2
 """The relay switches at least so often in all runs, and in at least so many of them: what goes on
-once, when a machine gets warm, cannot be told from what else comes with warmth."""
-
-ROWS_S = 20.0
-"""Rows closer than this are taken together [s]: no cooler switches as fast."""
+once, when a machine gets warm, cannot be told from what else comes with warmth. Set on
+no data."""
 
 LEAST_FOLLOWING = 0.1
-"""Share of what is quick in the residuals that must follow the relay to be simulated with it [1]:
-development cases of `benchmarks.gap.switched` have 0.12 to 0.6, but for one that stays unseen."""
-
-MODES = 3
-"""Settings of one part that are looked at closely."""
-
-AT_ONCE = 64
-"""Settings compared at once: more take memory and no less time."""
-
-MOST_SIMULATED = 3
-"""Parts and settings that are simulated."""
+"""Share of what is quick in the residuals that must follow the relay to be simulated with it [1].
+Set on development cases in which a part switches the cooler, which have 0.12 to 0.6, but for one
+that stays unseen."""
 
 
 @dataclass(frozen=True)
@@ -150,7 +140,7 @@ def watched(machine: Machine, observed: Observations, part: str) -> Watched | No
         values = frame[column].to_numpy(dtype=np.float64)
         good = np.isfinite(values)
         if good.sum() > 1:
-            which = np.floor((time[good] - time[good][0]) / ROWS_S)
+            which = np.floor((time[good] - time[good][0]) / SHARP_S)
             _, first, counts = np.unique(which, return_index=True, return_counts=True)
             mean = np.add.reduceat(values[good], first) / counts
             return Watched(time[good][first], mean)
@@ -198,7 +188,7 @@ def likely_switchings(
     Returns
     -------
     list of Switching
-        Best first, no more than `MOST_SIMULATED`; empty where nothing that happens again and
+        Best first, no more than `MOST`; empty where nothing that happens again and
         again follows any of them.
     """
     compared = _Compared(machine, observed, residuals, carried)
@@ -222,20 +212,20 @@ def likely_switchings(
             if shares[best] >= LEAST_FOLLOWING:
                 relays = tuple(Relay(one, *finer[best]) for one in seen)
                 found.append(Switching(part, relays, float(shares[best])))
-    return sorted(found, key=lambda one: -one.share)[:MOST_SIMULATED]
+    return sorted(found, key=lambda one: -one.share)[:MOST]
 
 
 def _apart(
     settings: Sequence[tuple[float, float]], shares: FloatArray
 ) -> list[tuple[float, float]]:
-    """Return the best settings whose dead bands differ, no more than `MODES`.
+    """Return the best settings whose dead bands differ, no more than `MOST`.
 
     A wide band and a narrow one below the same level may switch at much the same instants.
     """
     found: list[tuple[float, float]] = []
     for place in np.argsort(-shares).tolist():
         on, band = settings[place]
-        if shares[place] <= 0.0 or len(found) == MODES:
+        if shares[place] <= 0.0 or len(found) == MOST:
             break
         if all(not 0.5 < band / other < 2.0 for _, other in found):
             found.append((on, band))
@@ -294,16 +284,8 @@ class _Compared:
         settings : sequence of (float, float)
             Levels and dead bands.
         """
-        parts = [
-            self._some(seen, *np.array(settings[i : i + AT_ONCE]).T)
-            for i in range(0, len(settings), AT_ONCE)
-        ]
-        return np.concatenate([np.zeros(0), *parts])
-
-    def _some(
-        self, seen: Sequence[Watched], on_above: FloatArray, dead_band: FloatArray
-    ) -> FloatArray:
-        found = np.zeros(len(on_above))
+        found = np.zeros(len(settings))
+        on_above, dead_band = np.array(settings).reshape(-1, 2).T
         states = [
             what.on_between(on_above, dead_band, _ends(time))
             for time, what in zip(self._times, seen, strict=True)
@@ -344,9 +326,9 @@ def _lagged(time_s: FloatArray, heat: FloatArray) -> FloatArray:
     heat : array, shape (settings, K)
     """
     steps = np.diff(time_s, prepend=time_s[0])
-    decay = np.broadcast_to(1.0 / (60.0 * np.array(LAGS_MIN)), (len(heat), len(LAGS_MIN)))
+    decay = np.broadcast_to(1.0 / (60.0 * np.array(QUICK_MIN)), (len(heat), len(QUICK_MIN)))
     none = np.zeros((len(heat), 0, 0))
     held = decay[:, None, :] * heat[..., None]
-    start = np.repeat(heat[:, :1], len(LAGS_MIN), axis=1)
+    start = np.repeat(heat[:, :1], len(QUICK_MIN), axis=1)
     followed = linear_steps(Modes(decay, none, none), start, steps, held, held)
     return without_slow(followed, axis=1)

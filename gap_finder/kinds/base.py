@@ -22,6 +22,10 @@ from plant_model.parameters import FloatArray, Parameter
 
 SOURCE = "found by the gap finder"
 
+SIZES_W_PER_K = (3.0, 30.0)
+"""Usual conductances of a path: through a thin section or a still surface, and through a joint or
+where motion stirs [W/K]. Set on no data."""
+
 
 @dataclass(frozen=True)
 class CalibratedRun:
@@ -228,16 +232,14 @@ def fixed(value: float, unit: str) -> Parameter:
     return Parameter(value, unit, value, value, SOURCE)
 
 
-def joined(
-    machine: Machine, pair: tuple[str, str], conductance: Parameter, area_m2: float = 1.0
-) -> Machine:
-    """Return the machine with a heat path; one to a boundary temperature is a film on an area.
+def joined(machine: Machine, pair: tuple[str, str], conductance: Parameter) -> Machine:
+    """Return the machine with a heat path; one to a boundary temperature is a film on 1 m2.
 
     *conductance* is then the film's coefficient [W/(m2 K)].
     """
     if pair[1] in machine.boundary_index:
         film = replace(conductance, unit="W/(m2 K)")
-        given, kind = {"area": fixed(area_m2, "m2"), "coefficient": film}, "convection"
+        given, kind = {"area": fixed(1.0, "m2"), "coefficient": film}, "convection"
         law = "surface_convection"
     else:
         given, kind, law = {"conductance": conductance}, "conduction", "conduction"

@@ -21,18 +21,10 @@ from gap_finder.kinds.base import (
     taken_names,
     with_item,
 )
+from gap_finder.reference import LAGS_MIN
+from plant_model.effects.base import TIMES_USUAL
 from plant_model.machine import Item, Machine, Node
 from plant_model.parameters import Parameter
-
-HALF = 0.5
-"""Share of the mass on the far side [1]."""
-
-DELAYS_S = (180.0, 720.0, 2880.0, 11520.0, 46080.0)
-"""How slowly the far side follows the near one, as tried: from a flange to a column's other end,
-which hardly follows in a shift [s]."""
-
-DELAY_RANGE_S = (6.0, 600_000.0)
-"""Shortest and longest that calibration may make it [s]."""
 
 
 @dataclass(frozen=True)
@@ -85,10 +77,10 @@ class CoarsePart(Change):
 
     def points(self) -> list[dict[str, float]]:
         """Return a few delays of the far side."""
-        return [{self.first: self._conductance(delay)} for delay in DELAYS_S]
+        return [{self.first: self._conductance(delay)} for delay in LAGS_MIN]
 
-    def _conductance(self, delay_s: float) -> float:
-        return HALF * self.capacity / delay_s
+    def _conductance(self, delay_min: float) -> float:
+        return self.capacity / 2.0 / (60.0 * delay_min)
 
     def parameters(self) -> dict[str, str]:
         """Return the conductance between the sides."""
@@ -118,8 +110,9 @@ class CoarsePart(Change):
             if self._is_surface(item):
                 other = replace(self._on_far_side(item), name=f"{item.name}_far")
                 grown = with_item(grown, other, "surface_convection")
-        slow, fast = (self._conductance(delay) for delay in DELAY_RANGE_S[::-1])
-        return joined(grown, (name, self._far), free(numbers[self.first], "W/K", (slow, fast)))
+        fast, slow = (self._conductance(delay) for delay in (LAGS_MIN[0], LAGS_MIN[-1]))
+        ends = slow / TIMES_USUAL, TIMES_USUAL * fast
+        return joined(grown, (name, self._far), free(numbers[self.first], "W/K", ends))
 
     def _near(self, item: Item) -> Item:
         """Return an item as it is afterwards: half of a surface; another link may have moved."""
@@ -142,5 +135,5 @@ class CoarsePart(Change):
 
 def _half(whole: Parameter) -> Parameter:
     if whole.tied:
-        return replace(whole, factor=whole.factor * HALF).following(whole.value / whole.factor)
-    return replace(whole, value=HALF * whole.value, low=HALF * whole.low, high=HALF * whole.high)
+        return replace(whole, factor=whole.factor / 2.0).following(whole.value / whole.factor)
+    return replace(whole, value=whole.value / 2.0, low=whole.low / 2.0, high=whole.high / 2.0)

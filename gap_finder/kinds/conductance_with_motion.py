@@ -11,11 +11,8 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 from gap_finder.added_paths import AddedPath
-from gap_finder.kinds.base import CalibratedRun, PathChange, free, with_item
+from gap_finder.kinds.base import SIZES_W_PER_K, CalibratedRun, PathChange, free, with_item
 from plant_model.machine import Item, Machine
-
-SIZES_W_PER_K = (2.0, 20.0)
-"""Conductances tried, at the top of the input's range [W/K]."""
 
 MOTIONS = ("rpm", "mm_min", "lpm", "1")
 """Units of inputs that may drive it: speed, feed, flow, and a flag such as an open door."""

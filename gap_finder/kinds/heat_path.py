@@ -9,6 +9,7 @@ from typing import ClassVar, Self
 
 from gap_finder.added_paths import AddedPath
 from gap_finder.kinds.base import (
+    SIZES_W_PER_K,
     CalibratedRun,
     PathChange,
     conductance_of,
@@ -17,9 +18,6 @@ from gap_finder.kinds.base import (
     parts_joined,
 )
 from plant_model.machine import Machine
-
-SIZES_W_PER_K = (3.0, 30.0)
-"""Conductances tried: one through a thin section or a still surface, one through a joint [W/K]."""
 
 
 @dataclass(frozen=True)

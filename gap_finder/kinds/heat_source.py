@@ -11,10 +11,11 @@ from gap_finder.kinds.base import CalibratedRun, Change, free, with_item
 from plant_model.machine import Item, Machine
 
 SIZES_W = (20.0, 200.0)
-"""Powers tried; the answer is in proportion to them [W]."""
+"""Usual powers, which are tried: the answer is in proportion to them [W]. Set on no data."""
 
 EXPONENTS = (1.0, 2.0)
-"""Tried with an input: a friction that speed does not change, and a viscous one [1]."""
+"""Tried with an input: given by the laws of a friction that speed does not change, and of a viscous
+one [1]."""
 
 
 @dataclass(frozen=True)

@@ -17,14 +17,12 @@ from gap_finder.kinds.base import (
     parts_joined,
     taken_names,
 )
+from gap_finder.reference import LAGS_MIN
 from plant_model.effects.base import TIMES_USUAL
 from plant_model.machine import Machine, Node
 
 MASSES = (0.5, 2.0)
-"""Heat capacities tried, in those of the part [1]."""
-
-DELAYS_S = (900.0, 3600.0, 10800.0)
-"""How slowly it follows the part: capacity over conductance, as tried [s]."""
+"""Heat capacities tried, in those of the part [1]; set on no data."""
 
 
 @dataclass(frozen=True)
@@ -59,8 +57,8 @@ class HiddenMass(PathChange):
     def points(self) -> list[dict[str, float]]:
         """Return a few sizes, each at a few delays."""
         return [
-            {self.first: mass * self.capacity / delay, "capacity": mass * self.capacity}
-            for mass, delay in product(MASSES, DELAYS_S)
+            {self.first: mass * self.capacity / (60.0 * delay), "capacity": mass * self.capacity}
+            for mass, delay in product(MASSES, LAGS_MIN)
         ]
 
     def parameters(self) -> dict[str, str]:

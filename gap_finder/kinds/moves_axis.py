@@ -11,10 +11,11 @@ from plant_model.machine import Item, Machine
 from plant_model.sensors import displacement_names
 
 SIZES_MM = (60.0, 600.0)
-"""Lengths of a part that are tried; the answer is in proportion to them [mm]."""
+"""Usual lengths of a part, which are tried: the answer is in proportion to them [mm]. Set on no
+data."""
 
 EXPANSION = 11.0
-"""Of steel and cast iron, between 10 and 12 [1e-6/K]."""
+"""Given by steel and cast iron, between 10 and 12 [1e-6/K]."""
 
 AXES = {"X": "x", "Y": "y", "Z": "elongation"}
 """Axes, and what a structure calls them."""

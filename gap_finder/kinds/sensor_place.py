@@ -27,14 +27,11 @@ from plant_model.machine import Machine, Node
 from plant_model.parameters import FloatArray
 
 SHARES = (0.1, 0.5)
-"""Shares tried [1]."""
+"""Usual shares, which are tried [1]; set on no data."""
 
 CONTACT_W_PER_K, TIP_J_PER_K = 0.01, 0.03
 """Of the tip with its own part, and its capacity: it follows within seconds and, between the two,
-carries less heat than any path that shows [W/K, J/K]."""
-
-TIP_M2 = 1e-3
-"""Its surface in the air [m2], on which a usual film carries as much as that contact."""
+carries less heat than any path that shows [W/K, J/K]. Set on no data."""
 
 
 @dataclass(frozen=True)
@@ -64,10 +61,6 @@ class SensorPlace(Change):
     def _tip(self) -> str:
         return f"{self.place[0]}_tip"
 
-    @property
-    def _area(self) -> float:
-        return TIP_M2 if self.boundary else 1.0
-
     def points(self) -> list[dict[str, float]]:
         """Return a small and a large share: the answer is in proportion to them."""
         return [{self.first: share} for share in SHARES]
@@ -90,12 +83,12 @@ class SensorPlace(Change):
         )
         grown = replace(machine, nodes=nodes, sensors=sensors)
         grown = joined(grown, (self._tip, self.of), fixed(CONTACT_W_PER_K, "W/K"))
-        value = CONTACT_W_PER_K * _odds(numbers[self.first]) / self._area
-        return joined(grown, (self._tip, other), free(value, "W/K"), TIP_M2)
+        value = CONTACT_W_PER_K * _odds(numbers[self.first])
+        return joined(grown, (self._tip, other), free(value, "W/K"))
 
     def read(self, machine: Machine) -> dict[str, float]:
         """Return the share that it reads of the other part."""
-        g = machine.parameters[self.parameters()[self.first]].value * self._area
+        g = machine.parameters[self.parameters()[self.first]].value
         return {self.first: g / (g + CONTACT_W_PER_K)}
 
     def told(self, machine: Machine) -> dict[str, Any]:

@@ -17,18 +17,14 @@ import numpy as np
 
 from gap_finder.kinds.base import CalibratedRun, Change
 from gap_finder.linearise import START_K, simulate_at
+from gap_finder.priors import FAR
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import column_of, displacement_names
 
-LEAST_K = 0.5
-"""A start that is nowhere further from the file's than this is not tried [K]."""
-
 SHARES = (0.5, 1.0)
-"""Shares of the way from the first boundary temperature to the thermometer's reading, tried."""
-
-LARGEST_SHARE = 1.5
-"""A part may be further from the hall than the thermometer; no further than so many times [1]."""
+"""Shares of the way from the first boundary temperature to the thermometer's reading, tried;
+set on no data."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +59,7 @@ class StartState(Change):
         for place in _places(machine):
             at = [machine.node_index[name] for name in place]
             at_hall = all(machine.nodes[i].start == usual for i in at)
+            # A start that is nowhere further from the file's than any run may be is not tried.
             for signal in (name for name in firsts[0] if all(name in first for first in firsts)):
                 shares = tuple(
                     share
@@ -71,7 +68,7 @@ class StartState(Change):
                         float(np.abs(_target(first, usual, signal, share) - begin[at]).max())
                         for first, begin in zip(firsts, begins, strict=True)
                     )
-                    >= LEAST_K
+                    >= FAR * START_K
                 )
                 if shares:
                     yield cls(place, signal, shares, at_hall)
@@ -83,7 +80,7 @@ class StartState(Change):
     def scaled(self, numbers: Mapping[str, float], scale: float) -> dict[str, float]:
         """Return another share of the way, if the parts start at the hall in the file."""
         share = numbers[self.first] * (scale if self.at_hall else 1.0)
-        return {self.first: round(min(share, LARGEST_SHARE), 3)}
+        return {self.first: round(share, 3)}
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with these parts starting there."""
