@@ -97,10 +97,13 @@ def read_sheets(path: Path) -> list[Sheet]:
         found = read_log(path)
     else:
         text = decoded(data, path)
+        from measurement.importing.json_rows import is_json, read_json
         from measurement.importing.lvm import BEGIN, read_lvm
 
         if text.startswith(BEGIN):
             found = read_lvm(path, text)
+        elif is_json(text):
+            found = read_json(path, text)
         else:
             rows: list[list[Cell]] = [list(row) for row in cells_of(text, path)]
             found = [_sheet(path, "", rows)]

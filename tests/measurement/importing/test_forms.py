@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime as dt
+import json
 from pathlib import Path
 
 import numpy as np
@@ -299,3 +300,25 @@ def test_a_table_with_a_row_for_each_value(tmp_path: Path) -> None:
     path = tmp_path / "export.csv"
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     check(imported(path))
+
+
+@pytest.mark.parametrize("a_line_each", [True, False])
+def test_json(a_line_each: bool, tmp_path: Path) -> None:
+    """Also the rows of a gateway that sends a value when it changes."""
+    rows = [
+        {"time": 60.0 * n, "T": {"front [degC]": a, "rear [degC]": b, "bed": [b, a]}}
+        | ({"rpm": c} if n else {})
+        for n, (a, b, c) in enumerate(signals(6)[:, [0, 1, 3]].tolist())
+    ]
+    path = tmp_path / "log.jsonl"
+    lines = "\n".join(json.dumps(row) for row in rows)
+    path.write_text(lines if a_line_each else json.dumps(rows, indent=1), encoding="utf-8")
+    found = imported(path, mapping=Mapping(time=TimeRule(unit="s")))
+    assert {"T bed 1", "T bed 2"} <= set(found.hints)
+    (run,) = found.runs
+    assert list(run.frame.columns) == ["time_s", "T_front_degC", "T_rear_degC", "speed_rpm"]
+    np.testing.assert_allclose(run.frame["T_rear_degC"], signals(6)[:, 1])
+    assert np.flatnonzero(run.frame["speed_rpm"].isna()).tolist() == [0]
+    path.write_text(lines.replace("60.0", "60.0}", 1), encoding="utf-8")
+    with pytest.raises(BadInput, match="row 2: is no JSON: Extra data"):
+        imported(path)
