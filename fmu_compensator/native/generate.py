@@ -11,9 +11,10 @@ import ast
 import inspect
 import pkgutil
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from importlib import import_module
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,8 @@ from fmu_compensator import runtime
 from fmu_compensator.plugins import plugged_error_models
 from fmu_compensator.runtime.compensator import STATUS_TEXTS
 from fmu_compensator.runtime.error_models import error_models, shipped_error_models
-from fmu_compensator.runtime.fmi_slave import MEASURED
+from fmu_compensator.runtime.fmi_slave import MEASURED, REALS
+from fmu_compensator.runtime.gaussian import MOST_PROBES, OF_FIXED
 from fmu_compensator.runtime.modelfile import Model
 from fmu_packaging.native.compilers import NativeError
 from fmu_packaging.variables import Variable
@@ -29,7 +31,8 @@ from fmu_packaging.variables import Variable
 C_FOLDER = Path(__file__).resolve().parent / "c"
 ERROR_MODELS = "error_models"
 KIND = re.compile(r"^const struct error_model_kind (\w+)_kind\b", re.MULTILINE)
-ROOTS = ("geometry", "error_model", "gaussian", "spare")  # the file's tables that C reads
+MEMBERS = [f"{name}[{place}]" for name in ("offset", "pose", "half_width") for place in range(3)]
+"""Of the struct of outputs, in the order of `REALS`."""
 TEXT_OUTPUT = "status_text"
 HEAD = "/* Made by spindle-drift from {what}; not to be edited. */\n"
 
@@ -78,8 +81,12 @@ def data_sources(model: Model, variables: Sequence[Variable], name: str, guid: s
         if kind not in kinds():
             raise NativeError(f"{model.source}: error_model.kind: {kind!r} has no C twin")
     tree = _Tree()
-    roots = {key: tree.field(model.table.get(key), None) for key in ROOTS}
+    error_model = tree.field(model.table["error_model"], None)
+    geometry, spare = _geometry(model, tree), _spare(model.table.get("spare"), tree)
+    gaussian = _gaussian(model.table["gaussian"], tree)
     found = kinds()
+    addresses = [f"&{kind}_kind" for kind in found]
+    texts = [f"{{{status}, {_text(text)}}}" for status, text in STATUS_TEXTS.items()]
     chosen = ", ".join(map(str, model.chosen))
     derived = "&compensator_derivatives" if is_linear(model) else "NULL"
     lines = [
@@ -96,7 +103,10 @@ def data_sources(model: Model, variables: Sequence[Variable], name: str, guid: s
         f"const struct limits model_limits = {_struct(model.limits)};",
         "",
         *tree.lines,
-        *(f"const struct field model_{key} = {value};" for key, value in roots.items()),
+        f"const struct field model_error_model = {error_model};",
+        f"const struct geometry_data model_geometry = {geometry};",
+        f"const struct gaussian_data model_gaussian = {gaussian};",
+        f"const struct spare_data model_spare = {spare};",
         f"const bool model_corrects_itself = {_literal(model.new_error_model().corrects_itself)};",
         "#ifdef NO_HEAP /* a controller asks for none */",
         "const struct derivatives *const model_derivatives = NULL;",
@@ -105,14 +115,8 @@ def data_sources(model: Model, variables: Sequence[Variable], name: str, guid: s
         "#endif",
         "",
         *(f"extern const struct error_model_kind {kind}_kind;" for kind in found),
-        *_table("struct error_model_kind *const", "model_kinds", (f"&{k}_kind" for k in found)),
-        f"const size_t model_kind_count = {len(found)};\n",
-        *_table(
-            "struct status_text",
-            "model_status_texts",
-            (f"{{{status}, {_text(text)}}}" for status, text in STATUS_TEXTS.items()),
-        ),
-        f"const size_t model_status_text_count = {len(STATUS_TEXTS)};\n",
+        *_table("struct error_model_kind *const", "model_kinds", [*addresses, "NULL"]),
+        *_table("struct status_text", "model_status_texts", [*texts, "{0, NULL}"]),
         *_table("struct variable", "model_variables", map(_variable, variables)),
         f"const size_t model_variable_count = {len(variables)};",
         f"const struct ports model_ports = {_ports(model, variables)};",
@@ -191,8 +195,15 @@ class _Tree:
         return self._items(label, "FIELD_LIST", [self.field(item, None) for item in value])
 
     def _numbers(self, label: str, form: str, count: int, numbers: Sequence[float]) -> str:
-        place = self._new("static const double", [_literal(float(one)) for one in numbers])
+        place = self._row(numbers)
         return f"{{{label}, {form}, {count}, {place}, NULL, NULL}}"
+
+    def rows(self, rows: Mapping[str, Iterable[float]]) -> dict[str, str]:
+        """Return where rows of numbers stand; NULL where there are none."""
+        return {key: self._row(numbers) for key, numbers in rows.items()}
+
+    def _row(self, numbers: Iterable[float]) -> str:
+        return self._new("static const double", [_literal(float(one)) for one in numbers])
 
     def _items(self, label: str, form: str, items: list[str]) -> str:
         place = self._new("static const struct field", items)
@@ -207,18 +218,70 @@ class _Tree:
         return name
 
 
+def _geometry(model: Model, tree: _Tree) -> str:
+    geometry, table = model.geometry, model.table["geometry"]
+    values: dict[str, object] = {"needs_tool_length": geometry.needs_tool_length}
+    if geometry.needs_tool_length:
+        turning = table["form"] == "pure_rotation"
+        values["near_mm"] = 0.0 if turning else float(table["near_to_gauge_mm"])
+        values["radial"] = 0.0 if turning else 1.0
+    return _parts(values, tree.rows({"weights": chain(*geometry.weights(0.0))}))
+
+
+def _gaussian(table: Mapping[str, Any], tree: _Tree) -> str:
+    weights = zip(table["weights"], table["constant"], strict=True)
+    seen = [[*row, 0.0] for row in table["seen"]]
+    tables = [seen[at : at + MOST_PROBES] for at in range(0, len(seen), MOST_PROBES)]
+    values: dict[str, object] = {
+        key: float(table[key]) for key in ("settled_h", "scale", "walk_per_h", "deviations")
+    }
+    values |= {"lags": len(table["lags_s"]), "width": len(table["weights"][0])}
+    rows = {
+        "usual": table["usual"] if table["reference"] == OF_FIXED else [],
+        "lags_s": table["lags_s"],
+        "spread": table["spread"],
+        "weights": _in_lanes([[*row, constant] for row, constant in weights]),
+        "seen": [number for some in tables for number in _in_lanes(some)],
+    }
+    return _parts(values | {"tables": len(tables)}, tree.rows(rows))
+
+
+def _in_lanes(rows: Sequence[Sequence[float]]) -> list[float]:
+    """Return the numbers of up to `MOST_PROBES` rows, column by column."""
+    more = [[0.0] * len(rows[0])] * (MOST_PROBES - len(rows))
+    return [number for column in zip(*rows, *more, strict=True) for number in column]
+
+
+def _spare(table: Mapping[str, Any] | None, tree: _Tree) -> str:
+    if table is None:
+        return _parts({"memory_s": 0.0})
+    rows = {
+        "precision": chain(*table["precision"]),
+        "growth": table["growth"],
+        "sensitivity": chain(*zip(*table["sensitivity"], strict=True)),
+        "usual": chain(*table["usual"]),
+        "usual_start": table["usual_start"] or [],
+    }
+    return _parts({"memory_s": float(table["memory_s"])}, tree.rows(rows))
+
+
 def _is_row(value: object) -> bool:
     return isinstance(value, list) and all(isinstance(item, int | float) for item in value)
 
 
-def _table(kind: str, name: str, rows: Iterator[str] | map[str]) -> list[str]:
+def _table(kind: str, name: str, rows: Iterable[str]) -> list[str]:
     return [f"const {kind} {name}[] = {{", *(f"    {row}," for row in rows), "};"]
 
 
 def _struct(thing: Any) -> str:
     """Return a dataclass as an initialiser: a field that the C type lacks does not compile."""
-    parts = [f".{field.name} = {_literal(getattr(thing, field.name))}" for field in fields(thing)]
-    return f"{{{', '.join(parts)}}}"
+    return _parts({field.name: getattr(thing, field.name) for field in fields(thing)})
+
+
+def _parts(values: Mapping[str, object], places: Mapping[str, str] | None = None) -> str:
+    """Return values, and pointers to where others stand, as an initialiser."""
+    parts = {name: _literal(value) for name, value in values.items()} | dict(places or {})
+    return f"{{{', '.join(f'.{name} = {value}' for name, value in parts.items())}}}"
 
 
 def _literal(value: object) -> str:
@@ -252,7 +315,8 @@ def _variable(variable: Variable) -> str:
         return f"{{{_text(variable.name)}, REAL, {causality}, {_literal(start)}, 0}}"
     if variable.is_output and variable.kind != "string":
         # An output that the C program does not compute has no such member: this does not compile.
-        offset = f"offsetof(struct output, {variable.name})"
+        member = dict(zip(REALS, MEMBERS, strict=True)).get(variable.name, variable.name)
+        offset = f"offsetof(struct output, {member})"
     if variable.is_output and variable.kind == "string" and variable.name != TEXT_OUTPUT:
         raise NativeError(f"{variable.name}: the C program has no such text")
     if variable.causality == "input" and not isinstance(variable.start, str | None):

@@ -57,7 +57,6 @@ class Prediction:
         self.gaussian.reset()
         self._unmodelled = 0.0  # since the error model last ran [s]
         self._measured: list[float] | None = None  # for an error model that corrects itself
-        self._predicted = False  # whether there is something to compare a measurement with
         self.targets = [0.0] * len(self.model.targets)
         self.wanted = NOTHING
         self.pose = NOTHING
@@ -72,7 +71,7 @@ class Prediction:
 
         What is not finite counts as none.
         """
-        if not (self._predicted and all(map(isfinite, measured))):
+        if not all(map(isfinite, measured)):
             return
         values = [min(max(value, -LARGEST), LARGEST) for value in measured]
         if self._error_model.corrects_itself:
@@ -101,7 +100,7 @@ class Prediction:
             [mm]
         """
         elapsed_s, measured = self._unmodelled, self._measured
-        self._unmodelled, self._measured, self._predicted = 0.0, None, True
+        self._unmodelled, self._measured = 0.0, None
         mean = self._error_model.predict(inputs, elapsed_s, speed, measured)
         gaussian, limits, geometry = self.gaussian, self.model.limits, self.model.geometry
         gaussian.step(rises, elapsed_s)
@@ -138,7 +137,6 @@ class Prediction:
         return {
             "unmodelled": self._unmodelled,
             "measured": self._measured,
-            "predicted": self._predicted,
             "targets": list(self.targets),
             "wanted": list(self.wanted),
             "pose": list(self.pose),
@@ -159,7 +157,7 @@ class Prediction:
             raise ValueError("the state holds other targets than the file")
         self._error_model.restore(state["error_model"])
         self.gaussian.restore(state["gaussian"])
-        self._unmodelled, self._predicted = state["unmodelled"], bool(state["predicted"])
+        self._unmodelled = state["unmodelled"]
         self._measured = None if state["measured"] is None else list(state["measured"])
         self.targets = list(state["targets"])
         self.wanted = three(state["wanted"])

@@ -414,8 +414,4 @@ def _check_precision(fields: Fields, precision: list[list[float]]) -> None:
 
 
 def _quadratic(matrix: Sequence[Sequence[float]], weights: Sequence[float]) -> float:
-    return sum(
-        one * other * matrix[row][column]
-        for row, one in enumerate(weights)
-        for column, other in enumerate(weights)
-    )
+    return sum(map(mul, weights, (sum(map(mul, row, weights)) for row in matrix)), 0.0)

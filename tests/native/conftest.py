@@ -63,7 +63,7 @@ class Driver:
             check=False,
         )
         assert done.returncode == 0, done.stderr
-        return [line.split("|", 8) for line in done.stdout.splitlines()]
+        return [line.split("|", 10) for line in done.stdout.splitlines()]
 
 
 @pytest.fixture(scope="session")

@@ -12,13 +12,16 @@
 #include <string.h>
 
 #include "fmi2Functions.h"
-#include "content.h"
+#include "compensator.h"
 #include "instance.h"
 #include "model_data.h"
 
-/* The head of what fmi2.c keeps. */
+/* The heads of what fmi2.c keeps, and of a model. */
 struct seen {
     struct instance *instance;
+};
+struct model {
+    struct compensator compensator;
 };
 
 static void logger(
@@ -156,19 +159,21 @@ static void show(fmi2Component c, fmi2Status status)
 {
     const struct instance *instance = ((struct seen *)c)->instance;
     const struct content *content = instance->content;
-    const struct remembered *memory = &content->remembered;
     printf("%d |", (int)status);
     show_outputs(c);
-    double single[] = {memory->last_time,     memory->started,     memory->recovering,
-                       memory->fault.cause,   memory->fault.sensor, memory->spared.cause,
-                       memory->spared.sensor, memory->fault_age,   memory->good_for,
-                       memory->unmodelled,    memory->predicted,   memory->has_measured};
+    size_t count = (instance->model->compensator.size - sizeof *content) / sizeof(double);
+    double single[] = {content->last_time,     content->started,     content->recovering,
+                       content->fault.cause,   content->fault.sensor, content->spared.cause,
+                       content->spared.sensor, content->fault_age,   content->good_for,
+                       content->unmodelled,    content->has_measured};
     show_numbers(single, sizeof single / sizeof single[0]);
-    show_numbers(memory->wanted, 3);
-    show_numbers(memory->offset, 3);
-    show_numbers(memory->pose, 3);
-    show_numbers(memory->half_width, 3);
-    show_numbers(content->numbers, instance->model->compensator.numbers);
+    show_numbers(content->wanted, 3);
+    show_numbers(content->output.offset, 3);
+    show_numbers(content->output.pose, 3);
+    show_numbers(content->output.half_width, 3);
+    show_numbers(content->measured, model_target_count);
+    show_numbers(content->targets, model_target_count);
+    show_numbers(content->numbers, count);
     show_text(c);
 }
 

@@ -34,7 +34,6 @@ QUICK = 3
 """The files of so many seeds a kind are enough for a change; the others are ``long``."""
 TIGHT = 1e-12  # relative; absolute in um and urad for what lies near zero
 Row = tuple[list[float], ...]
-CHECKED = 1 + 6  # numbers of a sensor: its reference, and what its check remembers
 
 
 def test_every_error_model_has_a_c_twin_and_is_tested() -> None:
@@ -71,14 +70,14 @@ def remembered(compensator: RunningCompensator) -> Row:
         state["fault_age"],
         state["good_for"],
         state["unmodelled"],
-        state["predicted"],
         state["measured"] is not None,
     ]
-    checks = [value for check in state["checks"] for value in check]
-    numbers = [*state["reference"], *checks, *measured, *state["targets"]]
+    checks = zip(state["reference"], state["checks"], strict=True)
+    numbers = [value for reference, check in checks for value in (reference, *check)]
     numbers += in_lanes(compensator.model, state["gaussian"])
-    numbers += [*state["spare"], *state["error_model"]]
-    parts = (single, *(state[name] for name in ("wanted", "offset", "pose", "half_width")), numbers)
+    numbers += [*by_sensor(state["spare"]), *state["error_model"]]
+    rows = (state[name] for name in ("wanted", "offset", "pose", "half_width"))
+    parts = (single, *rows, measured, state["targets"], numbers)
     return tuple([nan if value is None else float(value) for value in part] for part in parts)
 
 
@@ -93,19 +92,33 @@ def in_lanes(model: Model, state: list[float]) -> list[float]:
 
     (features,) = rows(1, width)
     both, (suspect,) = rows(2, targets), rows(1, suspected)
-    held = [[0.0] * (width + 1)] * (MOST_PROBES - probes) + rows(probes, width + 1)
+    none = [[0.0] * (width + 1)] * MOST_PROBES
+    held = none[probes:] + rows(probes, width + 1)
     weights = rows(targets, width) if probes else learnt["weights"]
-    weights = [*weights, *[[0.0] * width] * (MOST_PROBES - targets)]
+    bias, added = both
+    weights = [[*row, last] for row, last in zip(weights, bias, strict=True)] + none[targets:]
     assert next(rest, None) is None
     return [
         *state[:5],
         float(suspected > 0),
+        *padded(suspect),
+        *padded(added),
         *features,
-        *(value for one in both for value in one),
-        *(suspect or [0.0] * targets),
+        1.0,
         *(value for lanes in zip(*weights, strict=True) for value in lanes),
         *(value for lanes in zip(*held, strict=True) for value in lanes),
     ]
+
+
+def padded(values: list[float]) -> list[float]:
+    return values + [0.0] * (MOST_PROBES - len(values))
+
+
+def by_sensor(state: list[float]) -> list[float]:
+    """Return a spare's state as C has it: what is of X, Y, Z first, then sensor by sensor."""
+    head, rows, axes = state[:4], state[4:-6], state[-6:]
+    sensors = len(rows) // 8
+    return [*head, *axes, *(value for at in range(sensors) for value in rows[at::sensors])]
 
 
 def same(found: str, expected: list[float], unused: Collection[int] = ()) -> bool:
@@ -118,13 +131,12 @@ def same(found: str, expected: list[float], unused: Collection[int] = ()) -> boo
 
 def check(model: Model, parts: list[str], output: Output, row: Row) -> None:
     status, outputs, single, *rest, text = parts
-    after_checks, targets = len(model.chosen) * CHECKED, len(model.targets)
     assert int(status) == 0
     assert same(outputs, [float(value) for value in output[:-1]])
     assert text == output.status_text
     # A fault that is over keeps its sensor in C, and a measurement that is used keeps its value.
     assert same(single, row[0], {4} if row[0][3] == 0 else ())
-    gone = {after_checks + k for k in range(targets) if not row[0][-1]}
+    gone = range(0 if row[0][-1] else len(model.targets))
     for place, (found, expected) in enumerate(zip(rest, row[1:], strict=True)):
         assert same(found, expected, gone if place == 4 else ()), (place, found, expected)
 

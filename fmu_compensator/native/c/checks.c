@@ -4,23 +4,6 @@
 
 #include "constants.h"
 
-void sensor_reset(struct sensor_memory *memory)
-{
-    memory->good = memory->jumped_after = memory->last = NAN;
-    memory->since_good = memory->unchanged = memory->moves = 0.0;
-}
-
-static double corridor(const struct sensor *sensor, const struct sensor_memory *memory)
-{
-    double span = memory->since_good;
-    if (!isnan(memory->jumped_after)) {
-        double longest = CHECKS_SPAN_S;
-        longest = memory->jumped_after > longest ? memory->jumped_after : longest;
-        span = longest < span ? longest : span;
-    }
-    return sensor->noise + sensor->rate_per_s * span;
-}
-
 struct reason sensor_look(
     const struct sensor *sensor, struct sensor_memory *memory, double value, double elapsed_s)
 {
@@ -40,32 +23,31 @@ struct reason sensor_look(
         memory->last = value;
         memory->unchanged = 0.0;
     }
-    double extent = 0.0, allowed = 0.0;
+    double extent = 0.0, allowed = 0.0, span = memory->since_good;
+    if (!isnan(memory->jumped_after)) {
+        span = fmin(span, fmax(CHECKS_SPAN_S, memory->jumped_after));
+    }
     if (!isnan(memory->good)) {
         extent = fabs(value - memory->good);
-        allowed = corridor(sensor, memory);
+        allowed = sensor->noise + sensor->rate_per_s * span;
         if (extent > allowed && isnan(memory->jumped_after)) {
             memory->jumped_after = memory->since_good;
         }
     }
     if (!(sensor->low <= value && value <= sensor->high)) {
         reason.cause = CHECKS_IMPLAUSIBLE;
-        return reason;
-    }
-    if (extent > allowed) {
+    } else if (extent > allowed) {
+        reason.cause = CHECKS_TOO_FAST;
         reason.extent = extent;
         reason.allowed = allowed;
-        reason.cause = CHECKS_TOO_FAST;
-        return reason;
-    }
-    /* Where the file sets no limit it is NaN, and nothing is above that. */
-    if (memory->moves == CHECKS_ALIVE_AFTER && memory->unchanged > sensor->stale_after_s) {
+    } else if (memory->moves == CHECKS_ALIVE_AFTER && memory->unchanged > sensor->stale_after_s) {
+        /* Where the file sets no limit it is NaN, and nothing is above that. */
         reason.cause = CHECKS_STALE;
         reason.extent = memory->unchanged;
-        return reason;
+    } else {
+        memory->good = value;
+        memory->since_good = 0.0;
+        memory->jumped_after = NAN;
     }
-    memory->good = value;
-    memory->since_good = 0.0;
-    memory->jumped_after = NAN;
     return reason;
 }

@@ -8,8 +8,7 @@
 
 /* Why the inputs cannot be used, or what an output is about; its words are made when asked for.
 
-   Where conditions are new, the value is their part of the uncertainty [%], and the other two are
-   further sensors, 0 for none. */
+   Where conditions are new, the value is their part of the uncertainty [%]. */
 struct reason {
     int32_t cause;  /* 1 to 4, see the status codes; 0: none */
     int32_t sensor; /* from 1; 0: none */
@@ -20,6 +19,7 @@ struct reason {
 
 /* What is remembered of one sensor; NaN stands for nothing. */
 struct sensor_memory {
+    double reference;    /* from where its rises count [degC] */
     double good;         /* the last good reading [degC] */
     double since_good;   /* [s] */
     double jumped_after; /* how old the good one was at the jump [s] */
@@ -27,8 +27,6 @@ struct sensor_memory {
     double unchanged;    /* for how long it has been the same [s] */
     double moves;        /* how often it has changed, as far as that is counted */
 };
-
-void sensor_reset(struct sensor_memory *memory);
 
 /* Returns what is wrong with a reading, taken elapsed_s after the one before; cause 0: nothing.
 

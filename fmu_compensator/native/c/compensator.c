@@ -3,266 +3,213 @@
 #include <math.h>
 #include <string.h>
 
-#include "constants.h"
+#include "geometry.h"
 #include "numbers.h"
 
-struct parts compensator_parts(const struct compensator *self, double *numbers)
+static const struct reason no_fault = {0, 0, 0.0, 0.0, 0.0};
+static const struct sensor_memory unread
+    = {.reference = NAN, .good = NAN, .jumped_after = NAN, .last = NAN};
+
+static void attach(struct compensator *self, struct content *content)
 {
-    struct parts parts;
-    parts.reference = numbers;
-    parts.checks = (struct sensor_memory *)(parts.reference + model_chosen_count);
-    parts.measured = (double *)(parts.checks + model_chosen_count);
-    parts.targets = parts.measured + model_target_count;
-    parts.gaussian = parts.targets + model_target_count;
-    parts.spare = parts.gaussian + self->gaussian.states;
-    parts.error_model = parts.spare + (self->spare == NULL ? 0 : self->spare->states);
-    return parts;
+    self->now = content;
+    self->sensors = (struct sensor_memory *)content->numbers;
+    self->learnt = (struct gaussian_state *)(self->sensors + model_chosen_count);
+    self->spared = (struct spare_state *)((double *)self->learnt + gaussian_states());
+    self->mean = (double *)self->spared + spare_states();
 }
 
 void compensator_make(struct setup *setup, struct compensator *self)
 {
-    size_t chosen = model_chosen_count, targets = model_target_count;
-    geometry_make(setup, &model_geometry, &self->geometry);
-    gaussian_make(setup, &model_gaussian, chosen, targets, &self->gaussian);
-    self->error_model = error_model_make(setup, &model_error_model, chosen, targets);
-    self->spare = spare_make(setup, &model_spare, chosen, targets);
+    size_t chosen = model_chosen_count;
+    self->error_model = error_model_make(setup, &model_error_model, chosen, model_target_count);
+    gaussian_make(setup, &self->gaussian);
+    spare_make(setup, &self->spare);
     self->bad = setup_take(setup, chosen, sizeof(bool));
     self->rises = setup_take(setup, chosen, sizeof(double));
     self->readings = setup_take(setup, chosen, sizeof(double));
-    self->missed = setup_take(setup, targets, sizeof(double));
-    self->axes = setup_take(setup, 3 * targets, sizeof(double));
-    self->spread = setup_take(setup, 4, sizeof(double));
-    self->moved = setup_take(setup, targets, sizeof(double));
-    if (self->error_model == NULL || self->moved == NULL) {
-        setup_fail(setup, "the compiled-in file cannot be used", "error_model");
-        return;
+    self->tool_length = NAN;
+    if (setup->problem == NULL) {
+        size_t states = gaussian_states() + spare_states() + self->error_model->states;
+        self->size = sizeof(struct content) + chosen * sizeof(struct sensor_memory)
+                     + states * sizeof(double);
     }
-    self->spread[3] = NAN;
-    self->numbers = chosen * (1 + sizeof(struct sensor_memory) / sizeof(double)) + 2 * targets
-                    + self->gaussian.states + self->error_model->states
-                    + (self->spare == NULL ? 0 : self->spare->states);
 }
 
-/* Puts down an output; the reason is NULL where there is none. */
-static void put(
-    const struct remembered *memory, bool valid, int32_t status, const struct reason *reason,
-    struct output *output)
+/* Puts down how the output stands. */
+static void put(struct compensator *self, bool valid, int32_t status, struct reason reason)
 {
-    static const struct reason no_reason = {0, 0, 0.0, 0.0, 0.0};
-    output->dX = memory->offset[0];
-    output->dY = memory->offset[1];
-    output->dZ = memory->offset[2];
-    output->elongation = memory->pose[0];
-    output->yaw = memory->pose[1];
-    output->pitch = memory->pose[2];
-    output->dX_uncertainty = memory->half_width[0];
-    output->dY_uncertainty = memory->half_width[1];
-    output->dZ_uncertainty = memory->half_width[2];
+    struct output *output = &self->now->output;
     output->valid = valid;
     output->status = status;
-    output->reason = reason == NULL ? no_reason : *reason;
-    output->status_sensor = output->reason.sensor;
-    memset(output->also_without, 0, sizeof output->also_without);
+    output->reason = reason;
+    output->status_sensor = reason.sensor;
+    memset(output->others, 0, sizeof output->others);
 }
 
-void compensator_reset(
-    const struct compensator *self, struct remembered *memory, double *numbers,
-    struct output *output)
+void compensator_reset(struct compensator *self, struct content *content)
 {
-    static const struct remembered nothing;
-    struct parts parts = compensator_parts(self, numbers);
-    *memory = nothing;
-    memory->last_time = NAN;
+    attach(self, content);
+    memset(content, 0, offsetof(struct content, model_file));
+    content->last_time = NAN;
     for (size_t axis = 0; axis < 3; axis++) {
-        memory->half_width[axis] = PREDICTION_NOT_KNOWN;
+        content->output.half_width[axis] = PREDICTION_NOT_KNOWN;
     }
     for (size_t place = 0; place < model_chosen_count; place++) {
-        parts.reference[place] = NAN;
-        sensor_reset(&parts.checks[place]);
+        self->sensors[place] = unread;
     }
-    memset(parts.measured, 0, 2 * model_target_count * sizeof(double));
-    gaussian_reset(&self->gaussian, parts.gaussian);
-    if (self->spare != NULL) {
-        spare_reset(self->spare, parts.spare);
+    gaussian_reset(self->learnt);
+    if (model_spare.precision != NULL) {
+        spare_reset(self->spared);
     }
-    error_model_reset(self->error_model, parts.error_model);
-    put(memory, false, COMPENSATOR_WAITING, NULL, output);
+    error_model_reset(self->error_model, self->mean);
+    put(self, false, COMPENSATOR_WAITING, no_fault);
 }
 
 /* Returns the time since the sample before this one [s]; 0 for the first. */
-static double elapsed_since(struct remembered *memory, double time_s, double step_s)
+static double elapsed_since(struct content *now, double time_s, double step_s)
 {
-    double last = memory->last_time;
-    memory->last_time = isfinite(time_s) ? time_s : NAN;
-    if (isnan(last) || !isfinite(time_s) || time_s < last) {
-        return step_s;
-    }
-    double elapsed_s = time_s - last;
-    return elapsed_s > FIELDS_LARGEST ? FIELDS_LARGEST : elapsed_s;
-}
-
-static struct reason look_at_tool(double tool_length)
-{
-    struct reason fault = {0, 0, tool_length, 0.0, 0.0};
-    if (!isfinite(tool_length)) {
-        fault.cause = CHECKS_MISSING;
-    } else if (!(model_limits.tool_length_mm[0] <= tool_length
-                 && tool_length <= model_limits.tool_length_mm[1])) {
-        fault.cause = CHECKS_IMPLAUSIBLE;
-    }
-    return fault;
+    double last = now->last_time;
+    now->last_time = isfinite(time_s) ? time_s : NAN;
+    return time_s >= last && isfinite(time_s) ? fmin(time_s - last, FIELDS_LARGEST) : step_s;
 }
 
 /* Puts down what follows from a tool's length; the nearest allowed one where it is none. */
-static void set_tool(const struct compensator *self, double tool_length)
+static void set_tool(struct compensator *self, double tool_length)
 {
     double low = model_limits.tool_length_mm[0], high = model_limits.tool_length_mm[1];
     double nearest = tool_length > low ? clamped(tool_length, low, high) : low;
-    if (nearest == self->spread[3]) {
+    if (nearest == self->tool_length) {
         return;
     }
-    geometry_weights(&self->geometry, nearest, model_target_count, self->axes);
+    self->tool_length = nearest;
+    geometry_weights(nearest, self->axes);
     for (size_t axis = 0; axis < 3; axis++) {
-        self->spread[axis] = gaussian_axis_deviation(
-            &self->gaussian, self->axes + axis * model_target_count);
+        self->spread[axis] = 0.0;
+        for (size_t target = 0; target < model_target_count; target++) {
+            double weight = fabs(self->axes[axis * model_target_count + target]);
+            self->spread[axis] += weight * model_gaussian.spread[target];
+        }
     }
-    self->spread[3] = nearest;
 }
 
 /* Replaces what broken sensors read; returns the fault that is left. */
-static struct reason replaced(
-    const struct compensator *self, struct remembered *memory, const struct parts *parts,
-    const struct reason *fault, double elapsed_s)
+static struct reason replaced(struct compensator *self, struct reason fault, double elapsed_s)
 {
-    static const struct reason no_fault = {0, 0, 0.0, 0.0, 0.0};
-    size_t turn = (size_t)*spare_state(self->spare, parts->spare).turn;
     struct spare_sample sample = {
-        self->readings, self->bad, parts->reference,
-        parts->checks[turn].unchanged > 0.0, elapsed_s, model_limits.recover_s, self->axes};
-    bool goes_on = spare_step(self->spare, parts->spare, &sample);
-    if (fault->cause != 0) {
-        memory->spared = *fault;
+        self->readings, self->bad, fault.cause != 0, self->sensors, elapsed_s, self->axes};
+    bool goes_on = spare_step(&self->spare, self->spared, &sample);
+    if (fault.cause != 0) {
+        self->now->spared = fault;
     }
-    if (!goes_on) {
-        return *fault;
+    if (goes_on && self->spare.count == 0) {
+        self->now->spared = no_fault;
     }
-    const double *good_for = spare_state(self->spare, parts->spare).good_for;
-    for (size_t place = 0; place < model_chosen_count; place++) {
-        if (good_for[place] >= 0.0) {
-            return no_fault;
-        }
-    }
-    memory->spared = no_fault;
-    return no_fault;
+    return goes_on ? no_fault : fault;
 }
 
 /* Returns the first fault; every sensor is looked at, so that none loses count of time. What broken
    sensors read is replaced where the file knows what that is likely to be. */
-static struct reason look(
-    const struct compensator *self, struct remembered *memory, const struct parts *parts,
-    double elapsed_s, double tool_length)
+static struct reason look(struct compensator *self, double elapsed_s, double tool_length)
 {
-    struct reason first = {0, 0, 0.0, 0.0, 0.0};
+    struct reason first = no_fault;
     for (size_t place = 0; place < model_chosen_count; place++) {
         size_t index = model_chosen[place];
+        struct sensor_memory *memory = &self->sensors[place];
         double value = self->readings[place];
-        struct reason fault
-            = sensor_look(&model_sensors[index], &parts->checks[place], value, elapsed_s);
+        struct reason fault = sensor_look(&model_sensors[index], memory, value, elapsed_s);
         self->bad[place] = fault.cause != 0;
         if (fault.cause != 0 && first.cause == 0) {
             first = fault;
             first.sensor = (int32_t)index + 1;
-        } else if (fault.cause == 0 && isnan(parts->reference[place])) {
-            parts->reference[place] = value;
+        } else if (fault.cause == 0 && isnan(memory->reference)) {
+            memory->reference = value;
         }
     }
-    if (self->spare != NULL) {
-        first = replaced(self, memory, parts, &first, elapsed_s);
+    if (model_spare.precision != NULL) {
+        first = replaced(self, first, elapsed_s);
     }
-    if (first.cause == 0 && self->geometry.needs_tool_length) {
-        return look_at_tool(tool_length);
+    if (first.cause == 0 && model_geometry.needs_tool_length) {
+        const double *limits = model_limits.tool_length_mm;
+        bool allowed = limits[0] <= tool_length && tool_length <= limits[1];
+        first.value = tool_length;
+        first.cause = !isfinite(tool_length) ? CHECKS_MISSING : allowed ? 0 : CHECKS_IMPLAUSIBLE;
     }
     return first;
 }
 
-/* Puts down the wanted offsets, the pose and the half widths for a good sample. */
-static void predict(
-    const struct compensator *self, struct remembered *memory, const struct parts *parts,
-    const struct input *input)
+double compensator_variance(const struct compensator *self, size_t axis)
 {
-    const struct gaussian *gaussian = &self->gaussian;
-    const double *start = gaussian->fixed ? gaussian->usual : parts->reference;
-    double drift[3], kept_back = 1.0 - model_limits.share, limit = model_limits.offset_um;
+    double variance = self->learnt->variance * self->spread[axis] * self->spread[axis];
+    return variance + (model_spare.precision == NULL ? 0.0 : self->spared->extra[axis]);
+}
+
+/* Puts down the wanted offsets, the pose and the half widths for a good sample. */
+static void predict(struct compensator *self, const struct input *input)
+{
+    struct content *now = self->now;
+    double drift[3], share = model_limits.share, limit = model_limits.offset_um;
     struct sample sample = {
-        model_takes_rises ? self->rises : self->readings, memory->unmodelled, input->speed,
-        memory->has_measured ? parts->measured : NULL};
+        model_takes_rises ? self->rises : self->readings, now->unmodelled, input->speed,
+        now->has_measured ? now->measured : NULL};
     for (size_t place = 0; place < model_chosen_count; place++) {
-        self->rises[place] = self->readings[place] - start[place];
+        const double *usual = model_gaussian.usual;
+        double start = usual == NULL ? self->sensors[place].reference : usual[place];
+        self->rises[place] = self->readings[place] - start;
     }
-    self->error_model->kind->predict(
-        self->error_model, parts->error_model, &sample, parts->targets);
-    gaussian_step(gaussian, parts->gaussian, self->rises, memory->unmodelled);
-    struct gaussian_state at = gaussian_state(gaussian, parts->gaussian);
+    self->error_model->kind->predict(self->error_model, self->mean, &sample, now->targets);
+    gaussian_step(&self->gaussian, self->learnt, self->rises, now->unmodelled);
     for (size_t target = 0; target < model_target_count; target++) {
-        parts->targets[target] += at.added[target];
+        now->targets[target] += self->learnt->added[target];
     }
-    geometry_drift(&self->geometry, parts->targets, input->tool_length, drift);
-    geometry_pose(&self->geometry, parts->targets, memory->pose);
+    geometry_drift(now->targets, input->tool_length, drift);
+    geometry_pose(now->targets, now->output.pose);
     for (size_t axis = 0; axis < 3; axis++) {
-        double spread = self->spread[axis], variance = *at.variance * spread * spread;
-        if (self->spare != NULL) {
-            variance += spare_state(self->spare, parts->spare).extra[axis];
-        }
-        memory->wanted[axis] = clamped(0.0 - model_limits.share * drift[axis], -limit, limit);
-        memory->half_width[axis] = PREDICTION_NOT_KNOWN;
-        if (spread > 0.0) {
-            memory->half_width[axis]
-                = gaussian->deviations * sqrt(variance) + kept_back * fabs(drift[axis]);
-        }
+        double deviation = model_gaussian.deviations * sqrt(compensator_variance(self, axis));
+        double half_width = deviation + (1.0 - share) * fabs(drift[axis]);
+        now->wanted[axis] = clamped(0.0 - share * drift[axis], -limit, limit);
+        now->output.half_width[axis] = self->spread[axis] > 0.0 ? half_width : PREDICTION_NOT_KNOWN;
     }
-    memory->unmodelled = 0.0;
-    memory->has_measured = 0;
-    memory->predicted = 1;
+    now->unmodelled = 0.0;
+    now->has_measured = 0;
 }
 
 /* Conditions on what was measured with this sample; one that is not finite in all targets counts as
    none. An error model that corrects itself has it with the next sample. */
-static void take(
-    const struct compensator *self, struct remembered *memory, const struct parts *parts,
-    const double *measured)
+static void take(struct compensator *self, const double *measured)
 {
-    double *values = model_corrects_itself ? parts->measured : self->missed;
+    struct content *now = self->now;
     for (size_t target = 0; target < model_target_count; target++) {
         if (!isfinite(measured[target])) {
             return;
         }
     }
     for (size_t target = 0; target < model_target_count; target++) {
-        values[target] = clamped(measured[target], -FIELDS_LARGEST, FIELDS_LARGEST);
-        self->missed[target] = values[target] - parts->targets[target];
+        double value = clamped(measured[target], -FIELDS_LARGEST, FIELDS_LARGEST);
+        now->measured[target] = value;
+        self->missed[target] = value - now->targets[target];
     }
-    if (model_corrects_itself) {
-        memory->has_measured = 1;
-    } else {
-        gaussian_take(&self->gaussian, parts->gaussian, self->missed);
+    now->has_measured = model_corrects_itself;
+    if (!model_corrects_itself) {
+        gaussian_take(&self->gaussian, self->learnt, self->missed);
     }
 }
 
 /* Counts how long the inputs have been bad or good again. */
-static void follow(struct remembered *memory, const struct reason *fault, double elapsed_s)
+static void follow(struct content *now, struct reason fault, double elapsed_s)
 {
-    if (fault->cause != 0) {
+    if (fault.cause != 0) {
         /* A new fault starts a new hold; one within the wait for recovery continues the old. */
-        memory->fault_age = memory->fault.cause == 0 ? 0.0 : memory->fault_age + elapsed_s;
-        memory->fault = *fault;
-        memory->good_for = 0.0;
-        memory->recovering = 0;
-    } else if (memory->fault.cause != 0) {
-        memory->fault_age += elapsed_s;
-        memory->good_for += elapsed_s;
-        if (memory->good_for >= model_limits.recover_s) {
-            memory->fault.cause = 0;
-            memory->recovering = 1;
+        now->fault_age = now->fault.cause == 0 ? 0.0 : now->fault_age + elapsed_s;
+        now->fault = fault;
+        now->good_for = 0.0;
+        now->recovering = 0;
+    } else if (now->fault.cause != 0) {
+        now->fault_age += elapsed_s;
+        now->good_for += elapsed_s;
+        if (now->good_for >= model_limits.recover_s) {
+            now->fault.cause = 0;
+            now->recovering = 1;
         }
     }
 }
@@ -271,115 +218,97 @@ static void follow(struct remembered *memory, const struct reason *fault, double
 static double slewed(double offset, double wanted, double step_s)
 {
     double reach = model_limits.slew_um_per_s * step_s, limit = model_limits.offset_um;
-    if (fabs(wanted - offset) <= reach) {
-        return clamped(wanted, -limit, limit);
+    if (fabs(wanted - offset) > reach) {
+        wanted = wanted > offset ? offset + reach : offset - reach;
     }
-    if (wanted > offset) {
-        return clamped(offset + reach, -limit, limit);
-    }
-    return wanted < offset ? clamped(offset - reach, -limit, limit) : offset;
+    return isnan(wanted) ? offset : clamped(wanted, -limit, limit);
 }
 
-/* Puts down a valid output of a file that goes on without a sensor, and names further ones. */
-static void put_spared(
-    const struct compensator *self, const struct remembered *memory, const struct parts *parts,
-    struct output *output)
+/* Names further sensors of those at some places. */
+static void name_others(struct output *output, const size_t *places, size_t count)
 {
-    const double *good_for = spare_state(self->spare, parts->spare).good_for;
-    put(memory, true, COMPENSATOR_SPARED, &memory->spared, output);
     size_t named = 0;
-    for (size_t place = 0; place < model_chosen_count && named < GAUSSIAN_NAMED; place++) {
-        int32_t sensor = (int32_t)model_chosen[place] + 1;
-        if (good_for[place] >= 0.0 && sensor != memory->spared.sensor) {
-            output->also_without[named++] = sensor;
+    for (size_t i = 0; i < count && named < GAUSSIAN_NAMED; i++) {
+        int32_t sensor = (int32_t)model_chosen[places[i]] + 1;
+        if (sensor != output->status_sensor) {
+            output->others[named++] = sensor;
         }
     }
 }
 
-/* Returns the inputs that make most of the uncertainty that is due to new conditions. */
-static struct reason blamed(const struct gaussian *gaussian, double *state)
+/* Puts down a valid output, which names the sensors that are done without, or else those that make
+   most of the uncertainty that is due to new conditions. */
+static void put_valid(struct compensator *self)
 {
-    double novelty = *gaussian_state(gaussian, state).novelty;
-    size_t places[GAUSSIAN_NAMED], count = gaussian_culprits(gaussian, state, places);
-    struct reason reason = {0, (int32_t)model_chosen[places[0]] + 1, 0.0, 0.0, 0.0};
-    reason.value = 100.0 * novelty / (novelty + gaussian_usual_variance(gaussian, state));
-    reason.extent = count > 1 ? (double)model_chosen[places[1]] + 1.0 : 0.0;
-    reason.allowed = count > 2 ? (double)model_chosen[places[2]] + 1.0 : 0.0;
-    return reason;
-}
-
-/* Puts down a valid output, which says so where training did not see such conditions. */
-static void put_valid(
-    const struct compensator *self, const struct remembered *memory, const struct parts *parts,
-    struct output *output)
-{
-    struct gaussian_state at = gaussian_state(&self->gaussian, parts->gaussian);
-    if (memory->spared.cause != 0) {
-        put_spared(self, memory, parts, output);
-    } else if (*at.novelty > gaussian_usual_variance(&self->gaussian, parts->gaussian)) {
-        struct reason reason = blamed(&self->gaussian, parts->gaussian);
-        put(memory, true, COMPENSATOR_UNTRAINED, &reason, output);
+    const struct gaussian_state *learnt = self->learnt;
+    double usual = gaussian_usual_variance(learnt);
+    if (self->now->spared.cause != 0) {
+        put(self, true, COMPENSATOR_SPARED, self->now->spared);
+        name_others(&self->now->output, self->spare.broken, self->spare.count);
+    } else if (learnt->novelty > usual) {
+        size_t places[GAUSSIAN_NAMED];
+        size_t count = gaussian_culprits(&self->gaussian, learnt, places);
+        double share = 100.0 * learnt->novelty / (learnt->novelty + usual);
+        struct reason reason = {0, (int32_t)model_chosen[places[0]] + 1, share, 0.0, 0.0};
+        put(self, true, COMPENSATOR_UNTRAINED, reason);
+        name_others(&self->now->output, places, count);
     } else {
-        put(memory, true, COMPENSATOR_OK, NULL, output);
+        put(self, true, COMPENSATOR_OK, no_fault);
     }
 }
 
 /* Moves the offsets for one step and says how they stand. */
-static void move(
-    const struct compensator *self, struct remembered *memory, const struct parts *parts,
-    double step_s, struct output *output)
+static void move(struct compensator *self, double step_s)
 {
-    static const double zero[3];
-    const struct reason *fault = &memory->fault;
-    if (fault->cause != 0 && memory->fault_age < model_limits.hold_s) {
-        put(memory, false, COMPENSATOR_HOLDING + fault->cause, fault, output);
+    struct content *now = self->now;
+    bool arrived = true, anywhere = false;
+    int32_t cause = now->fault.cause;
+    if (cause != 0 && now->fault_age < model_limits.hold_s) {
+        put(self, false, COMPENSATOR_HOLDING + cause, now->fault);
         return;
     }
-    const double *wanted = fault->cause != 0 ? zero : memory->wanted;
-    bool arrived = true, anywhere = false;
     for (size_t axis = 0; axis < 3; axis++) {
-        memory->offset[axis] = slewed(memory->offset[axis], wanted[axis], step_s);
-        arrived = arrived && memory->offset[axis] == wanted[axis];
-        anywhere = anywhere || memory->offset[axis] != 0.0;
+        double wanted = cause != 0 ? 0.0 : now->wanted[axis], *offset = &now->output.offset[axis];
+        *offset = slewed(*offset, wanted, step_s);
+        arrived = arrived && *offset == wanted;
+        anywhere = anywhere || *offset != 0.0;
     }
-    if (fault->cause != 0) {
+    if (cause != 0) {
         int32_t phase = anywhere ? COMPENSATOR_RAMPING : COMPENSATOR_AT_ZERO;
-        put(memory, false, phase + fault->cause, fault, output);
-    } else if (memory->recovering && !arrived) {
-        put(memory, false, COMPENSATOR_RECOVERING, NULL, output);
+        put(self, false, phase + cause, now->fault);
+    } else if (now->recovering && !arrived) {
+        put(self, false, COMPENSATOR_RECOVERING, no_fault);
     } else {
-        memory->recovering = 0;
-        put_valid(self, memory, parts, output);
+        now->recovering = 0;
+        put_valid(self);
     }
 }
 
 void compensator_step(
-    const struct compensator *self, struct remembered *memory, double *numbers,
-    const struct input *input, struct output *output)
+    struct compensator *self, struct content *content, const struct input *input)
 {
-    struct parts parts = compensator_parts(self, numbers);
-    double step_s = isfinite(input->step_s) && input->step_s > 0.0 ? input->step_s : 0.0;
-    step_s = step_s > FIELDS_LARGEST ? FIELDS_LARGEST : step_s;
-    double elapsed_s = elapsed_since(memory, input->time_s, step_s);
+    double step_s = isfinite(input->step_s) ? clamped(input->step_s, 0.0, FIELDS_LARGEST) : 0.0;
+    double elapsed_s = elapsed_since(content, input->time_s, step_s);
+    attach(self, content);
     for (size_t place = 0; place < model_chosen_count; place++) {
         self->readings[place] = input->temperatures[model_chosen[place]];
     }
     set_tool(self, input->tool_length);
-    struct reason fault = look(self, memory, &parts, elapsed_s, input->tool_length);
-    memory->unmodelled += elapsed_s;
+    struct reason fault = look(self, elapsed_s, input->tool_length);
+    content->unmodelled += elapsed_s;
     if (fault.cause == 0) {
-        predict(self, memory, &parts, input);
-        memory->recovering = memory->recovering || !memory->started;
-        memory->started = 1;
+        predict(self, input);
+        content->recovering = content->recovering || !content->started;
+        content->started = 1;
         /* What was measured while the inputs were bad has no prediction to be compared with. */
         if (input->measured != NULL) {
-            take(self, memory, &parts, input->measured);
+            take(self, input->measured);
         }
     }
-    if (!memory->started) {
-        put(memory, false, COMPENSATOR_WAITING, fault.cause == 0 ? NULL : &fault, output);
+    if (!content->started) {
+        put(self, false, COMPENSATOR_WAITING, fault);
         return;
     }
-    follow(memory, &fault, elapsed_s);
-    move(self, memory, &parts, step_s, output);
+    follow(content, fault, elapsed_s);
+    move(self, step_s);
 }

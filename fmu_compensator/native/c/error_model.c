@@ -8,7 +8,7 @@ struct error_model *error_model_make(
     struct setup *setup, const struct field *table, size_t inputs, size_t targets)
 {
     const char *name = field_text(setup, table, "kind");
-    for (size_t i = 0; i < model_kind_count; i++) {
+    for (size_t i = 0; model_kinds[i] != NULL; i++) {
         if (strcmp(model_kinds[i]->name, name) == 0) {
             struct error_model *model = model_kinds[i]->make(setup, table, inputs, targets);
             if (model != NULL) {
@@ -23,9 +23,7 @@ struct error_model *error_model_make(
 
 void error_model_reset(const struct error_model *model, double *state)
 {
-    for (size_t i = 0; i < model->states; i++) {
-        state[i] = 0.0;
-    }
+    memset(state, 0, model->states * sizeof *state);
     if (model->kind->reset != NULL) {
         model->kind->reset(model, state);
     }

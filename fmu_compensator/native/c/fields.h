@@ -8,13 +8,7 @@
 #include "setup.h"
 
 enum field_form {
-    FIELD_NULL,
-    FIELD_NUMBER,
-    FIELD_TEXT,
-    FIELD_NUMBERS,
-    FIELD_MATRIX,
-    FIELD_LIST,
-    FIELD_TABLE
+    FIELD_NULL, FIELD_NUMBER, FIELD_TEXT, FIELD_NUMBERS, FIELD_MATRIX, FIELD_LIST, FIELD_TABLE
 };
 
 struct field {

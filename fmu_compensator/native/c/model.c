@@ -3,22 +3,25 @@
 
 #include <string.h>
 
-#include "content.h"
-#include "model_data.h"
+#include "compensator.h"
 #include "numbers.h"
-#include "texts.h"
 
 /* A gap in the clock is time without a sample: see the Python twin, compensator.step. */
 const bool model_clock_may_jump = true;
 const struct continuous *const model_continuous = NULL;
+
+struct model {
+    struct compensator compensator;
+    struct content *next; /* of derivatives: the step that comes, */
+    double *unit;         /* and a direction of one temperature */
+};
 
 struct model *model_make(struct setup *setup, size_t *content_size)
 {
     struct model *self = setup_take(setup, 1, sizeof *self);
     if (self != NULL) {
         compensator_make(setup, &self->compensator);
-        *content_size =
-            sizeof(struct content) + self->compensator.numbers * sizeof(double);
+        *content_size = self->compensator.size;
         if (model_derivatives != NULL) {
             self->next = setup_take(setup, 1, *content_size);
             self->unit = setup_take(setup, model_sensor_count, sizeof(double));
@@ -29,17 +32,15 @@ struct model *model_make(struct setup *setup, size_t *content_size)
 
 void model_reset(struct model *self, void *content)
 {
-    struct content *all = content;
-    compensator_reset(&self->compensator, &all->remembered, all->numbers, &all->output);
+    compensator_reset(&self->compensator, content);
 }
 
 const char *model_start(
     struct model *self, void *content, const double *values, double time_s,
     char problem[PROBLEM_LENGTH])
 {
-    struct content *all = content;
     (void)self, (void)values, (void)time_s, (void)problem;
-    if (all->model_file[0] != '\0') {
+    if (((const struct content *)content)->model_file[0] != '\0') {
         return "model_file: this FMU has its compensator file compiled in and reads no other; "
                "build another FMU from that file";
     }
@@ -50,15 +51,13 @@ const char *model_step(
     struct model *self, void *content, const double *values, double time_s, double step_s,
     char problem[PROBLEM_LENGTH])
 {
-    struct content *all = content;
-    struct input input = {time_s, step_s, values, 0.0, 0.0, NULL};
+    struct input input = {
+        time_s, step_s, values, values[model_ports.speed], values[model_ports.tool_length], NULL};
     (void)problem;
-    input.speed = values[model_ports.speed];
-    input.tool_length = values[model_ports.tool_length];
     if (values[model_ports.measured] != 0.0) {
         input.measured = values + model_ports.measured_targets;
     }
-    compensator_step(&self->compensator, &all->remembered, all->numbers, &input, &all->output);
+    compensator_step(&self->compensator, content, &input);
     return NULL;
 }
 
@@ -79,30 +78,26 @@ static const char *derive(
     struct model *self, const void *content, const double *values, double time_s, enum side from,
     const double *seeds, double *found, char problem[PROBLEM_LENGTH])
 {
-    const struct compensator *compensator = &self->compensator;
+    struct compensator *compensator = &self->compensator;
     const struct content *now = content;
-    struct content *next = self->next;
     size_t tool = model_ports.tool_length;
-    double step_s = time_s - now->remembered.last_time, moved[REAL_OUTPUTS];
-    struct input input = {time_s, step_s, values, values[model_ports.speed], values[tool], NULL};
+    double step_s = time_s - now->last_time, tool_length = values[tool], moved[REAL_OUTPUTS];
+    struct input input = {time_s, step_s, values, values[model_ports.speed], tool_length, NULL};
     (void)problem;
     memset(found, 0, (from == KNOWN ? REAL_OUTPUTS : tool + 1) * sizeof *found);
-    if (!now->remembered.started || !(step_s > 0.0)) {
+    if (!now->started || !(step_s > 0.0)) {
         return NULL; /* Rises are yet to count from what comes. */
     }
-    memcpy(next, content, sizeof *next + compensator->numbers * sizeof(double));
-    compensator_step(compensator, &next->remembered, next->numbers, &input, &next->output);
+    memcpy(self->next, content, compensator->size);
+    compensator_step(compensator, self->next, &input);
     if (from == KNOWN) {
-        compensator_derive(
-            compensator, &next->remembered, next->numbers, values[tool], seeds, seeds[tool], found);
+        compensator_derive(compensator, tool_length, seeds, seeds[tool], found);
         return NULL;
     }
     for (size_t known = 0; known <= tool; known++) {
         size_t sensor = known < model_sensor_count ? known : 0;
         self->unit[sensor] = known < model_sensor_count;
-        compensator_derive(
-            compensator, &next->remembered, next->numbers, values[tool], self->unit, known == tool,
-            moved);
+        compensator_derive(compensator, tool_length, self->unit, known == tool, moved);
         self->unit[sensor] = 0.0;
         found[known] = dot(seeds, moved, REAL_OUTPUTS);
     }
@@ -118,13 +113,11 @@ void model_restored(struct model *self, const void *content, const double *value
 
 void model_text(const void *content, char text[PROBLEM_LENGTH])
 {
-    const struct content *all = content;
-    status_text(&all->output, text, PROBLEM_LENGTH);
+    status_text(&((const struct content *)content)->output, text, PROBLEM_LENGTH);
 }
 
 char *model_text_parameter(void *content, size_t *size)
 {
-    struct content *all = content;
     *size = FILE_LENGTH;
-    return all->model_file;
+    return ((struct content *)content)->model_file;
 }

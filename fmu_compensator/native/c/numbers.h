@@ -10,7 +10,7 @@ double clamped(double value, double low, double high);
 /* Returns the sum of a[i] b[i], from the first on. */
 double dot(const double *a, const double *b, size_t count);
 
-/* Returns the median of count > 0 numbers; the row of as many to select it in is the caller's. */
+/* Returns the median of count > 0 numbers; the row of as many to sort them in is the caller's. */
 double median(const double *values, size_t count, double *kept);
 
 /* Returns how much of the way to its input a first-order lag goes [1]. */

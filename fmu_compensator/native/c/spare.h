@@ -5,51 +5,50 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "fields.h"
+#include "checks.h"
 #include "setup.h"
 
-/* See the Python twin. It is constant once made; its owner keeps the state. */
+/* Room for one sample; see the Python twin. */
 struct spare {
-    size_t inputs, targets;
-    size_t states; /* how many numbers it remembers */
-    double memory_s;
-    const double *precision, *growth, *sensitivity, *usual;
-    const double *usual_start; /* NULL: rises count from fixed temperatures */
-    double *before, *rises, *moved, *solved, *rows; /* of one sample */
-    size_t *broken;
+    double *rises, *moved, *solved, *rows;
+    bool *was_out, *shown_again; /* before this sample; with the reading before */
+    size_t *broken, count;       /* places of the sensors that are done without now */
 };
 
-/* The parts of the state, in the order in which the Python twin's state() lists them. */
+/* In the names of the Python twin. */
+struct spared {
+    double first, last, own, seen, gap, good_for, unread, shift;
+};
+
 struct spare_state {
-    double *started, *stopped, *clock, *turn;
-    double *first, *last, *own, *seen, *gap, *good_for, *unread, *shift; /* of each sensor */
-    double *extra, *lasting;                                             /* of X, Y, Z */
+    double started, stopped, clock, turn;
+    double extra[3], lasting[3]; /* of X, Y, Z */
+    struct spared sensors[];
 };
 
 /* What has come in with one sample. */
 struct spare_sample {
-    double *readings;    /* of the chosen sensors; those of bad ones are replaced [degC] */
-    const bool *bad;     /* which cannot be used */
-    double *reference;   /* what each read first, NaN: nothing yet; guessed where that must be */
-    bool stands;         /* whether the reading of the one in turn is the one before */
-    double elapsed_s;    /* since the sample before */
-    double recover_s;    /* how long a sensor must be good to be used again */
-    const double *axes;  /* how the drift along X, Y, Z follows from the targets, row by row */
+    double *readings;              /* of the chosen sensors; bad ones' are replaced [degC] */
+    const bool *bad;               /* which cannot be used */
+    bool any_bad;
+    struct sensor_memory *sensors; /* whose reference is guessed where that must be */
+    double elapsed_s;              /* since the sample before */
+    const double *axes; /* how the drift along X, Y, Z follows from the targets, row by row */
 };
 
-/* Makes the spare that a table of the file describes; NULL where the file has none. */
-struct spare *spare_make(
-    struct setup *setup, const struct field *table, size_t inputs, size_t targets);
+void spare_make(struct setup *setup, struct spare *self);
 
-struct spare_state spare_state(const struct spare *self, double *state);
+/* Returns how many numbers are remembered; 0 where the file has no spare. */
+size_t spare_states(void);
 
 /* Forgets everything. */
-void spare_reset(const struct spare *self, double *state);
+void spare_reset(struct spare_state *state);
 
-/* Makes a direction of all readings one of those that are used: broken sensors' follow the others. */
-void spare_derive(const struct spare *self, double *state, double *readings);
+/* Makes a direction of all readings one of those in use: broken sensors' follow the others'. */
+void spare_derive(struct spare *self, const struct spare_state *state, double *readings);
 
 /* Takes in one sample; returns whether it is possible to go on. */
-bool spare_step(const struct spare *self, double *state, const struct spare_sample *sample);
+bool spare_step(
+    struct spare *self, struct spare_state *state, const struct spare_sample *sample);
 
 #endif

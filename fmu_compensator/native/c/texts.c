@@ -1,97 +1,54 @@
-#include "texts.h"
+/* The status in words. */
+#include "compensator.h"
 
+#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "constants.h"
-
-static void add(char *text, size_t size, const char *words)
+/* Adds words as printf does; the form is a constant of this file. */
+static void add(char *text, size_t size, const char *form, ...)
 {
     size_t used = strlen(text);
-    if (used + 1 < size) {
-        strncat(text, words, size - used - 1);
-    }
+    va_list values;
+    va_start(values, form);
+    vsnprintf(text + used, size - used, form, values);
+    va_end(values);
 }
 
-/* Adds a number with a point, whatever the host's locale puts there. */
-static void add_number(char *text, size_t size, const char *form, double value)
+/* Puts a point between two digits, whatever the host's locale puts there. */
+static void with_points(char *text)
 {
-    char written[TEXT_LENGTH], plain[TEXT_LENGTH];
-    size_t used = 0;
-    /* The forms below are constants of this file. */
-    snprintf(written, sizeof written, form, value);
-    for (const char *c = written; *c != '\0'; c++) {
-        if ((*c >= '0' && *c <= '9') || *c == '+' || *c == '-' || (*c >= 'a' && *c <= 'z')) {
-            plain[used++] = *c;
-        } else if (used > 0 && plain[used - 1] != '.') {
-            plain[used++] = '.';
+    static const char digits[] = "0123456789";
+    static const char plain[]
+        = "0123456789 +-_abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
+    for (char *at = strpbrk(text, digits); at != NULL; at = strpbrk(at + 1, digits)) {
+        size_t odd = strcspn(at + 1, plain);
+        if (odd > 0 && at[1 + odd] != '\0' && strchr(digits, at[1 + odd]) != NULL) {
+            at[1] = '.';
+            memmove(at + 2, at + 1 + odd, strlen(at + 1 + odd) + 1);
         }
     }
-    plain[used] = '\0';
-    add(text, size, plain);
 }
 
-static void add_reading(char *text, size_t size, const struct sensor *sensor, double value)
+static void add_fault(char *text, size_t size, const struct reason *reason)
 {
-    add(text, size, sensor->name);
-    add(text, size, " ");
-    add_number(text, size, "%.1f", value);
-}
-
-static void add_new(char *text, size_t size, const struct reason *reason)
-{
-    const double others[] = {reason->extent, reason->allowed};
-    add(text, size, "conditions outside training make ");
-    add_number(text, size, "%.0f", reason->value);
-    add(text, size, " % of the uncertainty: ");
-    add(text, size, model_sensors[reason->sensor - 1].name);
-    for (size_t i = 0; i < 2 && others[i] != 0.0; i++) {
-        add(text, size, ", ");
-        add(text, size, model_sensors[(size_t)others[i] - 1].name);
-    }
-}
-
-static void add_tool_fault(char *text, size_t size, const struct reason *reason)
-{
+    const struct sensor *sensor = &model_sensors[reason->sensor == 0 ? 0 : reason->sensor - 1];
+    const double *tool = model_limits.tool_length_mm;
+    double value = reason->value;
     if (reason->cause == CHECKS_MISSING) {
-        add(text, size, "tool_length is missing");
-        return;
-    }
-    add(text, size, "tool_length ");
-    add_number(text, size, "%g", reason->value);
-    add(text, size, " mm is not in ");
-    add_number(text, size, "%g", model_limits.tool_length_mm[0]);
-    add(text, size, " to ");
-    add_number(text, size, "%g", model_limits.tool_length_mm[1]);
-    add(text, size, " mm");
-}
-
-static void add_sensor_fault(char *text, size_t size, const struct reason *reason)
-{
-    const struct sensor *sensor = &model_sensors[reason->sensor - 1];
-    if (reason->cause == CHECKS_MISSING) {
-        add(text, size, sensor->name);
-        add(text, size, " is missing");
-        return;
-    }
-    add_reading(text, size, sensor, reason->value);
-    if (reason->cause == CHECKS_IMPLAUSIBLE) {
-        bool below = reason->value < sensor->low;
-        add(text, size, below ? " degC is below " : " degC is above ");
-        add_number(text, size, "%g", below ? sensor->low : sensor->high);
-        add(text, size, " degC");
+        add(text, size, ": %s is missing", reason->sensor == 0 ? "tool_length" : sensor->name);
+    } else if (reason->sensor == 0) {
+        add(text, size, ": tool_length %g mm is not in %g to %g mm", value, tool[0], tool[1]);
+    } else if (reason->cause == CHECKS_IMPLAUSIBLE) {
+        bool below = value < sensor->low;
+        add(text, size, ": %s %.1f degC is %s %g degC", sensor->name, value,
+            below ? "below" : "above", below ? sensor->low : sensor->high);
     } else if (reason->cause == CHECKS_TOO_FAST) {
-        add(text, size, " degC jumped by ");
-        add_number(text, size, "%.1f", reason->extent);
-        add(text, size, " K, ");
-        add_number(text, size, "%.2g", reason->allowed);
-        add(text, size, " K allowed");
+        add(text, size, ": %s %.1f degC jumped by %.1f K, %.2g K allowed", sensor->name, value,
+            reason->extent, reason->allowed);
     } else {
-        add(text, size, " degC is unchanged for ");
-        add_number(text, size, "%.0f", reason->extent);
-        add(text, size, " s, ");
-        add_number(text, size, "%g", sensor->stale_after_s);
-        add(text, size, " s allowed");
+        add(text, size, ": %s %.1f degC is unchanged for %.0f s, %g s allowed", sensor->name, value,
+            reason->extent, sensor->stale_after_s);
     }
 }
 
@@ -100,26 +57,22 @@ void status_text(const struct output *output, char *text, size_t size)
     const struct reason *reason = &output->reason;
     int32_t status = output->status;
     text[0] = '\0';
-    if (status == COMPENSATOR_UNTRAINED) {
-        add_new(text, size, reason);
-        return;
-    }
     status = status < COMPENSATOR_HOLDING ? status : status - status % 10;
-    for (size_t i = 0; i < model_status_text_count; i++) {
-        if (model_status_texts[i].status == status) {
-            add(text, size, model_status_texts[i].text);
+    for (const struct status_text *one = model_status_texts; one->text != NULL; one++) {
+        if (one->status == status && status != COMPENSATOR_UNTRAINED) {
+            add(text, size, "%s", one->text);
         }
     }
-    if (reason->cause != 0) {
-        add(text, size, ": ");
-        if (reason->sensor == 0) {
-            add_tool_fault(text, size, reason);
-        } else {
-            add_sensor_fault(text, size, reason);
-        }
+    if (status == COMPENSATOR_UNTRAINED) {
+        add(text, size, "conditions outside training make %.0f %% of the uncertainty: %s",
+            reason->value, model_sensors[reason->sensor - 1].name);
+    } else if (reason->cause != 0) {
+        add_fault(text, size, reason);
     }
-    for (size_t i = 0; i < GAUSSIAN_NAMED && output->also_without[i] != 0; i++) {
-        add(text, size, i == 0 ? "; and without " : ", ");
-        add(text, size, model_sensors[output->also_without[i] - 1].name);
+    for (size_t i = 0; i < GAUSSIAN_NAMED && output->others[i] != 0; i++) {
+        bool first = i == 0 && status == COMPENSATOR_SPARED;
+        const char *name = model_sensors[output->others[i] - 1].name;
+        add(text, size, "%s%s", first ? "; and without " : ", ", name);
     }
+    with_points(text);
 }

@@ -1,9 +1,8 @@
 /* Multiple linear regression: y = b0 + sum(b_i x_i). */
-#include "../error_model.h"
+#include "../model_data.h"
 
 struct mlr {
     struct error_model base;
-    size_t inputs, targets;
     const double *intercept, *coefficients;
 };
 
@@ -14,8 +13,7 @@ static struct error_model *make(
     if (self == NULL) {
         return NULL;
     }
-    self->inputs = inputs;
-    self->targets = targets;
+    (void)inputs, (void)targets;
     self->intercept = field_numbers(setup, table, "intercept", NULL);
     self->coefficients = field_matrix(setup, table, "coefficients", NULL);
     return &self->base;
@@ -26,10 +24,10 @@ static void predict(
 {
     const struct mlr *self = (const struct mlr *)model;
     (void)state;
-    for (size_t target = 0; target < self->targets; target++) {
-        const double *weights = self->coefficients + target * self->inputs;
+    for (size_t target = 0; target < model_target_count; target++) {
+        const double *weights = self->coefficients + target * model_chosen_count;
         double value = self->intercept[target];
-        for (size_t i = 0; i < self->inputs; i++) {
+        for (size_t i = 0; i < model_chosen_count; i++) {
             value += weights[i] * sample->inputs[i];
         }
         targets[target] = value;
