@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import socket
 import subprocess
@@ -27,7 +28,7 @@ def copied(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the project with the files that CONTRIBUTING shows."""
     folder = tmp_path_factory.mktemp("copy")
     for room in ROOMS.split():
-        shutil.copytree(ROOT / room, folder / room, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(ROOT / room, folder / room)
     for info, text in FENCE.findall((ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")):
         if info.startswith("python "):
             (folder / info.split()[1]).write_text(text, encoding="utf-8")
@@ -46,7 +47,7 @@ def python(folder: Path, *argv: str) -> str:
     done = subprocess.run(
         [sys.executable, *argv],
         cwd=folder,
-        env={"PYTHONPATH": str(folder), "PATH": "/usr/bin:/bin"},
+        env=os.environ | {"PYTHONPATH": str(folder)},
         capture_output=True,
         text=True,
         check=False,

@@ -127,6 +127,7 @@ def test_groupings_agree_on_pairs_and_the_claim_counts_what_comes_out() -> None:
     )
 
 
+@pytest.mark.long
 def test_the_ceiling_is_what_noise_alone_leaves() -> None:
     fit, repeated, like, unlike = judge("jig_borer", 1, TRUTH)
     assert [fit.protocol, repeated.protocol, like.protocol, unlike.protocol] == list(PROTOCOLS)
@@ -136,6 +137,7 @@ def test_the_ceiling_is_what_noise_alone_leaves() -> None:
     assert fit.eta[0] > 98.0 > 90.0 > fit.eta[1]
 
 
+@pytest.mark.long
 def test_a_model_of_the_study_is_left_out_where_its_thermometers_are_missing() -> None:
     assert judge("elements", 1, "bp_four") == []
     assert [len(score.eta) for score in judge("elements", 1, "mlr")] == [1] * len(PROTOCOLS)
@@ -159,6 +161,7 @@ def test_the_study_sized_machine_has_the_studies_drift_and_a_cooler_that_follows
     assert runs["like"].exact.frame["T1_degC"].max() - colder == pytest.approx(COLDER_K, abs=1.0)
 
 
+@pytest.mark.long
 def test_seeds_have_their_own_noise_and_their_own_unseen_spectrum() -> None:
     first, second = (truth("elements").runs(seed) for seed in (1, 2))
     speeds = [runs["like"].exact.frame["speed_rpm"].to_numpy() for runs in (first, second)]
@@ -170,6 +173,7 @@ def test_seeds_have_their_own_noise_and_their_own_unseen_spectrum() -> None:
     assert np.diff(thin.time_s) == pytest.approx(9 * EVERY_S)
 
 
+@pytest.mark.long
 def test_the_hybrid_studys_samples_are_76_means_of_three_runs() -> None:
     pair = averaged("elements", 0, 1)
     frame = pair.measured.frame

@@ -27,8 +27,13 @@ def changed(run: Run, **columns: Any) -> Run:
     return Run(run.name, run.frame.assign(**columns))
 
 
+def fitted(*given: Any, **options: Any) -> dict[str, Any]:
+    """Fit a compensator that is not judged, which would fit it anew for every run left out."""
+    return fit_compensator(*given, judge=False, **options)
+
+
 def test_grey_points_take_one_of_each_group(rig: FivePointRig) -> None:
-    table = fit_compensator(RUNS, rig, "mlr", created="2026-01-31")
+    table = fitted(RUNS, rig, "mlr", created="2026-01-31")
     choice = table["provenance"]["figures"]["choice"]
     # T2 copies T1; T3 shows noise only; T4 is slower.
     assert choice["hardly_moving"] == ["T3"]
@@ -61,7 +66,7 @@ def test_sampling_does_not_change_what_a_run_counts(direct_rig: DirectRig) -> No
         rise = made.frame["T4_degC"] - 21.0
         return changed(made, disp_x_um=slope * rise, disp_z_um=rise)
 
-    table = fit_compensator(
+    table = fitted(
         [run_of("dense", 1.0, 10.0), run_of("sparse", 3.0, 60.0)], direct_rig, "mlr", points="T4"
     )
     assert table["error_model"]["coefficients"][0][0] == pytest.approx(2.0, abs=0.02)
@@ -69,14 +74,14 @@ def test_sampling_does_not_change_what_a_run_counts(direct_rig: DirectRig) -> No
 
 def test_the_rise_form_ignores_a_level_that_jumps_between_runs(rig: FivePointRig) -> None:
     shifted = [*RUNS[:3], changed(RUNS[3], T4_degC=RUNS[3].frame["T4_degC"] + 31.0)]
-    plain, moved = (fit_compensator(runs, rig, "mlr", points="T1,T4") for runs in (RUNS, shifted))
+    plain, moved = (fitted(runs, rig, "mlr", points="T1,T4") for runs in (RUNS, shifted))
     for one, other in zip(
         plain["error_model"]["coefficients"], moved["error_model"]["coefficients"], strict=True
     ):
         assert one == pytest.approx(other, abs=1e-9)
     (note,) = moved["provenance"]["notes"]
     assert re.match(r"d, T4_degC, .* reads \+31 K from its level in the other runs; ", note)
-    absolute = fit_compensator(shifted, rig, "mlr", points="all", input_form="absolute")
+    absolute = fitted(shifted, rig, "mlr", points="all", input_form="absolute")
     assert absolute["chosen"] == ["T1", "T2", "T3"]
     reason = "T4 is no candidate: the absolute form would carry its wrong level into the offsets"
     assert reason in absolute["provenance"]["notes"]
@@ -85,7 +90,7 @@ def test_the_rise_form_ignores_a_level_that_jumps_between_runs(rig: FivePointRig
 def test_a_sensor_that_leaves_the_others_is_left_out_from_there_on(rig: FivePointRig) -> None:
     readings = RUNS[1].frame["T2_degC"].to_numpy().copy()
     readings[200:] += 31.0
-    table = fit_compensator([RUNS[0], changed(RUNS[1], T2_degC=readings), *RUNS[2:]], rig, "mlr")
+    table = fitted([RUNS[0], changed(RUNS[1], T2_degC=readings), *RUNS[2:]], rig, "mlr")
     assert table["chosen"] == ["T1", "T4"]
     assert "T2 is no candidate: broken for most of b" in table["provenance"]["notes"]
     assert any(n.startswith("b, T2_degC, 100 to 240 min: ") for n in table["provenance"]["notes"])
@@ -96,7 +101,7 @@ def test_the_hottest_part_is_used(rig: FivePointRig) -> None:
     heat = 5.0 * (RUNS[1].frame["T4_degC"] - RUNS[1].frame["T4_degC"].iloc[0])
     runs = [RUNS[0], changed(RUNS[1], T2_degC=RUNS[1].frame["T2_degC"] + heat), *RUNS[2:]]
     assert np.ptp(runs[1].frame["T2_degC"]) > 15
-    table = fit_compensator(runs, rig, "mlr", points="all")
+    table = fitted(runs, rig, "mlr", points="all")
     assert table["chosen"] == ["T1", "T2", "T3", "T4"]
     assert table["provenance"]["notes"] == []
 
@@ -117,12 +122,12 @@ def test_a_sensor_that_is_read_rarely_counts_by_straight_lines(rig: FivePointRig
 def test_a_named_sensor_that_is_dead_in_a_run_is_refused(model: str, rig: FivePointRig) -> None:
     runs = [RUNS[0], changed(RUNS[1], T4_degC=0.0), *RUNS[2:]]
     with pytest.raises(BadInput, match="points: T4: has no usable reading in b"):
-        fit_compensator(runs, rig, model, points="T1,T4")
+        fitted(runs, rig, model, points="T1,T4")
 
 
 def test_a_sensor_that_is_dead_in_a_run_is_not_chosen(rig: FivePointRig) -> None:
     runs = [RUNS[0], changed(RUNS[1], T4_degC=0.0), *RUNS[2:]]
-    assert "T4" not in fit_compensator(runs, rig, "mlr")["chosen"]
+    assert "T4" not in fitted(runs, rig, "mlr")["chosen"]
 
 
 def test_a_short_warm_up_in_a_long_rest_is_seen(rig: FivePointRig) -> None:
@@ -135,7 +140,7 @@ def test_a_short_warm_up_in_a_long_rest_is_seen(rig: FivePointRig) -> None:
         frame = pd.concat([rest, run.frame], ignore_index=True)
         step = float(np.diff(run.time_s)[0])
         long.append(Run(run.name, frame.assign(time_s=step * np.arange(len(frame)))))
-    choice = fit_compensator(long, rig, "mlr")["provenance"]["figures"]["choice"]
+    choice = fitted(long, rig, "mlr")["provenance"]["figures"]["choice"]
     assert choice["hardly_moving"] == ["T3"]
 
 
@@ -162,7 +167,7 @@ def test_constant_and_missing_sensors_are_left_out_with_a_reason(rig: FivePointR
         Run("b", RUNS[1].frame.drop(columns="T3_degC")),
         RUNS[2],
     ]
-    table = fit_compensator(runs, rig, "mlr", points="all")
+    table = fitted(runs, rig, "mlr", points="all")
     assert table["chosen"] == ["T2", "T4"]
     assert [sensor["name"] for sensor in table["sensors"]] == ["T1", "T2", "T4"]
     assert "T3 is left out: missing in b" in table["provenance"]["notes"]
@@ -172,9 +177,7 @@ def test_constant_and_missing_sensors_are_left_out_with_a_reason(rig: FivePointR
 def test_missing_rows_are_dropped_and_counted(rig: FivePointRig) -> None:
     gappy = RUNS[0].frame["T1_degC"].to_numpy().copy()
     gappy[10:30] = np.nan
-    table = fit_compensator(
-        [changed(RUNS[0], T1_degC=gappy), *RUNS[1:]], rig, "mlr", points="T1,T4"
-    )
+    table = fitted([changed(RUNS[0], T1_degC=gappy), *RUNS[1:]], rig, "mlr", points="T1,T4")
     assert "a: 20 rows left out, a value is missing in them" in table["provenance"]["notes"]
     assert table["provenance"]["runs"][0]["rows"] == len(gappy) - 20
 
@@ -183,17 +186,17 @@ def test_frozen_displacement_is_not_learnt(rig: FivePointRig) -> None:
     reading = RUNS[0].frame["S5_um"].to_numpy().copy()
     reading[200:400] = reading[200]
     damaged = [changed(RUNS[0], S5_um=reading), *RUNS[1:]]
-    table = fit_compensator(damaged, rig, "mlr", points="T1,T4")
-    kept = fit_compensator(damaged, rig, "mlr", points="T1,T4", leave_out_frozen=False)
+    table = fitted(damaged, rig, "mlr", points="T1,T4")
+    kept = fitted(damaged, rig, "mlr", points="T1,T4", leave_out_frozen=False)
     note = next(note for note in table["provenance"]["notes"] if "S5_um" in note)
     assert note.startswith("a, S5_um, 100 to 200 min: exactly")
-    wanted = fit_compensator(RUNS, rig, "mlr", points="T1,T4")["error_model"]["coefficients"][0]
+    wanted = fitted(RUNS, rig, "mlr", points="T1,T4")["error_model"]["coefficients"][0]
     assert table["error_model"]["coefficients"][0] == pytest.approx(wanted, abs=0.05)
     assert kept["error_model"]["coefficients"][0] != pytest.approx(wanted, abs=0.05)
 
 
 def test_limits_and_ranges_come_from_the_data(rig: FivePointRig) -> None:
-    table = fit_compensator(RUNS, rig, "mlr", points="T1,T4", limits={"hold_s": 60.0})
+    table = fitted(RUNS, rig, "mlr", points="T1,T4", limits={"hold_s": 60.0})
     largest = max(run.frame["S5_um"].abs().max() for run in RUNS)
     assert table["limits"]["offset_um"] >= 2 * largest
     assert table["limits"]["hold_s"] == 60.0
@@ -206,9 +209,7 @@ def test_limits_and_ranges_come_from_the_data(rig: FivePointRig) -> None:
 
 
 def test_the_geometry_comes_from_the_rig(rig: FivePointRig, direct_rig: DirectRig) -> None:
-    table = fit_compensator(
-        RUNS, rig, "mlr", geometry_form="pure_rotation", tool_length_mm=(50, 90)
-    )
+    table = fitted(RUNS, rig, "mlr", geometry_form="pure_rotation", tool_length_mm=(50, 90))
     assert table["geometry"] == {
         "kind": "five_point",
         "form": "pure_rotation",
@@ -219,7 +220,7 @@ def test_the_geometry_comes_from_the_rig(rig: FivePointRig, direct_rig: DirectRi
     runs = [
         changed(run, disp_x_um=run.frame["S1_um"], disp_z_um=run.frame["S5_um"]) for run in RUNS
     ]
-    direct = fit_compensator(runs, direct_rig, "mlr")
+    direct = fitted(runs, direct_rig, "mlr")
     assert direct["geometry"]["axes"]["disp_z"] == {"axis": "Z", "sign": 1}
     assert direct["error_model"]["targets"] == ["disp_x", "disp_z"]
 
@@ -253,8 +254,8 @@ def test_temperatures_recorded_as_rises_are_refused_by_name_where_an_image_needs
         changed(run, T2_degC=run.frame["T2_degC"] - run.frame["T2_degC"].iloc[0]) for run in RUNS
     ]
     with pytest.raises(BadInput, match=r"T2 starts at 0.*take --image interval"):
-        fit_compensator(rises, rig, "mlr")
-    table = fit_compensator(rises, rig, "mlr", grey={"image": "interval"})
+        fitted(rises, rig, "mlr")
+    table = fitted(rises, rig, "mlr", grey={"image": "interval"})
     assert table["provenance"]["options"]["image"] == "interval"
 
 

@@ -135,7 +135,8 @@ def test_a_change_is_written_read_back_and_stepped(
     name: str, known: list[CalibratedRun], tmp_path: Path
 ) -> None:
     machine = known[0].machine
-    for change in changes_of(name, known)[:: max(1, len(changes_of(name, known)) // 4)]:
+    changes = changes_of(name, known)
+    for change in (changes[0], changes[-1]):
         numbers = change.points()[-1]
         grown = change.put_into(machine, numbers)
         assert change.read(grown) == pytest.approx(numbers)

@@ -92,6 +92,7 @@ def test_a_sensor_that_is_read_rarely_misses_nothing() -> None:
     assert find_faults([slow, held, *GOOD[2:]]) == []
 
 
+@pytest.mark.long
 @pytest.mark.real_data
 def test_the_known_faults_of_the_lathe(lathe_runs: list[Path]) -> None:
     faults = find_faults([read_run(path) for path in lathe_runs])

@@ -169,11 +169,11 @@ show([moved, list(x) == before, get(fmu, f"der({first})") == dx[0], said, len(me
 """
 
 
-@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.parametrize(("name", "fmi"), [("jig_borer_lumps", 2), ("effects", 3)])
 def test_calls_out_of_place_are_refused_and_a_state_comes_back(
-    fmi: Fmi, fmu_of: Callable[[Machine, Fmi], Path]
+    name: str, fmi: Fmi, fmu_of: Callable[[Machine, Fmi], Path]
 ) -> None:
-    found = apart(OPENED + CALLS, fmu_of(read_machine("jig_borer_lumps"), fmi))
+    found = apart(OPENED + CALLS, fmu_of(machine_of(name), fmi))
     assert found == [pytest.approx(5.0), True, True, [0, 3], 12]
 
 

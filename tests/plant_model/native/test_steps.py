@@ -12,13 +12,8 @@ IN_PARTS_S = 10.0
 """So long a step is split after a change of speed, where an effect depends on temperature."""
 
 
-@pytest.mark.parametrize(
-    "label",
-    [
-        *(pytest.param(one, marks=pytest.mark.long) for one in ("24 lumps", "page of 95")),
-        "page of 95, 3 effects",
-    ],
-)
+@pytest.mark.long
+@pytest.mark.parametrize("label", ["24 lumps", "page of 95", "page of 95, 3 effects"])
 def test_no_step_is_dearer_than_its_neighbours(label: str, tmp_path: Path) -> None:
     """Through changes of speed and steps without one; each cost is the least of many runs."""
     measure = measured(tmp_path / "page", machines()[label], empty=False)
