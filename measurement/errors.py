@@ -13,7 +13,7 @@ from pydantic import BaseModel, ValidationError
 M = TypeVar("M", bound=BaseModel)
 
 MOST_LISTED = 30
-"""A refusal lists no more names."""
+"""A refusal lists no more names, nor a summary more steps of speed: set on no data."""
 
 
 class BadInput(ValueError):  # noqa: N818 - what is bad is the input, not the program

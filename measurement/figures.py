@@ -20,7 +20,8 @@ from measurement.units import split_column
 
 NEAR_ZERO_SHARE = 0.01
 """MAPE leaves out samples whose measured value is below this share of the largest one: a percentage
-of next to nothing says nothing, and one such sample would outweigh all the others."""
+of next to nothing says nothing, and one such sample would outweigh all the others. Set on no
+data."""
 
 
 def figures_of_merit(

@@ -24,12 +24,9 @@ from measurement.runs import FloatArray, Run
 from measurement.spectrum import Segment, speed_spectrum
 from measurement.units import split_column
 
-FIRST_S = 3600.0
-RUNNING_S = 4 * 3600.0
-STOPPED_S = 3600.0
-AS_LONG = 0.99
-"""A period counts as the standard's 4 h or 1 h from this share of it on: a log starts a sample late
-and ends one early."""
+FIRST_S, RUNNING_S, STOPPED_S = 3600.0, 4 * 3600.0, 3600.0
+"""How long the first look lasts, and at least running and standing after it, given by ISO 230-3
+[s]."""
 
 
 @dataclass(frozen=True)
@@ -156,7 +153,7 @@ def summarise(run: Run, rig: Rig | None = None, ambient: str | None = None) -> S
         stopped_s=total["stopped"],
         unknown_s=total["unknown"],
         running_period_s=period,
-        is_standard_spindle_test=_is_standard_test(segments),
+        is_standard_spindle_test=_is_standard_test(segments, run.time_s),
         segments=segments,
         displacements={
             name: _ranges(run.time_s, run.frame[name].to_numpy(), period)
@@ -191,14 +188,18 @@ def _running_period(segments: list[Segment]) -> tuple[float, float] | None:
     return (running[0].start_s, running[-1].end_s) if running else None
 
 
-def _is_standard_test(segments: list[Segment]) -> bool:
-    """Return whether a running period of 4 h or more is followed by 1 h or more of standing."""
+def _is_standard_test(segments: list[Segment], time: FloatArray) -> bool:
+    """Return whether a running period of 4 h or more is followed by 1 h or more of standing.
+
+    A log starts a sample late and ends one early.
+    """
     period = _running_period(segments)
     if period is None:
         return False
     stops = [segment.end_s for segment in segments if segment.state == "stopped"]
     after = max(stops, default=period[1]) - period[1]
-    return period[1] - period[0] >= AS_LONG * RUNNING_S and after >= AS_LONG * STOPPED_S
+    late = 2.0 * float(np.median(np.diff(time)))
+    return period[1] - period[0] + late >= RUNNING_S and after + late >= STOPPED_S
 
 
 def _ranges(time: FloatArray, values: FloatArray, period: tuple[float, float] | None) -> Ranges:

@@ -6,14 +6,12 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from measurement.errors import MOST_LISTED
 from measurement.faults import faults_text
 from measurement.units import split_column
 
 if TYPE_CHECKING:
     from measurement.iso230 import Ranges, Summary
-
-MOST_SEGMENTS = 16
-"""A longer speed spectrum is cut in the text; to_dict() holds all of it."""
 
 
 def summary_text(summary: Summary) -> str:
@@ -60,12 +58,12 @@ def _spectrum(summary: Summary) -> Iterator[str]:
     if all(segment.state == "unknown" for segment in summary.segments):
         return
     yield "Speed spectrum      from min    for min     r/min"
-    for segment in summary.segments[:MOST_SEGMENTS]:
+    for segment in summary.segments[:MOST_LISTED]:
         speed = "unknown" if math.isnan(segment.speed_rpm) else f"{segment.speed_rpm:.0f}"
         start, length = _minutes(segment.start_s), _minutes(segment.duration_s)
         yield f"{start:>28}{length:>11}{speed:>10}"
-    if len(summary.segments) > MOST_SEGMENTS:
-        yield f"{'':>20}and {len(summary.segments) - MOST_SEGMENTS} more"
+    if len(summary.segments) > MOST_LISTED:
+        yield f"{'':>20}and {len(summary.segments) - MOST_LISTED} more"
 
 
 def _movements(summary: Summary) -> Iterator[str]:

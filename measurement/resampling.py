@@ -10,12 +10,14 @@ import numpy.typing as npt
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 
 GAP_INTERVALS = 5.0
-"""Gaps of more than this many median intervals are not bridged by default: loggers that were
-watched drop a sample or three at a time (the longest pause of a good run was 3.2 intervals)."""
+"""Gaps of more than this many median intervals are not bridged by default. Set on loggers that
+were watched: they drop a sample or three at a time (the longest pause of a good run was 3.2
+intervals)."""
 FINEST_K = 0.1
-"""No thermometer is read, or told apart from another, more finely [K]: a usual resolution."""
+"""No thermometer is read, or told apart from another, more finely [K]: a usual resolution, set on
+no data."""
 LAG_S = 1800.0
-"""Longer than any lag between neighbouring thermometers, shorter than a run [s]: a judgement."""
+"""Longer than any lag between neighbouring thermometers, shorter than a run [s]: set on no data."""
 WRONG = 0.01
 """So often is a log wrong in one of the usual ways, a unit, a place, a seam [1]: a judgement, set
 on no data."""

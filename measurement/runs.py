@@ -41,7 +41,8 @@ _NUMBER = re.compile(
 # From 3.1 on pandas reads numbers to the last digit unasked, and warns when it is asked to.
 _PANDAS = tuple(int(part) for part in pd.__version__.split(".")[:2])
 _EXACT: dict[str, Any] = {} if _PANDAS >= (3, 1) else {"float_precision": "round_trip"}
-_FIRST_ROW = 2  # the line number of the first data row: the header is line 1
+_FIRST_ROW = 2
+"""The line number of the first data row, given by the run file: the header is line 1."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,11 +11,12 @@ import numpy as np
 from measurement.runs import Run
 
 STILL_RPM = 1.0
-"""Slower than this is standing still [r/min]."""
+"""Slower than this is standing still [r/min]: set on no data."""
 
 SAME_SPEED_SHARE = 0.02
 """Speeds that differ by less than this share of the largest are one step of the spectrum: a
-measured speed wavers, and the steps of test spectra are much larger."""
+measured speed wavers, and the steps of test spectra are much larger. Set on no
+data."""
 
 
 @dataclass(frozen=True)

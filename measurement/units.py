@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 UM_PER_MM, RAD_PER_URAD = 1e3, 1e-6
+"""As given by the SI."""
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,8 @@ from threadpoolctl import threadpool_limits
 from measurement.stops import STOPS, ending_work
 
 LOOK_S = 0.5
-"""How often a worker looks whether its parent is still there, and who waits whether to end [s]."""
-
-GRACE_S = 0.3
-"""How long a worker may take to end when told to [s]; it is killed then."""
+"""How often a worker looks whether its parent is still there, and who waits whether to end; and how
+long a worker may take to end when told to, before it is killed [s]. Set on no data."""
 
 
 @contextmanager
@@ -98,7 +96,7 @@ def _end(processes: set[multiprocessing.process.BaseProcess]) -> None:
     """End processes, by force those that do not go at once."""
     for process in processes:
         process.terminate()
-    until = time.monotonic() + GRACE_S
+    until = time.monotonic() + LOOK_S
     for process in processes:
         process.join(max(until - time.monotonic(), 0.0))
         if process.is_alive():

@@ -11,8 +11,8 @@ from plant_model.machine import Input, Item, Machine
 from plant_model.parameters import FloatArray
 
 TOUCHES = 4
-"""Contacts from which a part may be the air of an enclosure: judgement. Taking another part for it
-costs a candidate that explains nothing."""
+"""Contacts from which a part may be the air of an enclosure: set on no data. Taking another part
+for it costs a candidate that explains nothing."""
 
 
 def input_in(machine: Machine, unit: str) -> Input | None:

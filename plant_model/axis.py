@@ -7,7 +7,8 @@ import math
 from plant_model.machine import Axis
 
 MOST_ALLOWANCE = 1e15
-"""Increments that any step allows at most: farther than any axis goes, and a whole number still."""
+"""Increments that any step allows at most: farther than any axis goes, and given by
+arithmetic a whole number still."""
 
 
 class AxisOffset:

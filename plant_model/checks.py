@@ -20,22 +20,24 @@ from plant_model.warm_up import RUNNING_H, warm_up
 CELL = re.compile(r"^(shaft|housing)_\d+(_(xp|yp|xm|ym|a[\d_]+))?$")
 
 HOT, WARM_BEARING = 120.0, 90.0
-"""No part of a spindle is meant to be warmer, no bearing to run warmer [degC]."""
+"""No part of a spindle is meant to be warmer, no bearing to run warmer [degC]: set on no data."""
 
 STILL = 0.2
-"""A heated part that warms by less at full speed hardly takes part [K]."""
+"""A heated part that warms by less at full speed hardly takes part [K]: set on no data."""
 
 SLOWEST_H = 30.0
-"""No part of a machine tool takes longer to follow what is around it [h]."""
+"""No part of a machine tool takes longer to follow what is around it [h]: set on no data."""
 
 MOST_DRIFT, LEAST_DRIFT = 500.0, 1.0
-"""Drift of the nose at full speed beyond these looks wrong [um]."""
+"""Drift of the nose at full speed beyond these looks wrong [um]: set on no data."""
 
 MISSED_K = 12.0
-"""A bearing that runs further from where a class has its viscosity has the wrong friction [K]."""
+"""A bearing that runs further from where a class has its viscosity has the wrong friction [K]: set
+on no data."""
 
 NEAR = 0.3
-"""A part is seen beside a thermometer if it has this share of its conductance to it [1]."""
+"""A part is seen beside a thermometer if it has this share of its conductance to it [1]: set on no
+data."""
 
 TURNING = ("inner", "rotor")
 

@@ -20,7 +20,8 @@ from plant_model.warm_up import warm_up
 
 FINER = (0.5, 1.0, 2.0, 3.0)
 AROUND = 12
-"""Sectors with which those of the page are compared, where it has fewer."""
+"""How many times the page's cells are tried [1], and sectors with which its own are compared, where
+it has fewer: set on no data."""
 
 
 @dataclass(frozen=True)

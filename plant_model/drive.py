@@ -15,10 +15,12 @@ if TYPE_CHECKING:
     import pandas as pd
 
 SWITCH = 0.01
-"""A change of a held input by more than this share of its range is an instant of the grid."""
+"""A change of a held input by more than this share of its range is an instant of the grid [1]:
+set on no data."""
 
 MOST_LEVELS = 200
-"""More levels than this of an input that conductances depend on are rounded onto so many."""
+"""More levels than this of an input that conductances depend on are rounded onto so many: set
+on no data."""
 
 
 class DriveError(ValueError):

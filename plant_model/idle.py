@@ -11,10 +11,11 @@ from plant_model.machine import Input, Machine
 from plant_model.simulate import Simulation, simulate
 
 STILL_UM = 0.02
-"""An axis that goes less far than this in all that is tried is moved by nothing [um]."""
+"""An axis that goes less far than this in all that is tried is moved by nothing [um]: set on no
+data."""
 
 WARMER_K = 5.0
-"""By how much the air and the coolant are warmer in the second trial [K]."""
+"""By how much the air and the coolant are warmer in the second trial [K]: set on no data."""
 
 FOUND_BY_UNIT = ("rpm", "Nm")
 """Effects find the spindle's speed and its torque by the unit; a torque waits for them."""

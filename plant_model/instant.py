@@ -12,12 +12,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from measurement.units import RAD_PER_URAD, UM_PER_MM
 from plant_model.effects import Effect
 from plant_model.effects.base import POSE
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
-from plant_model.structure import UM_PER_MM, URAD
 
 Drift = tuple[float, float, float]
 NOWHERE = slice(0, 0)
@@ -129,7 +129,7 @@ def drift_of(pose: Sequence[float], length_mm: float) -> Drift:
     """Return what `structure.drift_at` returns, for one pose and one length [um]."""
     x, y, elongation, yaw, pitch, strain = pose
     lever = length_mm * UM_PER_MM
-    tan_yaw, tan_pitch = math.tan(yaw * URAD), math.tan(pitch * URAD)
+    tan_yaw, tan_pitch = math.tan(yaw * RAD_PER_URAD), math.tan(pitch * RAD_PER_URAD)
     tilt_squared = tan_yaw**2 + tan_pitch**2
     secant = math.sqrt(1.0 + tilt_squared)
     shortening = lever * tilt_squared / (secant * (1.0 + secant))

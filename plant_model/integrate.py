@@ -25,16 +25,20 @@ a lathe, in steps of 1 to 120 s: against a tolerance of 1e-6 K, temperatures are
 most, and by 0.026 K where coolant comes to a stop; a thermometer resolves 0.1 K."""
 
 SMALLEST_SPLIT, SMALLEST_S = 2.0**-15, 5e-4
-"""Error control goes down to this part of a step, or to this length [s], whichever is less."""
+"""Error control goes down to this part of a step, or to this length [s], whichever is less:
+set on no data."""
 
 MOST_PARTS = 100_000
-"""Parts of a step: one of weeks in which something keeps switching is refused, not endless."""
+"""Parts of a step: one of weeks in which something keeps switching is refused, not endless: set on
+no data."""
 
 ROUNDING = 1e-6
-"""Less of a part than this is no part: lengths are sums, counts are whole."""
+"""Less of a part than this is no part: lengths are sums, counts are whole. It is
+given by arithmetic: far above the last digits, far below any part."""
 
 KEPT = 64
-"""How many of what is worth keeping are kept at once: weights of steps, levels of conductances."""
+"""How many of what is worth keeping are kept at once: weights of steps, levels of conductances.
+Set on no data."""
 
 Forcing = Callable[[FloatArray, FloatArray], FloatArray]
 """Of the fraction of each run's step (0..1), shape (runs,), and the state in modes, shape (sets,

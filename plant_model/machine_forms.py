@@ -16,7 +16,7 @@ SignalUnit = Literal["degC", "rpm", "mm_min", "Nm", "W", "lpm"]
 Number = Annotated[float, Field(allow_inf_nan=False)]
 
 MOST_NODES = 500
-"""Lumps that a machine file may have."""
+"""Lumps that a machine file may have: set on no data."""
 
 
 class Form(BaseModel):

@@ -14,10 +14,10 @@ import numpy.typing as npt
 
 from plant_model.parameters import FloatArray
 
-GAMMA = 0x9E3779B97F4A7C15
-WORD = 2**64 - 1
+GAMMA, WORD = 0x9E3779B97F4A7C15, 2**64 - 1
+"""What is added each time, in words of 64 bits: given by SplitMix64."""
 LARGEST_SEED = 2**31 - 1
-"""What an FMI Integer holds."""
+"""What an Integer holds, given by FMI."""
 
 
 def _mixed(z: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 
 ROOM_DEGC = 20.0
-"""The standard reference temperature, ISO 1 [degC]."""
+"""The standard reference temperature, given by ISO 1 [degC]."""
 
 NUMBERS = "numbers."
 """What the full names of named numbers begin with."""

@@ -19,7 +19,8 @@ from plant_model.network import Network, effects_in_force
 from plant_model.parameters import FloatArray, Values
 
 ISOLATED = 1e-9
-"""A part that exchanges nothing stands at the first boundary: by so much to it [W/K]."""
+"""A part that exchanges nothing stands at the first boundary: by so much to it [W/K], given by
+arithmetic: far above the last digits, far below any exchange."""
 
 
 def at_rest(entry: Input) -> float:

@@ -20,7 +20,8 @@ from plant_model.structure import drift_at, pose
 from plant_model.trajectory import shared_trajectories
 
 CHUNK_NUMBERS = 20_000_000
-"""Numbers of node temperatures kept at once; more parameter sets are simulated in turns."""
+"""Numbers of node temperatures kept at once; more parameter sets are simulated in turns:
+set on no data."""
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from measurement.units import RAD_PER_URAD, UM_PER_MM
 from plant_model.effects import Effect
 from plant_model.effects.base import NONE, POSE, Inputs
 from plant_model.parameters import FloatArray
-
-URAD = 1e-6
-UM_PER_MM = 1e3
 
 
 def pose(
@@ -62,7 +60,7 @@ def drift_at(pose_now: FloatArray, length_mm: float | FloatArray) -> FloatArray:
     """
     x, y, elongation, yaw, pitch, strain = (pose_now[..., i] for i in range(6))
     lever = length_mm * UM_PER_MM
-    tan_yaw, tan_pitch = np.tan(yaw * URAD), np.tan(pitch * URAD)
+    tan_yaw, tan_pitch = np.tan(yaw * RAD_PER_URAD), np.tan(pitch * RAD_PER_URAD)
     # 1 - cos of the whole tilt, in a form that does not cancel at small angles.
     tilt_squared = tan_yaw**2 + tan_pitch**2
     secant = np.sqrt(1.0 + tilt_squared)

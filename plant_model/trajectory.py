@@ -19,9 +19,6 @@ from plant_model.parameters import NUMBERS, FloatArray, Values
 from plant_model.rest import RestingParts
 from plant_model.side_by_side import Track, side_by_side
 
-MATRIX_NUMBERS = 4_000_000
-"""Conductances kept at once; those of more levels of the inputs are computed in turns."""
-
 Level = tuple[float, ...]
 """Values of the inputs that conductances use."""
 
@@ -30,7 +27,8 @@ Stretch = tuple[LevelStepper, slice]
 
 FINE_S = 30.0
 """Longest step over which heat that is known ahead runs along a line, and of a co-simulation with a
-measured run [s]: a chiller switches every few minutes."""
+measured run [s]: a chiller switches every few minutes. Set on
+no data."""
 
 NOT_WARMING = ("structure.", NUMBERS)
 """How parameters begin that no temperature depends on; a page's number acts by what is tied to it.
@@ -182,7 +180,9 @@ def trajectories(
         [tuple(one[a].tolist()) for a in ends[:-1]]
         for one, ends in zip(levels, bounds, strict=True)
     ]
-    known = _steppers(machine, network, list(dict.fromkeys(key for run in keys for key in run)))
+    needed = list(dict.fromkeys(key for run in keys for key in run))
+    matrices = conductances_at(machine, network, needed)
+    known = {key: LevelStepper(network, *matrices[key]) for key in needed}
     found, tracks = [], []
     nodes = network.node_count
     for i, (drive, start) in enumerate(zip(drives, starts, strict=True)):
@@ -242,18 +242,6 @@ def _bounds(levels: FloatArray) -> list[int]:
     """Return the steps at which a level begins, and the number of steps."""
     changes = np.flatnonzero(np.any(np.diff(levels, axis=0) != 0.0, axis=1)) + 1
     return [0, *changes.tolist(), len(levels)]
-
-
-def _steppers(
-    machine: Machine, network: Network, keys: Sequence[Level]
-) -> dict[Level, LevelStepper]:
-    """Return the stepper of every level."""
-    at_once = max(1, MATRIX_NUMBERS // (network.sets * network.node_count**2))
-    found: dict[Level, LevelStepper] = {}
-    for k in range(0, len(keys), at_once):
-        some = conductances_at(machine, network, keys[k : k + at_once])
-        found |= {key: LevelStepper(network, *matrices) for key, matrices in some.items()}
-    return found
 
 
 def _at_begin(drive: Drive) -> dict[str, FloatArray]:

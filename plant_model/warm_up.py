@@ -10,7 +10,9 @@ from plant_model.parameters import ROOM_DEGC
 from plant_model.rest import at_rest
 
 RUNNING_H, STOPPED_H = 6.0, 2.0
+"""How long it runs and stands [h]: set on no data."""
 AVERAGE_FEED = 0.25
+"""Share of an axis' highest feed, as it moves on average at most [1]: set on no data."""
 
 
 def held_at(entry: Input) -> float:

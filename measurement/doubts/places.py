@@ -18,7 +18,8 @@ from measurement.resampling import FINEST_K, LAG_S, WRONG, FloatArray
 from measurement.runs import Run
 
 SHARED_DEGREES = 4.0
-"""The scatter of all thermometers counts as much as so many runs of each [1]: a judgement."""
+"""The scatter of all thermometers counts as much as so many runs of each [1]: set on no
+data."""
 
 
 def swapped(runs: Sequence[Run]) -> list[tuple[str, str]]:

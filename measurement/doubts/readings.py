@@ -42,7 +42,8 @@ then widened: two machines are few."""
 HALL_C = Usual(21.0, 7.0)
 """The coolest a log's thermometers are: a hall [degC], with its standard deviation [K]."""
 APART_K = 2.0
-"""Mean deviation of a thermometer's coolest reading from that of the others [K]; on the lathe."""
+"""Mean deviation of a thermometer's coolest reading from that of the others [K]: set on the
+lathe's runs."""
 ASTRAY_PER_K = WRONG / 100.0
 """Density of a thermometer whose level is wrong [1/K]: one in a hundred, anywhere in 100 K."""
 

@@ -15,10 +15,10 @@ EXPLAINED = 0.7
 """A run whose sign is flipped has this share of it explained by the others once turned round, and a
 growth that has a sign by the warming [1].
 
-On 30 measured runs of a lathe with two displacements this doubts none of the 60 as they are, and
-exactly the one that was turned round in 29 of 60 cases; see the tests of this module."""
+Set on 30 measured runs of a lathe with two displacements: this doubts none of the 60 as they are,
+and exactly the one that was turned round in 29 of 60 cases; see the tests of this module."""
 DAMPING_K = 1.0
-"""Of the regression: rises of less than this count little [K]."""
+"""Of the regression: rises of less than this count little [K]: set on no data."""
 _GROWTH = re.compile(r"growth|elong|axial|dehnung|laengung|wachstum", re.IGNORECASE)
 
 

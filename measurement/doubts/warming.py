@@ -10,9 +10,10 @@ from measurement.resampling import FloatArray
 from measurement.runs import Run
 
 WARMS_K = 3.0
-"""Less warming than this says nothing of a machine [K]."""
+"""Less warming than this says nothing of a machine [K]: set on no data."""
 FEWEST_RUNS = 3
-"""From so many runs on the others say what is usual: one against one is no majority."""
+"""From so many runs on the others say what is usual, given by arithmetic: one against one is
+no majority."""
 
 
 def rises(run: Run, names: Sequence[str]) -> FloatArray:

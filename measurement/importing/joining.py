@@ -16,7 +16,7 @@ from measurement.importing.tables import Table
 from measurement.runs import TIME
 
 SAME_S = 1e-3
-"""Rows of two tables within this time are one row [s]."""
+"""Rows of two tables within this time are one row [s]: set on no data."""
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from measurement.importing.stamps import seconds_of_date
 BEGIN = "LabVIEW Measurement"
 END = re.compile(r"^\*\*\*End_of_Header\*\*\*.*\n", re.MULTILINE)
 SINCE_1904_S = 2_082_844_800.0
-"""From LabVIEW's zero of time to 1970 [s]."""
+"""From LabVIEW's zero of time to 1970 [s], given by arithmetic."""
 CLOCK_NAME, COMMENT = "X_Value", "Comment"
 Facts = dict[str, list[str]]
 

@@ -21,7 +21,8 @@ from measurement.warm import WARM_START
 
 FEWEST_ROWS = 3
 MOVES_K = 1.0
-"""A run in which no thermometer rises by this much over the others has warmed nothing [K]."""
+"""A run in which no thermometer rises by this much over the others has warmed nothing [K], and one
+of fewer rows is none: set on no data."""
 
 
 @dataclass(frozen=True)

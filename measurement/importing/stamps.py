@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from measurement.importing.sheets import Cell
 
 DAY_S = 86400.0
+"""[s], given by arithmetic."""
 _OF_DAY = re.compile(
     r"(?:(?P<d>\d+)\s*d\s*)?(?P<h>\d{1,3}):(?P<m>\d{2})(?::(?P<s>\d{2})(?:[.,:](?P<part>\d+))?)?"
     r"\s*(?P<half>[AaPp][Mm])?"

@@ -15,7 +15,7 @@ SEPARATORS = (";", "\t", "|", ",")
 ONE_COLUMN = "\0"
 """What separates the cells of one column: nothing that a text holds."""
 HEAD_LINES = 400
-"""Among so many lines the header and the separator are looked for."""
+"""Among so many lines the header and the separator are looked for: set on no data."""
 _DECIMAL_COMMA = re.compile(r"\s*[+-]? *\d+,\d+(?:[eE][+-]?\d+)?\s*")
 _DECIMAL_POINT = re.compile(r"\s*[+-]? *\d*\.\d+(?:[eE][+-]?\d+)?\s*")
 _ONE_NUMBER = re.compile(r"\s*[+-]? *\d+(?:[.,]\d*)?(?:[eE][+-]?\d+)?\s*")

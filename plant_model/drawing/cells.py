@@ -8,7 +8,7 @@ from itertools import pairwise
 from math import ceil
 
 CLOSEST = 1.0
-"""A thermometer nearer than this to a cut is read by the cell beside it [mm]."""
+"""A thermometer nearer than this to a cut is read by the cell beside it [mm]: set on no data."""
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 from plant_model.drawing.lubricant import GRADES, viscosity
 
 WARM = 22.0
-"""Temperature that the table holds for [degC]."""
+"""Temperature [degC], given by the table below: it holds there."""
 
 GLYCOL = {
     0: (997.9, 4182.2, 0.6016, 0.9543),

@@ -11,7 +11,7 @@ AIR = {"conductivity": 0.026, "viscosity": 1.56e-5, "prandtl": 0.71, "expansion"
 """Air at 22 degC: [W/(m K)], [m2/s], [1], [1/K]."""
 
 USUAL_RISE = 5.0
-"""Surface over air at which a constant film is taken [K]."""
+"""Surface over air at which a constant film is taken [K]: set on no data."""
 
 
 def channel_film(fluid: Coolant, flow_lpm: float, width_mm: float, depth_mm: float) -> float:

@@ -11,13 +11,14 @@ from plant_model.drawing.known import Known
 from plant_model.drawing.layout import Drawing, Seat
 
 LOOSE = 0.05
-"""A ring whose diameter differs from its seat by more than this share does not sit on it [1]."""
+"""A ring whose diameter differs from its seat by more than this share does not sit on it [1]: set
+on no data."""
 
 LIGHT, HEAVY = 20.0, 1500.0
-"""Mass over surface of castings and plates [kg/m2]."""
+"""Mass over surface of castings and plates [kg/m2]: set on no data."""
 
 FAST = 2.5e6
-"""Speed times mean diameter beyond which no rolling bearing runs [mm/min]."""
+"""Speed times mean diameter beyond which no rolling bearing runs [mm/min]: set on no data."""
 
 
 CHECK = re.compile(r"#\s*CHECK\b")

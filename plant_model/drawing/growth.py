@@ -13,9 +13,11 @@ from plant_model.drawing.mesh import Sector
 from plant_model.drawing.sheet import Sheet
 
 NO_LENGTH = 1e-9
+"""What rounding may leave of a length, given by arithmetic [mm]."""
 
 UNEVEN = 0.25
-"""How far the growth of a carrier may be from that of a part as warm as its lump [1]."""
+"""How far the growth of a carrier may be from that of a part as warm as its lump [1]: set on no
+data."""
 
 MOVES = {"x": "x", "y": "y", "z": "elongation"}
 """What a length along an axis moves, as a machine file calls it."""

@@ -15,10 +15,10 @@ from plant_model.drawing.sheet import Sheet
 from plant_model.drawing.spindle import add_gap
 
 USUAL_DIAMETER = 70.0
-"""Mean diameter of the bearings that class values are for [mm]."""
+"""Mean diameter of the bearings that class values are for [mm], given by what their sources say."""
 
 INNER_MASS = 0.5
-"""Inner ring with half of the rolling elements, of a bearing's mass [1]."""
+"""Inner ring with half of the rolling elements, of a bearing's mass [1]: set on no data."""
 
 
 def add_heat(sheet: Sheet) -> None:

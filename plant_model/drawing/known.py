@@ -11,7 +11,8 @@ CLASS = "class value: "
 """What the source of a number begins with that the page leaves out."""
 
 BY_DATA_SHEET = 0.15
-"""Half range of a number that a data sheet or a plate gives, relative to it [1]."""
+"""Half range of a number that a data sheet or a plate gives, relative to it [1]: set on no
+data."""
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ from plant_model.drawing.known import Known
 from plant_model.drawing.materials import MATERIALS, Material
 
 TOUCH = 0.01
-"""Stretches whose ends are nearer than this touch [mm]."""
+"""Stretches whose ends are nearer than this touch [mm]: set on no data."""
 
 ENCLOSURE = "enclosure"
 

@@ -6,10 +6,10 @@ from functools import cache
 from math import log10
 
 GRADES = (10, 15, 22, 32, 46, 68, 100, 150, 220, 320)
-"""ISO 3448: kinematic viscosity at 40 degC [mm2/s]."""
+"""Kinematic viscosity at 40 degC, given by ISO 3448 [mm2/s]."""
 
 USUAL_INDEX = 95.0
-"""Viscosity index of a mineral spindle oil [1]."""
+"""Viscosity index of a mineral spindle oil [1]: set on no data."""
 
 
 @cache

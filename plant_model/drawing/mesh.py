@@ -14,6 +14,8 @@ NAMED = {0.0: "xp", 90.0: "yp", 180.0: "xm", 270.0: "ym"}
 
 
 SECTORS = (4, 8, 12, 16)
+"""Of the housing, given by the four axes, each of which is the middle of one; set on no data where
+they end."""
 
 
 def fewest_sectors(form: PageForm) -> int:

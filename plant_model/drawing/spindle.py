@@ -16,10 +16,11 @@ from plant_model.drawing.mesh import Sector
 from plant_model.drawing.sheet import Sheet
 
 BLOWN = 5.0
-"""Sealing air and draughts move air past the nose at rest no faster than this [m/s]."""
+"""Sealing air and draughts move air past the nose at rest no faster than this [m/s]: set on
+no data."""
 
 LARGEST_GAP = 15.0
-"""The gap law is for narrow gaps; a wider one counts as this [mm]."""
+"""The gap law is for narrow gaps; a wider one counts as this [mm]: set on no data."""
 
 
 def add_spindle(sheet: Sheet) -> None:

@@ -11,8 +11,8 @@ from plant_model.exchange import Exchange, exchange
 from plant_model.item_forms import ItemSpec, NumberSpec
 from plant_model.parameters import FloatArray
 
-AIR_CONDUCTIVITY = 0.026  # W/(m K) at 25 degC
-AIR_VISCOSITY = 16e-6  # m2/s, the studies' value
+AIR_CONDUCTIVITY, AIR_VISCOSITY = 0.026, 16e-6
+"""Of air at 25 degC, given by the studies [W/(m K), m2/s]."""
 
 
 def gap_nusselt(taylor: FloatArray) -> FloatArray:

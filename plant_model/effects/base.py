@@ -29,7 +29,8 @@ the growth of the tool per length [um/mm]."""
 
 
 ROUND = (-180.0, -135.0, -90.0, -45.0, 0.0, 45.0, 90.0, 135.0)
-"""Directions [deg] at which the gap finder tries an effect that has one."""
+"""Directions [deg] at which the gap finder tries an effect that has one, given by
+arithmetic: every eighth of a turn."""
 
 
 class Effect:
@@ -450,7 +451,8 @@ class Effect:
 
 TIMES_USUAL = 10.0
 """How many times its usual range an amplitude or a number of a law may reach where physics sets no
-other limit [1]: far enough that the prior of its size decides."""
+other limit [1]: far enough that the prior of its size decides. Set on no
+data."""
 
 
 def possible(effect: type[Effect], parameter: str) -> tuple[float, float]:

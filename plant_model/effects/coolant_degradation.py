@@ -9,7 +9,7 @@ from plant_model.effects.coolant_jacket import flows_of
 from plant_model.parameters import FloatArray, Parameter
 
 FILM_EXPONENT = 0.8
-"""Power of the flow with which a turbulent film goes [1]."""
+"""Power of the flow with which a turbulent film goes [1], given by Dittus and Boelter's law."""
 
 
 class CoolantDegradation(Effect):

@@ -6,8 +6,10 @@ from plant_model.effects.base import Effect, Inputs
 from plant_model.effects.surface_convection import held_by_film
 from plant_model.parameters import ROOM_DEGC, FloatArray, Parameter
 
-STEFAN_BOLTZMANN = 5.670374419e-8  # W/(m2 K4), CODATA 2018
+STEFAN_BOLTZMANN = 5.670374419e-8
+"""As given by CODATA 2018 [W/(m2 K4)]."""
 KELVIN = 273.15
+"""0 degC, given by the SI [K]."""
 
 
 class Radiation(Effect):

@@ -15,7 +15,9 @@ NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 Name = Annotated[str, Field(min_length=1, max_length=60)]
 Number = Annotated[float, Field(allow_inf_nan=False)]
 MOST_ELEMENTS = 40_000
-LINE_GAP_MM = 0.05  # edges closer than that are a slip of the pen
+"""More would take too long: set on no data."""
+LINE_GAP_MM = 0.05
+"""Edges closer than that are a slip of the pen [mm]: set on no data."""
 
 
 class _Table(BaseModel):

@@ -7,14 +7,14 @@ from scipy.constants import g
 
 from studies.finite_elements.description import Bearings
 
-AIR_CONDUCTIVITY = 0.026  # W/(m K)
-AIR_VISCOSITY = 16e-6  # m2/s
-AIR_PRANDTL = 0.701
+AIR_CONDUCTIVITY, AIR_VISCOSITY, AIR_PRANDTL, MEAN_KELVIN = 0.026, 16e-6, 0.701, 298.0
+"""Of air, and its temperature, given by the study [W/(m K), m2/s, 1, K]."""
 USUAL_RISE = 5.0
-"""Temperature rise of a spindle's surface that natural convection is linearised at [K]."""
-MEAN_KELVIN = 298.0
+"""Temperature rise of a spindle's surface that natural convection is linearised at [K]: set on no
+data."""
 RADIATION = 5.0
-"""Radiation of a painted surface near room temperature [W/(m2 K)]; VDI Heat Atlas, part K."""
+"""Radiation of a painted surface near room temperature [W/(m2 K)], given by the VDI Heat Atlas,
+part K."""
 
 
 def turning_film(speed: float, diameter_m: float) -> float:

@@ -16,10 +16,13 @@ from studies.finite_elements.mesh import Array
 from studies.finite_elements.spindle import FiniteElementSpindle
 
 SLOW_MODES = 2
-"""Slowest modes taken from each of the sampled speeds; the rest follows within seconds."""
+"""Slowest modes taken from each of the sampled speeds; the rest follows within seconds. Set on no
+data."""
 SHIFTS_S = (40.0, 300.0)
-"""Responses to a step of each source after about these times complete the steady ones [s]."""
-NEGLIGIBLE = 1e-6  # of the largest direction's energy: for rounding only
+"""Responses to a step of each source after about these times complete the steady ones [s]: set on
+no data."""
+NEGLIGIBLE = 1e-6
+"""Of the largest direction's energy, given by arithmetic: below it is rounding [1]."""
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from studies.finite_elements.heat import HeatModel
 from studies.finite_elements.mesh import Array, build_mesh
 
 GAMMA = 1.0 - 0.5**0.5
+"""Of the two-stage scheme of second order, given by its L-stability [1]."""
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,8 @@ from studies.fit.arx import step_counts, usual_step
 
 MOST_DIFFERENCES = 2
 """A judgement, set on no data: each difference amplifies a sensor's noise."""
-SIGNIFICANCE = 0.05  # of the ADF test, as is usual
+SIGNIFICANCE = 0.05
+"""Of the ADF test, as is usual: set on no data [1]."""
 LARGEST_ORDER = 3
 """Of p and of q, which the option ``order`` may lower: a judgement, set on no data. The study's own
 are lost from its text."""

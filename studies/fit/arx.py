@@ -27,15 +27,18 @@ from studies.fit.by_run import (
 )
 
 MEMORIES_S = (0.0, 600.0, 1800.0, 3600.0, 7200.0, 14_400.0)
-"""Time constants of the pole to choose from [s]; 0 is a map without memory."""
+"""Time constants of the pole to choose from [s]; 0 is a map without memory. Set on no
+data."""
 THIN_TO = 120
-"""Rows of a run that the pole is chosen by: neighbours in a drift of hours say the same."""
+"""Rows of a run that the pole is chosen by: neighbours in a drift of hours say the same. Set
+on no data."""
 SHORTEST_STEP_S = 10.0
 """A judgement, set on no data: a drift of hours hardly moves in less [s]."""
 ESTIMATORS = ("simulation", "prediction", "armax")
 LAGS = (0, 1, "choose")
 MOST_MOVING, ARMAX_ROUNDS = 2, 10
-"""Moving-average orders that are tried, and rounds in which their residuals settle."""
+"""Moving-average orders that are tried, and rounds in which their residuals settle. Set on
+no data."""
 
 
 class AutoregressiveExogenous(FittedModel):

@@ -9,11 +9,12 @@ import numpy as np
 
 from fmu_compensator.fit.error_models.base import Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown
+from studies.fit import thermal_states
 from studies.fit.evidence import SAMPLES_PER_RUN, posterior
 from studies.fit.lagged import blocks_of, start_range
 from studies.fit.thermal_states import ThermalStates, checked_lags
 
-LAGS_S = ((2400.0,), (600.0, 2400.0, 9600.0))
+LAGS_S = thermal_states.LAGS_S[::2]
 """Sets of time constants, of which the evidence takes one [s]."""
 
 

@@ -19,14 +19,15 @@ from fmu_compensator.fit.training import Array
 
 FEWEST_TO_LEAVE_OUT, FEWEST_TO_DISTRUST = 3, 4
 """Runs of which one can be left out to choose by, and of which one can be told to be the odd one
-[1]."""
+[1], given by arithmetic: two are left in the one case, and a majority in the other."""
 ROUNDS = 3
-"""Of trust in the runs and solution in turn [1]."""
+"""Of trust in the runs and solution in turn [1]: set on no data."""
 RIDGE = 1e-6
-"""Weight of squared coefficients, of the mean of the diagonal: for rounding only [1]."""
+"""Weight of squared coefficients, of the mean of the diagonal, given by arithmetic: for rounding
+only [1]."""
 FAINTEST = 1e-7
 """A direction in which all runs together are fainter than this, at unit size of the features, is
-left out: the smallest penalty in use is a hundred times stronger there [1]."""
+left out: the smallest penalty in use is a hundred times stronger there, and given by that [1]."""
 
 
 @dataclass(frozen=True)

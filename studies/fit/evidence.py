@@ -12,7 +12,8 @@ from studies.fit.by_run import FEWEST_TO_DISTRUST, ROUNDS
 
 SAMPLES_PER_RUN = 4.0
 """Rows of one run are alike: heating up, settling, cooling down and one more are what it tells [1].
-With one count a row the posterior would be sure of everything that one day showed."""
+With one count a row the posterior would be sure of everything that one day showed. Set on no
+data."""
 RATIOS = np.logspace(-4.0, 6.0, 61)
 """Ratios of noise to prior variance that are tried [K^2]."""
 

@@ -20,9 +20,10 @@ from studies.finite_elements.reduce import ReducedRegime, ReducedSpindle
 from studies.fit.lagged import held_speed, thinned
 
 SPEEDS = (0.0, 0.06, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)
-"""Speeds of the regimes, as shares of the highest speed in training [1]."""
+"""Speeds of the regimes, as shares of the highest speed in training [1]: set on no data."""
 THIN_S = 120.0
-"""Rows closer together say the same; they are thinned to this for fitting [s]."""
+"""Rows closer together say the same; they are thinned to this for fitting [s]: set on no
+data."""
 PRIOR = np.array([0.4, 0.5, 0.2])
 """What is believed of the logarithms of film, jacket and capacity factors: standard deviations."""
 FARTHEST = np.log(4.0)

@@ -30,15 +30,19 @@ Rows = NDArray[np.bool_]
 FEWEST_NODES, MOST_NODES = 3, 15
 """Around the study's 10: a judgement, set on no data."""
 TRIAL_ITERATIONS = 15
-"""What a number of hidden nodes is worth shows after so many iterations of training."""
+"""What a number of hidden nodes is worth shows after so many iterations of training: set on
+no data."""
 SIZE_SETTINGS = GeneticSettings(population=8, generations=4)
 """A judgement, set on no data: there are thirteen sizes."""
-WIDEST = 3.0  # weights and thresholds of the first generation stay within plus and minus this
+WIDEST = 3.0
+"""Weights and thresholds of the first generation stay within plus and minus this [1]: a judgement,
+set on no data."""
 ROWS_FOR_FITNESS = 250
 """For time; a judgement, set on no data."""
 JUDGES = ("left_out", "training")
 FOLDS, STRETCHES = 3, 6
-"""With fewer runs than folds each run is cut into so many stretches of time, which take turns."""
+"""With fewer runs than folds each run is cut into so many stretches of time, which take turns.
+Set on no data."""
 
 
 class GeneticBackPropagation(BackPropagation):

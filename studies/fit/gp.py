@@ -17,9 +17,10 @@ from studies.fit.lagged import THIN_S, lagged, thinned
 from studies.fit.thermal_states import LAGS_S
 
 LENGTHS = (0.5, 1.0, 2.0)
-"""Lengths of the Gaussian kernel that are tried, of the median distance of two samples [1]."""
+"""Lengths of the Gaussian kernel that are tried, of the median distance of two samples [1]: set on
+no data."""
 BUMPS = (0.0, 0.3, 1.0, 3.0)
-"""Sizes of the bumps beside the plane that are tried [1]."""
+"""Sizes of the bumps beside the plane that are tried [1]: set on no data."""
 
 
 class GaussianProcess(FittedModel):

@@ -14,9 +14,11 @@ from studies.fit.by_run import Block
 from studies.runtime.thermal_states import SPEED_UNIT
 
 THIN_S = 300.0
-"""Rows closer together say the same; they are thinned to this for fitting [s]."""
+"""Rows closer together say the same; they are thinned to this for fitting [s]: set on no
+data."""
 START_MARGIN, SMALLEST_START_MARGIN_K = 0.5, 2.0
-"""By how much the range of levels at the start is widened: share of it [1], at least [K]."""
+"""By how much the range of levels at the start is widened: share of it [1], at least [K]: set on
+no data."""
 
 
 def features(

@@ -19,9 +19,10 @@ SHORTEST_TAU_S, LONGEST_TAU_S = 60.0, 36_000.0
 """A minute to ten hours: a judgement, set on no data [s]."""
 RATIOS = (0.5, 1.0, 2.0)
 """Of the time constant at standstill to the one while turning: air no longer stirred cools less, a
-coolant that runs on cools as before."""
+coolant that runs on cools as before. Set on no data."""
 STEADY = ("fitted", "fem")
-ROOM_DEGC = 20.0  # the standard reference temperature, ISO 1
+ROOM_DEGC = 20.0
+"""The standard reference temperature, given by ISO 1 [degC]."""
 TAU_OF = ("mass_kg", "specific_heat", "film", "surface_m2")
 
 

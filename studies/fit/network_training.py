@@ -10,7 +10,7 @@ import numpy as np
 from fmu_compensator.fit.training import Array
 
 FIRST_MU, MU_DOWN, MU_UP, LARGEST_MU = 1e-3, 0.1, 10.0, 1e10
-"""Of the damping: those of the widely used ``trainlm``."""
+"""Of the damping: given by the widely used ``trainlm``."""
 
 
 @dataclass(frozen=True)

@@ -17,15 +17,19 @@ from studies.fit.by_run import FEWEST_TO_LEAVE_OUT, NormalEquations, Solution
 from studies.fit.lagged import blocks_of, features, start_range
 
 LAGS_S = ((2400.0,), (600.0, 2400.0), (600.0, 2400.0, 9600.0))
-"""Each set holds the one before: the average of all needs no more lags than the last [s]."""
+"""Each set holds the one before: the average of all needs no more lags than the last [s]. Set on
+no data."""
 PENALTIES = (1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
 WALKS = (0.0, 0.5, 2.0)
-"""Averaged by runs left out: penalties, random walk over noise after an hour [1]."""
+"""Averaged by runs left out: penalties, random walk over noise after an hour [1]: set on no
+data."""
 REFERENCED = (False, True)
 WORTH = 0.1
-"""A candidate that is off by 10 % more on runs left out counts 1/e in the average [1]."""
+"""A candidate that is off by 10 % more on runs left out counts 1/e in the average [1]: set on
+no data."""
 FEWEST_SHARE = 0.01
-"""A candidate that counts less than this, beside the best, is left out of the average [1]."""
+"""A candidate that counts less than this, beside the best, is left out of the average [1]: set on
+no data."""
 _Choices = tuple[
     tuple[tuple[float, ...], ...],
     tuple[bool, ...],

@@ -28,7 +28,8 @@ WITHOUT_SPEED = ("mlr", "arx", "bp")
 SETTLE_S, BLEND_S, MEMORY_S = 3600.0, 600.0, 3600.0
 """How long a change of speed counts, in which time weights pass over, and how long an error is
 remembered [s]: a judgement, set on no data."""
-MOST_FOLDS = 3  # for time: each trains every part anew
+MOST_FOLDS = 3
+"""For time, since each trains every part anew: set on no data."""
 
 
 class VectorAngleCosine(FittedModel):

@@ -10,7 +10,8 @@ from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields
 from fmu_compensator.runtime.lags import checked_state, known_speed, matrices_by_lag, share, taus
 
-SPEED_UNIT = 1000.0  # [rpm]
+SPEED_UNIT = 1000.0
+"""Of the speeds in the compensator file, given by its form [rpm]."""
 
 
 class ThermalStates(ErrorModel):
