@@ -212,24 +212,6 @@ class Network:
             rates[..., part] = effect.rate(inputs, temperatures, states[..., part])
         return out, rates
 
-    def one_way_outflow(self, temperatures: FloatArray) -> FloatArray:
-        """Return the heat that series flows take out of their nodes [W], from (times, nodes).
-
-        Parameters
-        ----------
-        temperatures : array, shape (times, nodes)
-            Of the first parameter set [degC].
-
-        Returns
-        -------
-        array, shape (times,)
-            [W]
-        """
-        out = np.zeros(temperatures.shape[0])
-        for entry in self.one_way:
-            out += entry.conductance[0] * temperatures[:, entry.node]
-        return out
-
     def state_slices(self) -> dict[str, slice]:
         """Return where the own states of each effect stand."""
         return self._slices

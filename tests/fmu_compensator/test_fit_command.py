@@ -101,10 +101,7 @@ def test_a_machine_says_which_sensors_count(run_files: list[str], tmp_path: Path
     ("options", "told"),
     [
         (["--points", "T9"], "T9"),
-        (["--created", "soon"], "created"),
         (["--machine", "no_such_machine"], "no_such_machine"),
-        (["--model", "magic"], "magic"),
-        (["--share", "1.5"], "share"),
         (["--option", "hidden=3"], "--model"),
     ],
 )

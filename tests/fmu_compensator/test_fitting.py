@@ -57,7 +57,6 @@ def test_what_is_promised_is_what_runs_left_out_show(rig: FivePointRig, model: s
     driven = drive(parse_model(compensator_text(left), "left"), RUNS[0], RUNS[0], rig, 100.0)
     miss = np.sqrt(np.nanmean((driven.error / driven.half_width) ** 2, axis=0))
     assert figures["unseen"]["by_run"][0]["miss"] == pytest.approx(miss.tolist(), rel=1e-4)
-    assert fit_compensator(RUNS[:2], rig, model)["provenance"]["figures"]["unseen"] is None
 
 
 def test_sampling_does_not_change_what_a_run_counts(direct_rig: DirectRig) -> None:
@@ -118,16 +117,10 @@ def test_a_sensor_that_is_read_rarely_counts_by_straight_lines(rig: FivePointRig
     assert [table["provenance"]["runs"][0]["rows"] for table in tables] == [len(RUNS[0].frame)] * 2
 
 
-@pytest.mark.parametrize("model", ["mlr", "ridge"])
-def test_a_named_sensor_that_is_dead_in_a_run_is_refused(model: str, rig: FivePointRig) -> None:
+def test_a_named_sensor_that_is_dead_in_a_run_is_refused(rig: FivePointRig) -> None:
     runs = [RUNS[0], changed(RUNS[1], T4_degC=0.0), *RUNS[2:]]
     with pytest.raises(BadInput, match="points: T4: has no usable reading in b"):
-        fitted(runs, rig, model, points="T1,T4")
-
-
-def test_a_sensor_that_is_dead_in_a_run_is_not_chosen(rig: FivePointRig) -> None:
-    runs = [RUNS[0], changed(RUNS[1], T4_degC=0.0), *RUNS[2:]]
-    assert "T4" not in fitted(runs, rig, "mlr")["chosen"]
+        fitted(runs, rig, "mlr", points="T1,T4")
 
 
 def test_a_short_warm_up_in_a_long_rest_is_seen(rig: FivePointRig) -> None:

@@ -187,11 +187,6 @@ def test_a_share_may_be_left_out_and_is_between_nothing_and_all(
         assert assert_refused(five_point_table).place == "limits.share"
 
 
-def test_a_refusal_names_the_place_of_a_number(five_point_table: dict[str, Any]) -> None:
-    five_point_table["error_model"]["coefficients"][0][1] = "2"
-    assert assert_refused(five_point_table).place == "error_model.coefficients.0.1"
-
-
 def test_coefficients_must_fit_the_chosen_sensors(five_point_table: dict[str, Any]) -> None:
     five_point_table["chosen"] = ["T1"]
     error = assert_refused(five_point_table)

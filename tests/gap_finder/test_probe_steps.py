@@ -27,8 +27,8 @@ def runs(jig_borer_lumps: Machine) -> list[Run]:
     return runs_of(jig_borer_lumps)
 
 
-@pytest.mark.parametrize("leap", [2.5, -6.0, 20.0])
-@pytest.mark.parametrize("probe", ["S1", "S4", "S5"])
+@pytest.mark.parametrize("leap", [2.5, -20.0])
+@pytest.mark.parametrize("probe", ["S1", "S5"])
 def test_a_slip_is_found_and_put_back(
     probe: str, leap: float, jig_borer_lumps: Machine, runs: list[Run]
 ) -> None:

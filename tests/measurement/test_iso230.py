@@ -105,16 +105,6 @@ def test_which_test_of_the_standard_a_run_is(
     assert (summary.running_period_s is not None) == bool(speed)
 
 
-@pytest.mark.parametrize(("running_h", "stopped_h"), [(3.9, 1.0), (4.0, 0.9)])
-def test_a_run_that_is_too_short_is_not_the_standard_test(
-    running_h: float, stopped_h: float
-) -> None:
-    time = np.arange(0.0, (running_h + stopped_h) * HOUR + 1, 60.0)
-    speed = np.where(time < running_h * HOUR, 6000.0, 0.0)
-    run = Run("r", pd.DataFrame({"time_s": time, "speed_rpm": speed}))
-    assert not summarise(run).is_standard_spindle_test
-
-
 def test_only_what_a_run_has_is_stated() -> None:
     bare = summarise(Run("bare", pd.DataFrame({"time_s": [5.0]})))
     assert (bare.displacements, bare.pose, bare.temperatures, bare.ambient) == (

@@ -10,7 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from measurement.iso230 import summarise
-from measurement.overview import AXIS_COLOURS, draw_overview, png_bytes
+from measurement.overview import draw_overview, png_bytes
 from measurement.rig import FivePointRig, Rig
 from measurement.runs import Run
 
@@ -57,16 +57,6 @@ def test_there_is_a_panel_per_kind_of_signal_that_the_run_has(
     assert [label for label in found if label in expected] == expected
     assert set(found) - set(expected) <= {"feed [mm/min]"}
     assert figure.axes[0].get_figure() is figure
-
-
-def test_one_colour_per_axis() -> None:
-    figure = draw(FULL, RIG)
-    colours = {
-        line.get_label(): line.get_color() for axes in figure.axes for line in axes.get_lines()
-    }
-    assert colours["S1 (near, X)"] == colours["S3 (distal, X)"] == AXIS_COLOURS["X"]
-    assert colours["yaw (XZ)"] == AXIS_COLOURS["X"]
-    assert colours["S5 (axial)"] == AXIS_COLOURS["Z"]
 
 
 def test_no_legend_covers_data() -> None:

@@ -121,6 +121,7 @@ def test_a_senseless_step_is_refused(step: float) -> None:
         run.resampled(1.0, start_s=10.0, end_s=0.0)
 
 
+@pytest.mark.long
 @pytest.mark.real_data
 def test_measured_runs_have_no_holes_at_any_usual_step(lathe_runs: list[Path]) -> None:
     for path in lathe_runs:

@@ -56,7 +56,7 @@ def test_a_known_pose() -> None:
 SIGNS = st.sampled_from([1, -1])
 
 
-@settings(max_examples=200)
+@settings(max_examples=50)
 @given(
     values=st.lists(st.floats(-500, 500), min_size=5, max_size=5),
     spacing=st.floats(5, 500) | st.floats(-500, -5),

@@ -133,13 +133,6 @@ def test_every_mistake_is_named_with_its_place(
     assert refusal(tmp_path / "run.csv", content).startswith(expected)
 
 
-def test_a_folder_and_a_missing_file_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match="is a folder"):
-        read_run(tmp_path)
-    with pytest.raises(BadInput, match="no such file"):
-        read_run(tmp_path / "none.csv")
-
-
 NUMBERS = st.floats(-60, 400) | st.just(math.nan)
 
 
@@ -252,6 +245,7 @@ def test_a_large_file_is_read_by_pandas_and_not_cell_by_cell(
     assert cells
 
 
+@pytest.mark.long
 @pytest.mark.real_data
 def test_every_measured_run_is_read_whole(
     lathe_runs: list[Path], electric_spindle_run: Path

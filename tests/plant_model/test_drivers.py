@@ -16,7 +16,6 @@ from plant_model.effects import catalogue
 from plant_model.effects.base import NONE
 from plant_model.machine import Machine
 from plant_model.machine_file import machine_path, read_machine
-from plant_model.machine_writer import write_machine
 from tests.plant_model.catalogue_machines import bare, change, heat_of, lathe, made, steady
 from tests.plant_model.test_catalogue_readings import hall_step
 
@@ -66,13 +65,6 @@ def test_what_a_driver_does_not_use_is_not_calibrated(jig_borer_lumps: Machine) 
     )
     moved = with_effect(jig_borer_lumps, "column_bending:hall").effects["column_bending:hall"]
     assert [name for name, p in moved.items() if not p.calibrate] == ["carrier_share"]
-
-
-def test_a_driver_is_written_and_read(jig_borer_lumps: Machine, tmp_path: Path) -> None:
-    machine = with_effect(jig_borer_lumps, "thermal_preload:shaft_housing", {"gain": 0.3})
-    write_machine(machine, machine_path("jig_borer_lumps"), tmp_path / "after.toml")
-    again = read_machine(tmp_path / "after.toml")
-    assert again.effects["thermal_preload:shaft_housing"]["gain"].value == 0.3
 
 
 @pytest.mark.parametrize(

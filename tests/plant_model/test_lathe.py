@@ -27,11 +27,6 @@ def warmed(machine: Machine, speed: float, feed: float) -> pd.DataFrame:
     return simulate(machine, pd.DataFrame(columns)).run_frame()
 
 
-def test_references_are_used_and_known(lathe: Machine) -> None:
-    used = {parameter.source for parameter in lathe.parameters.values()}
-    assert set(lathe.references) <= used
-
-
 def test_at_rest_in_a_steady_hall_nothing_happens(lathe: Machine) -> None:
     shown = warmed(lathe, 0.0, 0.0)
     assert np.ptp(shown.filter(regex="_degC$").to_numpy()) < 1e-9

@@ -43,11 +43,13 @@ def test_shipped_machines_read_and_survive_json(name: str) -> None:
     assert all(parameter.source for parameter in machine.parameters.values())
 
 
-def test_references_are_used_and_known(jig_borer_lumps: Machine) -> None:
-    used = {parameter.source for parameter in jig_borer_lumps.parameters.values()}
-    assert set(jig_borer_lumps.references) <= used
+@pytest.mark.parametrize("name", ["jig_borer_lumps", "lathe"])
+def test_references_are_used_and_known(name: str) -> None:
+    machine = read_machine(name)
+    used = {parameter.source for parameter in machine.parameters.values()}
+    assert set(machine.references) <= used
     single_words = {source for source in used if " " not in source}
-    assert single_words - {"definition"} <= set(jig_borer_lumps.references)
+    assert single_words - {"definition"} <= set(machine.references)
 
 
 def test_uneven_cooling_of_each_ring_sums_to_zero(jig_borer_lumps: Machine) -> None:

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-import tomlkit
 
 from measurement.errors import BadInput
 from plant_model.effects import catalogue
 from plant_model.machine import REST, Machine
 from plant_model.machine_file import machine_from_table, read_machine
-from plant_model.machine_writer import write_machine
 from plant_model.simulate import simulate, start_readings
 from plant_model.stepper import PlantStepper
 from tests.plant_model.drawing.by_hand import lumps
@@ -118,14 +115,6 @@ def test_what_a_thermometer_shows_wrongly_is_not_where_a_part_starts() -> None:
     machine = replace(machine, effects=machine.effects | {"sensor_offset:T2": wrong})
     frame = pd.DataFrame({"T2_degC": [25.0], "T3_degC": [21.0]})
     assert start_readings(machine, frame) == {"T2": 22.0, "T3": 21.0}
-
-
-def test_the_word_goes_through_a_file(tmp_path: Path) -> None:
-    source, copy = tmp_path / "page.toml", tmp_path / "copy.toml"
-    source.write_text(tomlkit.dumps(small_page()), encoding="utf-8")
-    machine = read_machine(source)
-    write_machine(machine, source, copy)
-    assert [node.start for node in read_machine(copy).nodes] == [n.start for n in machine.nodes]
 
 
 def test_no_thermometer_may_have_its_name() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import json
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,6 @@ from plant_model.machine_file import SHIPPED, machine_from_table, read_machine
 from plant_model.machine_writer import write_machine
 from plant_model.parameters import ParameterError
 from plant_model.simulate import simulate
-from plant_model.stepper import PlantStepper
 from tests.plant_model.conftest import inputs_over
 
 PLAIN = tomllib.loads((SHIPPED / "jig_borer_lumps.toml").read_text(encoding="utf-8"))
@@ -76,20 +74,6 @@ def test_calibration_has_the_number_and_not_its_followers(tied: Machine) -> None
     assert {"numbers.front_joint", "numbers.film"} <= set(free)
     assert not set(free) & set(FRONT)
     assert not set(Priors.of(tied, calibrated=False).names) & set(FRONT)
-
-
-def test_ties_survive_json_and_the_plant_that_an_fmu_steps(tied: Machine) -> None:
-    again = Machine.from_dict(json.loads(json.dumps(tied.to_dict())))
-    assert again == tied
-    inputs = {"speed": 9000.0, "ambient": 21.0, "coolant_inlet": 21.0, "torque": 0.0}
-    temperatures = []
-    for values in ({}, {"numbers.front_joint": 4500.0}):
-        stepper = PlantStepper(again, values)
-        stepper.reset(inputs)
-        for _ in range(10):
-            stepper.step(60.0, inputs)
-        temperatures.append(stepper.outputs()["T6"])
-    assert temperatures[0] > temperatures[1] + 0.05  # a better joint evens the sides out
 
 
 def test_the_writer_moves_numbers_and_leaves_ties(tied: Machine, tmp_path: Path) -> None:

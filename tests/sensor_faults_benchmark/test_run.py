@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.sensor_faults import run as benchmark
-from benchmarks.sensor_faults.breaking import BREAKAGES, ODDITIES, Breakage, planted
+from benchmarks.sensor_faults.breaking import BREAKAGES, Breakage, planted
 from measurement.faults import Fault
 from tests.measurement.faults.test_broken import SOUND
 
@@ -19,12 +19,6 @@ def test_every_breakage_changes_its_span_alone(how: Breakage) -> None:
     assert changed.any()
     assert ((SOUND.time_s[changed] >= start) & (SOUND.time_s[changed] <= end)).all()
     assert broken.frame.drop(columns=column).equals(SOUND.frame.drop(columns=column))
-
-
-@pytest.mark.parametrize("how", ODDITIES)
-def test_every_oddity_is_one(how: str) -> None:
-    odd = ODDITIES[how](SOUND, "T6_degC", np.random.default_rng(3))
-    assert not odd.frame.equals(SOUND.frame)
 
 
 def test_a_fault_counts_as_found_where_it_covers_half_of_the_span() -> None:

@@ -102,11 +102,3 @@ def test_the_wrong_level_is_the_one_far_from_all_others(
     ]
     found = {(fault.kind, fault.run) for fault in find_faults(runs)}
     assert found == {("level_jump", f"run{n}") for n in bad}
-
-
-def test_joined_recordings_end_the_run_for_every_channel() -> None:
-    names = [f"T{n}_degC" for n in range(1, 7)]
-    changes = {name: GOOD[1].frame[name].to_numpy() + np.where(TIME >= 9600.0, 7.0, 0.0)
-               for name in names}  # fmt: skip
-    runs = [GOOD[0], run_of(1, **changes), *GOOD[2:]]
-    assert the_fault(runs) == ("jump", "run1", "time_s", 160.0, 299.0)

@@ -22,9 +22,6 @@ from plant_model.stepper import PlantStepper
 from plant_model.warm_up import held_at, warm_up
 from tests.plant_model.drawing.by_hand import lumps
 from tests.plant_model.drawing.pages import changed, machine_of, shipped_page, small_page
-from tests.plant_model.energy import energy_balance
-
-PAGES = ("jig_borer", "belt_spindle")
 
 
 def driven(hours: float = 4.0) -> pd.DataFrame:
@@ -57,13 +54,6 @@ def test_equal_to_the_same_machine_by_hand_in_lumps() -> None:
     assert np.ptp(by_hand.temperatures[0, :, theirs.node_index["front_inner"]]) > 10.0
 
 
-def test_energy_closes() -> None:
-    machine = read_machine("jig_borer")
-    balance = energy_balance(machine, warm_up(machine, 300.0).iloc[:25], step_s=2.0)
-    assert balance.generated > 1e5
-    assert abs(balance.closure) < 1e-5
-
-
 def test_half_and_double_the_cells() -> None:
     half, usual, double, *_ = convergence("jig_borer")
     assert (half.longest_mm, double.longest_mm) == (2 * usual.longest_mm, usual.longest_mm / 2)
@@ -77,16 +67,6 @@ def test_half_and_double_the_cells() -> None:
 def test_lumps_have_no_cells_to_count() -> None:
     with pytest.raises(BadInput, match=r"is in lumps: only a page"):
         convergence("jig_borer_lumps")
-
-
-@pytest.mark.parametrize("name", PAGES)
-def test_a_page_frees_few_numbers_and_each_says_where_it_comes_from(name: str) -> None:
-    machine = read_machine(name)
-    free = [key for key, parameter in machine.parameters.items() if parameter.calibrate]
-    assert 12 <= len(free) <= 26
-    assert all(parameter.source for parameter in machine.parameters.values())
-    for parameter in machine.parameters.values():
-        assert parameter.low <= parameter.value <= parameter.high
 
 
 def test_the_page_of_the_jig_borer_measures_what_its_lumps_measure(

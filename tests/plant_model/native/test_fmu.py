@@ -11,8 +11,6 @@ import fmpy
 import pytest
 from fmpy.validation import validate_fmu
 
-import build_fmu
-from plant_model.machine_file import read_machine
 from tests.fmu_packaging.apart import apart
 
 RUN = """
@@ -167,13 +165,6 @@ def test_fmi3_gives_the_same_numbers(shipped_in_c: Path, shipped_in_fmi3: Path) 
         shipped_in_fmi3 / "plant_native_fmi3_ref.csv",
     )
     assert one.read_text() == other.read_text()
-
-
-@pytest.mark.long
-def test_every_shipped_machine_builds(tmp_path: Path) -> None:
-    machine = read_machine("lathe")
-    arguments = ["--native", "--only", "plant", "--machine", machine.name, "--out", str(tmp_path)]
-    assert build_fmu.main(arguments) == 0
 
 
 TUNED = """
