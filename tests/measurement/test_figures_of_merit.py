@@ -80,6 +80,13 @@ def test_unlike_shapes_and_infinite_values_are_refused() -> None:
         figures_of_merit([1.0, math.inf], [1.0, 2.0])
 
 
+@pytest.mark.parametrize(
+    ("before", "after", "percent"), [(24.7, 3.6, 85), (24.6, 2.8, 89), (14.5, 3.3, 77)]
+)
+def test_improvement_reproduces_the_studies(before: float, after: float, percent: int) -> None:
+    assert round(100 * improvement(before, after)) == percent
+
+
 def test_improvement_of_arrays() -> None:
     assert improvement([10.0, -10.0], [1.0, -3.0]) == pytest.approx(0.8)
     assert improvement([10.0, math.nan, 10.0], [1.0, 50.0, math.nan]) == pytest.approx(0.9)

@@ -37,6 +37,11 @@ def test_the_jacobian_equals_finite_differences(nodes: tuple[int, ...]) -> None:
         assert slopes[:, :, k] == pytest.approx(numeric, abs=1e-7)
 
 
+def test_a_4_10_3_network_has_83_genes() -> None:
+    # 4 x 10 + 10 x 3 weights and 10 + 3 thresholds; the study's own sum says 110.
+    assert Shape((4, 10, 3)).size == 70 + 13
+
+
 def test_a_population_is_computed_as_its_members_are() -> None:
     shape, random = Shape((3, 4, 2)), np.random.default_rng(2)
     people, x = random.standard_normal((7, shape.size)), random.standard_normal((9, 3))
