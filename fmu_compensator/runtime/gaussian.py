@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import cycle
 from math import sqrt
-from operator import mul
+from operator import add, mul
 
 from fmu_compensator.runtime.fields import LARGEST, Fields
 from fmu_compensator.runtime.lags import checked_state, share, taus
+from fmu_compensator.runtime.sums import written_out
 
 MOST_PROBES = 8
 """So many rows hold how far all measurements narrow the interval; what they said stays. Set
@@ -85,6 +86,9 @@ class Gaussian:
         self._lags_s, self._learnt, self._scale, self._seen = lags_s, weights, scale, seen
         self._walk_per_h = walk_per_h
         self._inputs = len(weights[0]) // (1 + len(lags_s))
+        # Until a first measurement the weights are those learnt.
+        self._along = written_out([0.0] * len(seen), seen)
+        self._sums = written_out([0.0] * len(weights), weights)
         # Steps are mostly of one length: the lags' shares of it are worth keeping.
         self._elapsed_s, self._shares = 0.0, [0.0] * (self._inputs * len(lags_s))
         self.reset()
@@ -159,8 +163,7 @@ class Gaussian:
         features += [value + part * (rise - value) for value, part, rise in triples]
         self._features = features
         novelty = self._scale * sum(map(mul, features, features))
-        for row in self._seen:
-            along = sum(map(mul, row, features))
+        for along in self._along(features):
             novelty -= along * along
         self.novelty = max(novelty, 0.0)
         left = self.novelty + self._walk_per_h * self._hours + self._leaps
@@ -169,10 +172,11 @@ class Gaussian:
             left -= along * along
         self._left = max(left, 0.0)
         self.variance = 1.0 + self._left
-        self.added = [
-            bias + sum(map(mul, weights, features))
-            for bias, weights in zip(self._bias, self._weights, strict=True)
-        ]
+        if self._weights is self._learnt:
+            sums = self._sums(features)
+        else:
+            sums = [sum(map(mul, weights, features)) for weights in self._weights]
+        self.added = list(map(add, self._bias, sums))
 
     @property
     def usual_variance(self) -> float:
@@ -214,8 +218,7 @@ class Gaussian:
         column = [self._scale * value for value in features]
         walk = self._walk_per_h * self._hours + self._leaps
         told = []
-        for row in self._seen:
-            along = sum(map(mul, row, features))
+        for along, row in zip(self._along(features), self._seen, strict=True):
             column = [value - along * weight for value, weight in zip(column, row, strict=True)]
         for row in self._probes:
             along = sum(map(mul, row, features)) + row[-1]
@@ -247,8 +250,7 @@ class Gaussian:
         As many as bring half of the novelty together, at most `NAMED`.
         """
         shares = [self._scale * value for value in self._features]
-        for row in self._seen:
-            along = sum(map(mul, row, self._features))
+        for along, row in zip(self._along(self._features), self._seen, strict=True):
             shares = [value - along * weight for value, weight in zip(shares, row, strict=True)]
         parts = [0.0] * self._inputs
         for place, (value, feature) in enumerate(zip(shares, self._features, strict=True)):
