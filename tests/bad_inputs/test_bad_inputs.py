@@ -22,6 +22,7 @@ def test_there_are_a_hundred() -> None:
     assert len({case.title for case in cases}) == len(cases)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", GROUPS)
 def test_each_gets_one_line_and_loses_nothing(
     name: str, good: dict[str, bytes], shipped: Path

@@ -22,9 +22,9 @@ from plant_model.native.build import native_plant
 
 
 def sources(kind: str, fmi: Literal[2, 3]) -> dict[str, str]:
-    """Return the sources of one of the shipped FMUs, by path."""
+    """Return the sources of the shipped compensator, or of a plant in few lumps, by path."""
     if kind == "plant":
-        recipe, _ = build_fmu.plant_recipe(read_machine("jig_borer"), "plant_native")
+        recipe, _ = build_fmu.plant_recipe(read_machine("jig_borer_lumps"), "plant_native")
         package = native_package(recipe, native_plant(recipe), [], fmi)
     else:
         recipe, _ = build_fmu.compensator_recipe(build_fmu.DEFAULT_MODEL, "compensator_native")

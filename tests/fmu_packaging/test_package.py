@@ -13,7 +13,6 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
-from fmpy.validation import validate_fmu
 
 from fmu_packaging.package import Package, build
 from fmu_packaging.publish import PublishError, Reference, publish
@@ -22,10 +21,6 @@ from tests.fmu_packaging.conftest import tiny_recipe
 
 def _description(package: Package) -> ET.Element:
     return ET.fromstring(package.files["modelDescription.xml"])
-
-
-def test_validates_clean(tiny_fmu) -> None:  # type: ignore[no-untyped-def]
-    assert validate_fmu(tiny_fmu()) == []
 
 
 def test_the_same_content_gives_the_same_bytes(tiny: Package) -> None:

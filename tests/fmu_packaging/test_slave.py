@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
-
-import pytest
 
 from tests.fmu_packaging.apart import apart
 
@@ -15,7 +14,7 @@ Fmu = Callable[..., str]
 def test_values_of_every_type_pass(tiny_fmu: Fmu) -> None:
     found = apart(
         """
-fmu = opened(sys.argv[1])
+fmu = opened(*sys.argv[1:])
 r = fmu.refs
 fmu.enterInitializationMode()
 fmu.setInteger([r["count"]], [7]); fmu.setBoolean([r["flag"]], [True])
@@ -28,6 +27,7 @@ show([at_start, fmu.getReal([r["total"], r["u"], r["gain"]]), fmu.getInteger([r[
       [s.decode() for s in fmu.getString([r["word_out"], r["word"], r["mode"]])], messages])
 """,
         tiny_fmu(10.0),
+        Path(tiny_fmu()).parent / "a folder with spaces",
     )
     assert found == [[[7], [True]], [60.0, 4.0, 2.0], [8], ["héllo 2", "héllo", ""], []]
 
@@ -91,18 +91,13 @@ show([statuses, messages])
     ]
 
 
-@pytest.mark.parametrize(
-    ("mode", "value", "cause"),
-    [
-        ("refuse", 1.0, "mode: 'refuse' is not allowed: 100% of tries fail"),
-        ("crash", 1.0, "ZeroDivisionError: a mistake in the code"),
-        ("", 5.5, "gain: 5.5 is not allowed: it must be 0 to 5"),
-        ("", float("nan"), "gain: nan is not allowed: it must be 0 to 5"),
-    ],
-)
-def test_bad_parameters_stop_the_initialisation(
-    tiny_fmu: Fmu, mode: str, value: float, cause: str
-) -> None:
+def test_bad_parameters_stop_the_initialisation(tiny_fmu: Fmu) -> None:
+    wrong = {
+        ("refuse", 1.0): "mode: 'refuse' is not allowed: 100% of tries fail",
+        ("crash", 1.0): "ZeroDivisionError: a mistake in the code",
+        ("", 5.5): "gain: 5.5 is not allowed: it must be 0 to 5",
+        ("", float("nan")): "gain: nan is not allowed: it must be 0 to 5",
+    }
     found = apart(
         """
 fmu = opened(sys.argv[1])
@@ -111,21 +106,22 @@ def set_up(mode, gain):
     fmu.setReal([fmu.refs["gain"]], [gain])
     fmu.enterInitializationMode()
     return status_of(fmu.exitInitializationMode)
-first = set_up(sys.argv[2], float(sys.argv[3]))
-said = [m[1] for m in messages]
-after = status_of(fmu.doStep, 0.0, 1.0)
-fmu.reset()
-again = set_up("", 1.0)
-fmu.freeInstance()
-show([first, said, after, again])
+shown = []
+for mode, gain in json.loads(sys.argv[2]):
+    first, said = set_up(mode, gain), messages[-1][1]
+    after = status_of(fmu.doStep, 0.0, 1.0)
+    fmu.reset()
+    shown.append([first, said, after, set_up("", 1.0)])
+    fmu.reset()
+show(shown)
 """,
         tiny_fmu(),
-        mode,
-        value,
+        json.dumps(list(wrong)),
     )
-    assert found[0] > 2
-    assert found[1][-1].splitlines()[-1] == cause
-    assert found[2:] == [2, 0]
+    for (first, said, *rest), cause in zip(found, wrong.values(), strict=True):
+        assert first > 2
+        assert said.splitlines()[-1] == cause
+        assert rest == [2, 0]
 
 
 STATE = """

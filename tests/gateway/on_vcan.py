@@ -26,7 +26,7 @@ sys.path.insert(0, str(ROOT))
 from tests.gateway.amx import CannotBuildError, preload  # noqa: E402
 
 MODULES = Path("/usr/lib/uml/modules")
-NEEDED = ("linux.uml", "insmod", "ip", "candump", "cangen", "cansend")
+NEEDED = ("linux.uml", "insmod", "ip", "cangen", "cansend")
 TIME_S = float(os.environ.get("ON_VCAN_S", "600"))
 PYTEST = [
     *(sys.executable, "-m", "pytest", "-m", "vcan", "-p", "no:cacheprovider"),

@@ -20,7 +20,7 @@ from gateway.node import GatewaySettings
 from gateway.serving import Service
 from measurement.errors import BadInput
 from scenarios.cli import main
-from tests.gateway.bus import gateway_thread
+from tests.gateway.bus import gateway_thread, wait_for
 from tests.gateway.conftest import Wire, new_wire
 
 canopen = pytest.importorskip("canopen")
@@ -108,16 +108,9 @@ def pair(wire: Wire, fmu: Path) -> Iterator[tuple[Master, Service]]:
         service = stack.enter_context(
             gateway_thread(wire, mapping.database, fmu, GatewaySettings(), participants=[node])
         )
-        assert _comes(lambda: service.node is not None)
+        wait_for(lambda: service.node is not None)
         master = stack.enter_context(contextlib.closing(Master(wire, node_eds(NODE, fmu))))
         yield master, service
-
-
-def _comes(wanted: Callable[[], bool]) -> bool:
-    until = time.monotonic() + PATIENCE_S
-    while not wanted() and time.monotonic() < until:
-        time.sleep(0.02)
-    return wanted()
 
 
 def test_a_master_starts_it_and_gets_offsets(wire: Wire, quick_fmu: Path) -> None:
@@ -158,15 +151,15 @@ def test_emergencies_say_what_the_status_says(wire: Wire, quick_fmu: Path) -> No
         master.until(lambda: master.heard.get("valid") == 1)
         first = len(master.node.emcy.log)
         # Silence: the inputs are missing.
-        assert _comes(lambda: len(master.node.emcy.log) > first)
-        assert _comes(lambda: bool(master.node.emcy.log[-1].code & 0xFF))
+        wait_for(lambda: len(master.node.emcy.log) > first)
+        wait_for(lambda: bool(master.node.emcy.log[-1].code & 0xFF))
         error = master.node.emcy.log[-1]
         assert error.code & 0xFF00 == 0xFF00
         assert error.register == 0x81
         assert error.data[0] == error.code & 0xFF
         assert error.data[0] // 10 in (1, 2, 3)
         master.until(lambda: master.heard.get("valid") == 1)
-        assert _comes(lambda: master.node.emcy.log[-1].code == 0)
+        wait_for(lambda: master.node.emcy.log[-1].code == 0)
 
 
 def test_a_reference_that_is_not_known_is_an_emergency(wire: Wire, quick_fmu: Path) -> None:
@@ -208,61 +201,48 @@ def answers(wire: Wire, request: bytes) -> list[bytes]:
         return found
 
 
-@pytest.mark.parametrize(
-    ("request_", "place"),
-    [
-        pytest.param("60 00 00 00 00 00 00 00", "000000", id="segment up without initiate"),
-        pytest.param("01 00 00 00 00 00 00 00", "000000", id="segment down without initiate"),
-        pytest.param("a0 01 23 02 7f 00 00 00", "012302", id="block upload, no other way allowed"),
-        pytest.param("a0 01 23 02 7f 05 00 00", "012302", id="block upload, larger than allowed"),
-        pytest.param("a3 00 00 00 00 00 00 00", "000000", id="block upload goes on, none begun"),
-        pytest.param("c0 01 23 02 00 00 00 00", "012302", id="block download"),
-        pytest.param("e0 00 00 00 00 00 00 00", "000000", id="no such command"),
-    ],
-)
-def test_what_the_sdo_server_cannot_do_it_aborts(
-    quick_fmu: Path, request_: str, place: str
-) -> None:
-    wire = new_wire("virtual")
-    with pair(wire, quick_fmu):
-        (answer,) = answers(wire, bytes.fromhex(request_))
-    assert answer == b"\x80" + bytes.fromhex(place) + (0x05040001).to_bytes(4, "little")
+REFUSED = {
+    "e0 00 00 00 00 00 00 00": "000000",  # no such command
+    "60 00 00 00 00 00 00 00": "000000",  # a segment up without initiate
+    "01 00 00 00 00 00 00 00": "000000",  # a segment down without initiate
+    "a0 01 23 02 7f 00 00 00": "012302",  # a block upload, no other way allowed
+    "a0 01 23 02 7f 05 00 00": "012302",  # a block upload, larger than allowed
+    "a3 00 00 00 00 00 00 00": "000000",  # a block upload that goes on, none begun
+    "c0 01 23 02 00 00 00 00": "012302",  # a block download
+}
 
 
-def test_a_block_upload_becomes_one_in_segments_where_the_client_allows_it(
-    quick_fmu: Path,
-) -> None:
+def test_what_the_sdo_server_cannot_do_it_aborts_or_does_in_segments(quick_fmu: Path) -> None:
     wire = new_wire("virtual")
     with pair(wire, quick_fmu):
+        for request, place in REFUSED.items():
+            (answer,) = answers(wire, bytes.fromhex(request))
+            aborted = b"\x80" + bytes.fromhex(place) + (0x05040001).to_bytes(4, "little")
+            assert answer == aborted, request
         (answer,) = answers(wire, bytes.fromhex("a0 01 23 02 7f 40 00 00"))
         assert answer == bytes.fromhex("41 01 23 02 40 00 00 00")
         (segment,) = answers(wire, bytes.fromhex("60 00 00 00 00 00 00 00"))
     assert segment[0] == 0
 
 
-@pytest.mark.parametrize(("more", "code"), [(-1, 0x8210), (1, 0x8220)])
-def test_an_rpdo_of_another_length_is_told_and_a_longer_one_is_used(
-    quick_fmu: Path, more: int, code: int
-) -> None:
+def test_an_rpdo_of_another_length_is_told_and_a_longer_one_is_used(quick_fmu: Path) -> None:
     wire = new_wire("virtual")
     with pair(wire, quick_fmu) as (master, service), wire.open() as bus:
         master.start()
         master.until(lambda: master.heard.get("valid") == 1)
         frame = next(frame for frame in service.database.of(MACHINE) if frame.size < 8)
-        size = frame.size
-
-        def send() -> None:
-            data = bytes([0x20, 0x08] * 6)[: size + more]
-            bus.send(can.Message(arbitration_id=frame.frame_id, data=data, is_extended_id=False))
-
-        before = service.node.reception.counts["good"]  # type: ignore[union-attr]
-        for _ in range(20):
-            send()
-            time.sleep(0.02)
-        assert _comes(lambda: code in {error.code for error in master.node.emcy.log})
         counts = service.node.reception.counts  # type: ignore[union-attr]
-        assert (counts["good"] - before >= 20) == (more > 0)
-        assert (counts["wrong_length"] >= 20) == (more < 0)
+        for more, code in ((-1, 0x8210), (1, 0x8220)):
+            data = bytes([0x20, 0x08] * 6)[: frame.size + more]
+            good, wrong = counts["good"], counts["wrong_length"]
+            for _ in range(20):
+                bus.send(
+                    can.Message(arbitration_id=frame.frame_id, data=data, is_extended_id=False)
+                )
+                time.sleep(0.02)
+            wait_for(lambda code=code: code in {e.code for e in master.node.emcy.log})  # type: ignore[misc]
+            assert (counts["good"] - good >= 20) == (more > 0)
+            assert (counts["wrong_length"] - wrong >= 20) == (more < 0)
 
 
 def test_a_second_node_of_the_same_number_is_noticed(quick_fmu: Path) -> None:
@@ -279,8 +259,8 @@ def test_a_second_node_of_the_same_number_is_noticed(quick_fmu: Path) -> None:
         master.until(lambda: master.heard.get("valid") == 1)
         beat = can.Message(arbitration_id=0x700 + NODE, data=b"\x05", is_extended_id=False)
         bus.send(beat)
-        assert _comes(lambda: not service.participants[0].operational)
-        assert _comes(lambda: 0x8150 in {error.code for error in master.node.emcy.log})
+        wait_for(lambda: not service.participants[0].operational)
+        wait_for(lambda: 0x8150 in {error.code for error in master.node.emcy.log})
 
 
 def test_the_data_sheet_has_what_cia_306_asks_for(quick_fmu: Path) -> None:
@@ -312,7 +292,7 @@ def test_the_heartbeat_is_the_gateways_own(wire: Wire, quick_fmu: Path) -> None:
         assert _beats(master, 1.0) <= 2
         service.node.tick = tick  # type: ignore[union-attr,method-assign]
         master.node.nmt.send_command(0x81)
-        assert _comes(lambda: master.node.nmt.state == "PRE-OPERATIONAL")
+        wait_for(lambda: master.node.nmt.state == "PRE-OPERATIONAL")
 
 
 def _beats(master: Master, seconds: float) -> int:

@@ -9,7 +9,7 @@ from pathlib import Path
 import can
 import pytest
 
-from gateway.busload import bus_load, frame_bits
+from gateway.busload import frame_bits
 from gateway.codec import Sender
 from gateway.control import OffsetFollower
 from gateway.database import COMPENSATOR, MACHINE, Database
@@ -156,11 +156,6 @@ def test_the_longest_frame_is_that_of_the_literature() -> None:
     assert frame_bits(8, stuffed=False) == 111
 
 
-def test_the_load_is_that_of_the_cycle_times(database: Database) -> None:
-    assert bus_load(database) == pytest.approx(15 * 135 * 10 / 500_000)
-    assert bus_load(database, 250_000) == pytest.approx(2 * bus_load(database))
-
-
 # The tables
 
 
@@ -212,21 +207,17 @@ def test_bad_input_is_told_in_one_line(
     assert word in lines[-1]
 
 
-def test_an_fmu_in_other_units_is_refused(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ('"degC"', '"K"', "T1: is in degC; the compensator has it in K"),
+        ("T1", "oil_7", "oil_7: is missing: the compensator takes it"),
+    ],
+)
+def test_an_fmu_whose_inputs_the_frames_do_not_carry_is_refused(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, old: str, new: str, told: str
 ) -> None:
-    other = build_tiny(TINY_COMPENSATOR.replace('"degC"', '"K"'), "KelvinCompensator", tmp_path)
+    other = build_tiny(TINY_COMPENSATOR.replace(old, new), "OtherCompensator", tmp_path)
     arguments = ["--interface", "virtual", "--channel", "refused", "--compensator", str(other)]
     assert main(["gateway", *arguments]) == 2
-    assert "T1: is in degC; the compensator has it in K" in capsys.readouterr().err
-
-
-def test_an_fmu_whose_inputs_no_frame_carries_is_refused(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    other = build_tiny(TINY_COMPENSATOR.replace("T1", "oil_7"), "OilCompensator", tmp_path)
-    arguments = ["--interface", "virtual", "--channel", "refused", "--compensator", str(other)]
-    assert main(["gateway", *arguments]) == 2
-    said = capsys.readouterr().err
-    assert "oil_7" in said
-    assert "is missing: the compensator takes it" in said
+    assert told in capsys.readouterr().err

@@ -19,6 +19,7 @@ from gateway.timebase import Timebase
 PLAYS = dict(plays())
 UNHEARD = ("random frames", "odd heartbeats", "the time of day was set")
 """These need not spoil anything: a CRC fits by chance, none is odd, a clock is set back."""
+pytestmark = pytest.mark.long
 Patch = Callable[[pytest.MonkeyPatch], None]
 
 

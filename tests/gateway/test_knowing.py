@@ -13,7 +13,6 @@ from gateway.database import COMPENSATOR, MACHINE, Database
 from gateway.node import GatewaySettings
 from gateway.reception import Reception
 from gateway.reference import Proof, Reference
-from gateway.state import Saved
 from gateway.timebase import CLOCK_DRIFT, Timebase
 from gateway.unit import CompensatorUnit
 from tests.gateway.bench import WARM, Bench
@@ -96,29 +95,10 @@ def test_a_gap_in_the_readings_is_no_time_together() -> None:
         assert not reference.take({"T1": 20.0, "T2": 20.5}, 100.0, cold=False)
 
 
-@pytest.mark.parametrize(("gap_s", "known"), [(3000.0, True), (4000.0, False)])
-def test_a_state_that_is_old_in_the_machines_time_is_no_proof(
-    bench: Bench,
-    database: Database,
-    new_unit: Callable[[], CompensatorUnit],
-    gap_s: float,
-    known: bool,
-) -> None:
-    """A simulation at many times real time is hours ahead after a short while."""
-    bench.settle(WARM)
-    saved = Saved(bench.unit.time_s, bench.time_s, 1.5, bench.unit.slave.saved())
-    again = Bench(database, new_unit(), GatewaySettings(machine_clock=True), warm=saved)
-    again.time_s = round(bench.time_s + gap_s, 1)
-    for _ in range(200):
-        again.cycle(WARM | NOT_COLD)
-    assert (again.last["valid"] == "valid") == known
-    assert (again.last["status"] == "reference_unknown") != known
-
-
 # Frames of different cycles
 
 
-@pytest.mark.parametrize(("behind", "place"), [(1, 1), (16, 1), (240, 5)])
+@pytest.mark.parametrize(("behind", "place"), [(1, 1), (240, 5)])
 def test_a_frame_that_is_late_for_good_is_noticed(bench: Bench, behind: int, place: int) -> None:
     bench.settle(WARM)
     kept: list[can.Message] = []
@@ -160,27 +140,6 @@ def test_a_further_frame_in_sequence_is_noticed(bench: Bench, database: Database
     assert bench.cycle(WARM)["valid"] == "invalid"
 
 
-def test_all_frames_of_a_cycle_carry_one_count(database: Database) -> None:
-    for node, period in ((MACHINE, 240), (COMPENSATOR, 60)):
-        sender, seen = Sender(database, node), []
-        for _ in range(period + 1):
-            reception = Reception(database.of(node))
-            for message in sender.messages({}):
-                reception.take(message.arbitration_id, message.data, 0.0)
-            counts = {watch.counts for watch in _after_the_first(reception, sender, database, node)}
-            assert len(counts) == 1
-            seen.append(counts.pop())
-        assert seen[0] != seen[1]
-
-
-def _after_the_first(
-    reception: Reception, sender: Sender, database: Database, node: str
-) -> list[object]:
-    for message in sender.messages({}):
-        reception.take(message.arbitration_id, message.data, 0.1)
-    return list(reception._watches.values())
-
-
 # Clocks
 
 RAW = 2**32 - 2
@@ -200,7 +159,7 @@ def test_a_machine_whose_time_fits_is_trusted_for_days_and_over_the_wrap(speed_u
         assert clock.judge(raw, now) is None
 
 
-@pytest.mark.parametrize("rate", [0.5, 0.9, 0.98, 1.02, 1.1, 2.0, 50.0])
+@pytest.mark.parametrize("rate", [0.5, 0.98, 1.02, 50.0])
 def test_a_machine_whose_time_runs_at_another_rate_is_not_trusted(rate: float) -> None:
     clock = base()
     found = [clock.judge(round(100 * rate * k), 0.1 * k) for k in range(6000)]
@@ -395,7 +354,7 @@ def test_a_status_of_the_compensator_that_is_not_known_here_passes(
     assert cycle.values["valid"] == 1.0
 
 
-@pytest.mark.parametrize("offset", [650.1, -1000.0, nan, float("inf")])
+@pytest.mark.parametrize("offset", [650.1, nan])
 def test_an_offset_that_no_frame_can_carry_is_not_valid(bench: Bench, offset: float) -> None:
     bench.settle(WARM)
     step = bench.unit.step

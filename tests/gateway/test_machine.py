@@ -9,8 +9,8 @@ from typing import Any
 import can
 import pytest
 
-from gateway.codec import Sender, decode, high_raw
-from gateway.database import COMPENSATOR, MACHINE, Database
+from gateway.codec import decode
+from gateway.database import MACHINE, Database
 from gateway.machine import AnswerReceiver, MachineNode, Pace
 from gateway.plant import MachinePlant
 from gateway.replay import LONGEST_PAUSE_S, replay
@@ -87,27 +87,6 @@ def test_the_machines_clock_goes_on_while_its_computer_is_busy(database: Databas
         assert -1e-6 <= at - 100.0 - time_s < CYCLE_S + 1e-6
     assert running[-1][1] == pytest.approx(13.0, abs=0.11)
     assert all(beat["machine_step"] == CYCLE_S for _, beat in beats if beat["machine_state"] == 2.0)
-
-
-def test_an_answer_is_as_fresh_after_the_machines_time_has_wrapped(database: Database) -> None:
-    signal = database.signal("machine_time")
-    wrap_s = (high_raw(signal) + 1) * signal.scale
-    sender, queue = Sender(database, COMPENSATOR), []
-
-    class Waiting:
-        def receive(self, timeout_s: float) -> can.Message | None:
-            return queue.pop(0) if queue else None
-
-    ear = AnswerReceiver(database, lambda: 0.0)
-    for k in range(-20, 20):
-        time_s = wrap_s + k * CYCLE_S
-        answered = round(time_s % wrap_s / 0.001) % 65536 * 0.001
-        values = {"dX": 1.0, "dY": 0.0, "dZ": 0.0, "valid": "valid", "answered_time": answered}
-        queue += sender.messages(values | {"gateway_state": "running"})
-        while queue:
-            ear.hear(Waiting(), 0.0)  # type: ignore[arg-type]
-        # Its first answer is not complete.
-        assert k == -20 or ear.taken(time_s, 3.5 * CYCLE_S) is not None
 
 
 @pytest.mark.parametrize(("recorded", "rows"), [(False, 0), (True, 21)])

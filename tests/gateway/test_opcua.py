@@ -250,12 +250,11 @@ def test_a_gateway_that_stands_still_is_told_from_one_that_has_nothing_new(
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="needs signals")
-@pytest.mark.parametrize("number", ["SIGKILL", "SIGSTOP"])
-def test_a_server_that_is_dead_or_hangs_is_a_line_in_the_log(own_hall: Hall, number: str) -> None:
+def test_a_server_that_hangs_keeps_nobody_waiting(own_hall: Hall) -> None:
     own_hall.control.settle(MILD)
     (status,) = own_hall.service.participants
     assert isinstance(status, HallStatus)
-    os.kill(status._server.pid, getattr(signal, number))
+    os.kill(status._server.pid, signal.SIGSTOP)
     slowest = 0.0
     for _ in range(150):
         begun = time.monotonic()
@@ -265,23 +264,24 @@ def test_a_server_that_is_dead_or_hangs_is_a_line_in_the_log(own_hall: Hall, num
         slowest = max(slowest, time.monotonic() - begun)
     assert answer["valid"] == "valid"
     assert slowest < 2.0
-    if number == "SIGKILL":
-        # A busy computer may take longer to end a process than these cycles last.
-        wait_for(lambda: any("goes on without it" in line for line in own_hall.said))
     begun = time.monotonic()
     status.close()
     assert time.monotonic() - begun < 15.0
 
 
-def test_a_port_in_use_does_not_end_the_gateway(database: Database, unit: CompensatorUnit) -> None:
+def test_a_server_that_is_gone_does_not_end_the_gateway(
+    database: Database, unit: CompensatorUnit
+) -> None:
     unit.start()
     said: list[str] = []
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         url = f"opc.tcp://127.0.0.1:{taken.getsockname()[1]}"
-        with contextlib.closing(HallStatus(url, None, unit, said.append)):
+        with contextlib.closing(HallStatus(url, None, unit, said.append)) as status:
             wait_for(lambda: bool(said))
+            for _ in range(1000):
+                status.event("x" * 500)
     assert any("the server is gone" in line and "in use" in line for line in said), said
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from gateway.database import MACHINE, Database
-from gateway.node import GatewaySettings, half_widths
+from gateway.node import GatewaySettings
 from gateway.probes import COUNTED, MOST_TRIES, ProbeSender
 from gateway.unit import CompensatorUnit
 from measurement.runs import read_run
@@ -184,14 +184,6 @@ def test_without_a_reference_nothing_bounds_the_drift(bench: Bench) -> None:
     for axis in "XYZ":
         assert bench.last[f"d{axis}_uncertainty"] == "not_available"
     assert bench.last["status"] == "reference_unknown"
-
-
-def test_what_a_compensator_does_not_know_is_not_available() -> None:
-    outputs = {"dX_uncertainty": -1.0, "dY_uncertainty": 1.5}
-    found = half_widths(outputs, known=True)
-    assert found["dY_uncertainty"] == 1.5
-    assert isnan(float(found["dX_uncertainty"]))
-    assert isnan(float(found["dZ_uncertainty"]))
 
 
 def test_the_machine_probes_as_the_co_simulation_does(

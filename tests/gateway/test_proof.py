@@ -223,19 +223,22 @@ def test_a_program_that_stood_still_tells_the_time_as_not_seen(bench: Bench) -> 
 
 
 @pytest.mark.parametrize(
-    ("by_machine_s", "known"), [(2.0, True), (11.0, True), (13.0, False), (3.0 * HOUR_S, False)]
+    ("by_machine_s", "machine_clock", "known"),
+    [(11.0, False, True), (13.0, False, False), (3000.0, True, True), (4000.0, True, False)],
 )
 def test_a_state_is_as_old_as_both_clocks_say_or_too_old(
     bench: Bench,
     database: Database,
     new_unit: Callable[[], CompensatorUnit],
     by_machine_s: float,
+    machine_clock: bool,
     known: bool,
 ) -> None:
-    """A computer without a clock battery thinks that it was off for two seconds."""
+    """A computer without a clock battery, or a simulation at many times real time: two seconds."""
     bench.settle(WARM)
     saved = Saved(bench.unit.time_s, bench.time_s, 2.0, bench.unit.slave.saved())
-    again = Bench(database, new_unit(), warm=saved)
+    settings = GatewaySettings(machine_clock=machine_clock)
+    again = Bench(database, new_unit(), settings, saved)
     again.sender, again.time_s = bench.sender, round(bench.time_s + by_machine_s, 1)
     for _ in range(100):
         again.cycle({**WARM, "thermal_state": "warm"})

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import can
 import numpy as np
-import pytest
 
 from gateway.database import MACHINE, Database
 from gateway.node import GatewaySettings
@@ -20,39 +19,27 @@ from tests.gateway.conftest import HOLD_S, SLEW_UM_PER_S, Wire, new_wire
 from tests.gateway.faults import (
     Messages,
     corrupted,
-    raw_signal,
-    repeated,
 )
 
 STEP_S = 1.0
 MILD = {"T1": 20.4, "T4": 20.4}
 """A change that no sensor check takes for a jump."""
 CLOCK = GatewaySettings(machine_clock=True, timeout_s=2.0)  # a busy computer is no fault
-FAULTS = {
-    "bad_crc": corrupted(1),
-    "repeated": repeated(4),
-    "not_available_value": raw_signal("T1", 65535),
-}
 
 
-@pytest.mark.parametrize("fault", list(FAULTS))
-def test_a_fault_on_the_bus_is_survived(
-    wire: Wire, database: Database, quick_fmu: Path, fault: str
-) -> None:
-    change = FAULTS[fault](database)
+def test_a_fault_on_the_bus_is_survived(wire: Wire, database: Database, quick_fmu: Path) -> None:
+    change = corrupted(1)(database)
     with (
         gateway_thread(wire, database, quick_fmu, CLOCK),
         contextlib.closing(Control(wire, database, STEP_S)) as control,
     ):
         held = control.settle(WARM)
-        if fault == "repeated":
-            control.cycle(WARM, change)
         first = len(control.answers)
         for _ in range(round(HOLD_S / STEP_S) + 5):
             control.cycle(WARM, change)
         answers = control.answers[first:]
         assert all(answer["valid"] == "invalid" for answer in answers)
-        assert answers[0]["bus_fault"] == fault
+        assert answers[0]["bus_fault"] == "bad_crc"
         assert answers[0]["status"] == "holding_missing"
         assert answers[0]["dX"] == held["dX"]
         assert answers[-1]["status"] == "zero_missing"
@@ -74,44 +61,10 @@ def assert_no_step(control: Control) -> None:
         assert np.abs(np.diff(values)).max() <= 2.0 * SLEW_UM_PER_S * STEP_S + 0.02
 
 
-def test_a_late_machine_is_noticed_while_it_is_late(
-    wire: Wire, database: Database, quick_fmu: Path
-) -> None:
-    with (
-        gateway_thread(wire, database, quick_fmu, GatewaySettings()),
-        contextlib.closing(Control(wire, database, 0.1)) as control,
-    ):
-        begun = time.monotonic()
-        for k in range(100):
-            last_sent = time.monotonic()
-            answer = control.cycle(MILD if k > 5 else {})
-            # In real time: the gateway compares the machine's clock with its own.
-            time.sleep(max(begun + 0.1 * (k + 1) - time.monotonic(), 0.0))
-            if answer["valid"] == "valid" and answer["dX"] != 0.0:
-                break
-        assert answer["valid"] == "valid"
-        silent = control.ear.until(lambda answer: answer["valid"] == "invalid", 2.0)
-        # The gateway calls a frame late after 0.25 s.
-        assert 0.25 < time.monotonic() - last_sent < 1.1
-        assert silent[-1]["bus_fault"] == "missing"
-        assert silent[-1]["bus_fault_frame"] == "MachineHeartbeat"
-        time.sleep(0.3)
-        # It goes on at its own pace, as far behind as it is: a frame of these may get lost.
-        for _ in range(50):
-            control.send(control.messages(WARM))
-            with contextlib.suppress(AssertionError):
-                found = control.ear.until(lambda answer: answer["bus_fault"] == "late", 0.1)
-                break
-        else:
-            pytest.fail("a late machine is not noticed")
-        assert all(answer["valid"] == "invalid" for answer in found)
-
-
-@pytest.mark.parametrize("ending", [".log", ".asc", ".blf"])
 def test_a_log_holds_every_frame(
-    wire: Wire, database: Database, quick_fmu: Path, tmp_path: Path, ending: str
+    wire: Wire, database: Database, quick_fmu: Path, tmp_path: Path
 ) -> None:
-    path = tmp_path / f"frames{ending}"
+    path = tmp_path / "frames.log"
     with (
         gateway_thread(wire, database, quick_fmu, CLOCK, log=path) as service,
         contextlib.closing(Control(wire, database, STEP_S)) as control,

@@ -74,7 +74,7 @@ def agree(found: pd.DataFrame, reference: pd.DataFrame, tolerance: float = TOLER
         assert off.max() <= tolerance, f"{name} is off by {off.max():g} at {off.idxmax():g} s"
 
 
-@pytest.fixture(scope="session", params=["python", "native"])
+@pytest.fixture(scope="session", params=["native", pytest.param("python", marks=pytest.mark.long)])
 def compensator(request: pytest.FixtureRequest) -> Path:
     """The compensator FMU, of either kind."""
     if request.param == "native":

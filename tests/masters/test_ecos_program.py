@@ -78,13 +78,3 @@ def test_without_the_python_library_the_program_dies(
     done = run(*command, folder=tmp_path, **environment)
     assert done.returncode < 0, "docs/embedding.md says otherwise"
     assert not (tmp_path / "compensator.csv").exists()
-
-
-def action(row: dict[str, float]) -> str:
-    """Return the same in the program's own form of a scenario."""
-    lines = [
-        f'<ecos:variable id="instance::{name}"><ecos:real value="{value}"/></ecos:variable>\n'
-        for name, value in row.items()
-        if name != "time"
-    ]
-    return f'<ecos:action t="{row["time"]}" eps="0.01">\n{"".join(lines)}</ecos:action>\n'

@@ -152,11 +152,13 @@ WRONG_VALUES: dict[str, dict[str, float | str]] = {
     "jump": {"machine_time": 5000.0},
     "stands": {"machine_step": 0.0},
 }
+FOREIGN = can.Message(arbitration_id=0x1A0, data=bytes(8), is_extended_id=False)
 DAMAGE: dict[str, Callable[[list[can.Message]], object]] = {
     "silence": list.clear,
     "lost": lambda messages: messages.pop(2),
     "lost closing": list.pop,
     "again": lambda messages: messages.insert(2, messages[1]),
+    "foreign": lambda messages: messages.insert(2, FOREIGN),
 }
 FAULTS = (*WRONG_VALUES, *DAMAGE, "stale", "damaged", "short", "old")
 

@@ -68,30 +68,27 @@ class Driver:
 
 @pytest.fixture(scope="session")
 def driver_of(
-    compiler: tuple[str, ...], tmp_path_factory: pytest.TempPathFactory
+    compiler: tuple[str, ...], shared: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> Callable[[Model], Driver]:
     """Makes the program that runs a model."""
-    return drivers(compiler, tmp_path_factory.mktemp("driver"))
-
-
-def drivers(compiler: Sequence[str], folder: Path) -> Callable[[Model], Driver]:
-    """Return what makes the program that runs a model, in a folder."""
     sources = {**front(2), **program(), "constants.h": constants()}
     sources |= {"driver.c": (HERE / "driver.c").read_text()}
-    write_sources(folder, sources)
-    files = c_files(sources)
     strict = [*compiler, *STRICT, *SANITIZED, "-I."]
-    run_compiler([*strict, "-c", *files], folder)
-    objects = [f"{Path(path).stem}.o" for path in files]
-    made: dict[str, Driver] = {}
+
+    def compiled(new: Path) -> None:
+        new.mkdir()
+        write_sources(new, sources)
+        run_compiler([*strict, "-c", *c_files(sources)], new)
+
+    program_of_all = once(shared / "driver", compiled)
+    folder = tmp_path_factory.mktemp("driver")
 
     def driver(model: Model) -> Driver:
-        if model.name not in made:
-            data = f"{model.name}.c"
-            text = data_sources(model, variables(model), model.name, "{0}")
-            write_sources(folder, {data: text})
-            run_compiler([*strict, "-o", model.name, data, *objects, "-lm"], folder)
-            made[model.name] = Driver(folder / model.name)
-        return made[model.name]
+        data = data_sources(model, variables(model), model.name, "{0}")
+        write_sources(folder, {f"{model.name}.c": data})
+        objects = [str(path) for path in sorted(program_of_all.glob("*.o"))]
+        command = [*strict, f"-I{program_of_all}", "-o", model.name, f"{model.name}.c", *objects]
+        run_compiler([*command, "-lm"], folder)
+        return Driver(folder / model.name)
 
     return driver

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import json
-import shutil
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -22,7 +19,6 @@ from fmpy.validation import validate_fmu
 
 import build_fmu
 from tests.fmus.models import five_point_text
-from tests.masters.conftest import needs, run
 
 pytestmark = pytest.mark.long
 NAMES = [f"T{number}" for number in range(1, 12)]
@@ -159,46 +155,6 @@ def test_too_few_numbers_are_refused_and_none_is_set(folder: Path, tmp_path: Pat
         with pytest.raises(FMICallException):
             one.put(names, [30.0] * count)
     assert one.get(["temperatures", "speed"], 12) == [20.0] * 11 + [0.0]
-
-
-LINKED = {
-    "name": "both.fmu",
-    "fmu": ["plant.fmu", "compensator.fmu"],
-    "step_size": STEP_S,
-    "input": [["speed", "plant.fmu", "speed"]],
-    "auto_output": False,
-    "output": [["compensator.fmu", "dZ", "dZ"], ["plant.fmu", "drift_Z", "drift_Z"]],
-}
-RUN = """
-from fmpy import simulate_fmu
-from fmu_manipulation_toolbox.cli.fmucontainer import fmucontainer
-fmucontainer()
-found = simulate_fmu("both.fmu", stop_time=3600.0, output_interval=10.0,
-                     start_values={"speed": 6000.0})
-print(found["dZ"].tolist())
-"""
-
-
-@pytest.mark.long
-def test_another_tool_links_the_arrays(folder: Path, shipped_in_c: Path, tmp_path: Path) -> None:
-    needs("fmu-manipulation-toolbox")
-    found = []
-    for place, form, names in (
-        (folder, "native_fmi3_arrays", ["temperatures"]),
-        (shipped_in_c, "native", NAMES),
-    ):
-        own = tmp_path / form
-        own.mkdir()
-        for name in ("plant", "compensator"):
-            shutil.copy(place / f"{name}_{form}.fmu", own / f"{name}.fmu")
-        links = [["plant.fmu", name, "compensator.fmu", name] for name in names]
-        (own / "both.json").write_text(json.dumps({**LINKED, "link": links}))
-        options = ("-container", "both.json", "-fmi", "3" if place is folder else "2")
-        done = run(sys.executable, "-c", RUN, *options, folder=own)
-        assert done.returncode == 0, done.stderr
-        found.append(json.loads(done.stdout.splitlines()[-1]))
-    assert found[0] == found[1]
-    assert max(map(abs, found[0])) > 1.0
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,6 @@ from xml.etree import ElementTree as ET
 
 import fmpy
 import pytest
-from fmpy.validation import validate_fmu
 
 from tests.fmu_packaging.apart import apart
 from tests.native.test_fmu import RUN
@@ -35,10 +34,6 @@ def opened3(path):
                if v.causality == "input" and v.type == "Float64" and "measured" not in v.name]
     return fmu
 """
-
-
-def test_validation_is_clean(by_hand: Path) -> None:
-    assert validate_fmu(str(by_hand / "compensator_native_fmi3.fmu")) == []
 
 
 def test_variables_keep_their_value_references_and_the_time_comes_last(by_hand: Path) -> None:

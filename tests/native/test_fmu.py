@@ -14,7 +14,6 @@ from xml.etree import ElementTree as ET
 
 import fmpy
 import pytest
-from fmpy.validation import validate_fmu
 
 import build_fmu
 from fmu_packaging.description import CAPABILITIES
@@ -67,10 +66,6 @@ def facts(variable: Any, *, but: tuple[str, ...] = ()) -> dict[str, Any]:
     names = ("name", "type", "valueReference", "causality", "variability", "initial", "unit")
     names += ("displayUnit", "min", "max", "nominal", "start", "description")
     return {name: getattr(variable, name) for name in names if name not in but}
-
-
-def test_validation_is_clean(both: Both) -> None:
-    assert validate_fmu(str(both.native)) == []
 
 
 def test_the_variables_are_those_of_the_python_fmu(both: Both) -> None:

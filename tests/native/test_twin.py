@@ -30,10 +30,12 @@ from tests.native.made import MADE, SEEDS, SIX, Samples, made_model
 
 KINDS = sorted(error_models())
 STEPS = 900
-QUICK = 3
-"""The files of so many seeds a kind are enough for a change; the others are ``long``."""
+QUICK = 2
+"""The files of so many seeds a map are enough for a change, of its further names the first one; the
+others are ``long``."""
 TIGHT = 1e-12  # relative; absolute in um and urad for what lies near zero
 Row = tuple[list[float], ...]
+MAPS = {make: kind for kind, make in reversed(MADE.items())}.values()
 
 
 def test_every_error_model_has_a_c_twin_and_is_tested() -> None:
@@ -142,7 +144,7 @@ def check(model: Model, parts: list[str], output: Output, row: Row) -> None:
 
 
 CASES = [
-    pytest.param(kind, seed, marks=[pytest.mark.long] if seed >= QUICK else [])
+    pytest.param(kind, seed, marks=[pytest.mark.long] * (seed >= (QUICK if kind in MAPS else 1)))
     for kind in KINDS
     for seed in SEEDS
 ]

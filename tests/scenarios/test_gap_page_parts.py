@@ -12,7 +12,7 @@ import pytest
 from gap_finder.candidates import with_effect
 from gap_finder.find import GapResult
 from gap_finder.observations import Observations, observe
-from gap_finder.regimes import RunResiduals, residuals
+from gap_finder.regimes import residuals
 from measurement.runs import Run
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
@@ -63,15 +63,6 @@ def test_the_map_shows_where_and_in_which_regime(
     assert ratios["slow", "standing"].colour == "#ffffff"
     # The further off, the less white.
     assert ratios["fast", "steady"].colour < ratios["slow", "steady"].colour <= "#ffffff"
-
-
-def test_what_was_not_measured_stays_blank(machine: Machine, observed: list[Observations]) -> None:
-    first = residuals(machine, observed[0])
-    values = first.values.copy()
-    values[:, 0] = np.nan
-    shown = regime_map([RunResiduals(first.observed, values)])
-    assert {cell.text for cell in shown.rows[0][1]} == {""}
-    assert all(cell.text for cell in shown.rows[1][1])
 
 
 def test_a_channel_that_a_run_lacks_stays_blank_there(

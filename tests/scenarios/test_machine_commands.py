@@ -24,7 +24,6 @@ ANSWERS = ("--bearing", "7014", "--speed", "12000", "--power", "15")
 @pytest.mark.parametrize(
     "options",
     [
-        (),
         ("--bearing", "100", "--lubrication", "oil-air", "--rig", "direct"),
         ("--bearing", "7006", "--speed", "30000", "--power", "2", "--coolant", "oil 10"),
         ("--drive", "belt", "--coolant", "none", "--speed", "6000"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -13,14 +14,21 @@ from scenarios.cli import main
 from tests.fmu_compensator.conftest import make_run
 
 
+@pytest.fixture(scope="module")
+def fitted(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A compensator file; the runs that it was fitted to are gone."""
+    folder = tmp_path_factory.mktemp("fitted")
+    files = [write_run(make_run(f"old{n}", n, hours=2.0), folder / f"old{n}.csv") for n in range(4)]
+    out = folder / "c.json"
+    assert main(["fit", *map(str, files), "--model", "bayes", "-o", str(out)]) == 0
+    for file in files:
+        file.unlink()
+    return out
+
+
 @pytest.fixture
-def compensator(tmp_path: Path) -> Path:
-    files = [
-        str(write_run(make_run(f"old{n}", n, hours=2.0), tmp_path / f"old{n}.csv"))
-        for n in range(4)
-    ]
-    assert main(["fit", *files, "--model", "bayes", "-o", str(tmp_path / "c.json")]) == 0
-    return tmp_path / "c.json"
+def compensator(fitted: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copy(fitted, tmp_path))
 
 
 @pytest.fixture
@@ -31,8 +39,6 @@ def new_run(tmp_path: Path) -> Path:
 def test_an_update_writes_a_file_and_shows_the_old_one_s_errors(
     compensator: Path, new_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for old in tmp_path.glob("old*.csv"):
-        old.unlink()
     before = compensator.read_bytes()
     out = tmp_path / "d.json"
     assert main(["update", str(compensator), str(new_run), "-o", str(out)]) == 0

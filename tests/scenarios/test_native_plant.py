@@ -5,15 +5,12 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import build_fmu
 from scenarios import fmu_files
-from scenarios.cosimulation import simulate
 from scenarios.fmu_files import find_fmu
 from scenarios.replay import model_of
-from scenarios.scenario import read_scenario
 from scenarios.views import rig_of
 
 
@@ -43,20 +40,16 @@ def test_a_compensator_has_a_twin_too(shipped_in_c: Path, tmp_path: Path) -> Non
     native.unlink()
     built = find_fmu("compensator.fmu", tmp_path, work, work, native=True)
     assert built == work / "compensator_native.fmu"
-    settings = [("duration_s", 3600), ("step_s", 5)]
-    case = read_scenario("step_speed", settings).cases[0]
-    one, other = (
-        simulate(case, shipped_in_c / "plant_native.fmu", path, quiet=True).frame
-        for path in (python, built)
-    )
-    assert one["dZ_um"].abs().max() > 1.0
-    assert np.max(np.abs(one.to_numpy() - other.to_numpy())) < 1e-8
+    assert model_of(built).table == model_of(python).table
 
 
 def test_what_is_no_twin_is_not_taken(shipped_in_c: Path, tmp_path: Path) -> None:
     other, work = tmp_path / "dist", tmp_path / "work"
     work.mkdir()
-    assert build_fmu.main(["--only", "plant", "--machine", "lathe", "--out", str(other)]) == 0
+    assert (
+        build_fmu.main(["--only", "plant", "--machine", "jig_borer_lumps", "--out", str(other)])
+        == 0
+    )
     shutil.copy(shipped_in_c / "plant_native.fmu", other)
     found = find_fmu("plant.fmu", other, tmp_path, work, native=True)
     assert found == work / "plant_native.fmu"

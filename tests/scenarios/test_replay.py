@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -52,8 +53,13 @@ def warming(name: str, seed: int, step_s: float = 20.0) -> Run:
     return Run(name, pd.DataFrame(columns))
 
 
-def built(rig: DirectRig | FivePointRig, folder: Path, **options: Any) -> Path:
-    runs = [warming(f"training_{seed}", seed) for seed in (1, 2, 3)]
+def built(
+    rig: DirectRig | FivePointRig,
+    folder: Path,
+    make: Callable[[str, int], Run] = warming,
+    **options: Any,
+) -> Path:
+    runs = [make(f"training_{seed}", seed) for seed in (1, 2, 3)]
     table = fit_compensator(runs, rig, "mlr", points="all", sensors=["T1", "T2"], **options)
     model = folder / "model.json"
     model.write_text(compensator_text(table), encoding="utf-8")
@@ -272,12 +278,8 @@ def strange(name: str, seed: int) -> Run:
 @pytest.fixture(scope="module")
 def doubting_fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A compensator whose training did such things as well, so that it trusts itself little."""
-    runs = [strange(f"training_{seed}", seed) for seed in (1, 2, 3)]
-    rig = rig_from_table(DIRECT, "rig")
-    table = fit_compensator(runs, rig, "mlr", points="all", sensors=["T1", "T2"])
     folder = tmp_path_factory.mktemp("doubting")
-    (folder / "model.json").write_text(compensator_text(table), encoding="utf-8")
-    return build_compensator(folder / "model.json", folder)
+    return build_compensator(built(rig_from_table(DIRECT, "rig"), folder, strange), folder)
 
 
 def test_probes_at_fixed_intervals_correct_what_the_model_lacks(doubting_fmu: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import signal
 import socket
 import subprocess
@@ -119,25 +118,6 @@ def test_a_worker_that_is_killed_loses_nothing_and_nothing_counts_twice(
     assert found == local
     for name in ("sweep.csv", "sweep.parquet", "percentiles.csv", "summary.json"):
         assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "local" / name).read_bytes()
-
-
-@pytest.mark.long
-def test_a_sweep_begun_on_the_cores_goes_on_on_a_cluster(
-    cluster: Cluster, tiny_scenario: Path, tiny_folder: Path, tmp_path: Path
-) -> None:
-    whole = run_sweep(request(tiny_scenario), tmp_path / "out", tiny_folder, workers=2, quiet=True)
-    cases = sorted((tmp_path / "out" / "cases").glob("*.json"))
-    contents = [path.read_bytes() for path in cases]
-    for path in cases[4:]:
-        path.unlink()
-    shutil.copytree(tmp_path / "out", tmp_path / "other")
-    cluster.worker()
-    again = run_sweep(
-        request(tiny_scenario), tmp_path / "other", tiny_folder, cluster=cluster.address, quiet=True
-    )
-    assert again == whole
-    others = sorted((tmp_path / "other" / "cases").glob("*.json"))
-    assert [path.read_bytes() for path in others] == contents
 
 
 def test_no_scheduler_is_one_line(

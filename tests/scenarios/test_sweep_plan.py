@@ -129,12 +129,14 @@ def test_what_does_not_fit_is_refused_before_anything_runs(
     assert message in str(refused.value)
 
 
-def test_a_value_outside_the_parameters_range_is_refused(shipped: Path, tmp_path: Path) -> None:
+def test_a_value_outside_the_parameters_range_is_refused(
+    shipped_in_c: Path, tmp_path: Path
+) -> None:
     def refused(*vary: str) -> str:
         work = tmp_path / vary[0].replace("/", "_")
         work.mkdir()
         with pytest.raises(BadInput) as found:
-            plan(Request("step_speed", vary, variants=("long_tool",)), shipped, work, "1")
+            plan(Request("step_speed", vary, variants=("long_tool",)), shipped_in_c, work, "1")
         return str(found.value)
 
     joint = "links.pedestal-column.conductance"
