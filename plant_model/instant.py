@@ -12,12 +12,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from measurement.units import RAD_PER_URAD, UM_PER_MM
 from plant_model.effects import Effect
 from plant_model.effects.base import POSE
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
+from plant_model.structure import RAD_PER_URAD, UM_PER_MM
 
 Drift = tuple[float, float, float]
 NOWHERE = slice(0, 0)

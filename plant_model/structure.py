@@ -10,10 +10,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from measurement.units import RAD_PER_URAD, UM_PER_MM
 from plant_model.effects import Effect
 from plant_model.effects.base import NONE, POSE, Inputs
 from plant_model.parameters import FloatArray
+
+UM_PER_MM, RAD_PER_URAD = 1e3, 1e-6
+"""As given by the SI; an FMU of the plant carries nothing of `measurement`."""
 
 
 def pose(
