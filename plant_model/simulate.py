@@ -14,7 +14,6 @@ from plant_model.integrate import TOLERANCE
 from plant_model.machine import Machine
 from plant_model.network import effects_in_force, state_slices
 from plant_model.parameters import FloatArray, Values
-from plant_model.rest import RestingParts
 from plant_model.sensors import SensorNoise, column_of, readings
 from plant_model.structure import drift_at, pose
 from plant_model.trajectory import shared_trajectories
@@ -261,28 +260,6 @@ def _joined(parts: Sequence[Simulation]) -> Simulation:
         np.concatenate([part.pose for part in parts]),
         np.concatenate([part.states for part in parts]),
     )
-
-
-def start_temperatures(machine: Machine, inputs: pd.DataFrame, drive: Drive) -> FloatArray:
-    """Return the temperature at which each node starts [degC], shape (nodes,).
-
-    A node starts at an input's first value, or at the first reading of the sensor that the machine
-    file names, or a share of the way there from the machine's first boundary temperature; where
-    the run has no such column, at that. Nodes at rest start where those leave them.
-
-    Parameters
-    ----------
-    machine : Machine
-    inputs : DataFrame
-        The run's frame; its first readings count.
-    drive : Drive
-        The inputs at the run's start.
-    """
-    starts = _starts(machine, drive, _first_readings(machine, inputs))
-    if np.isnan(starts).any():
-        boundary = drive.first_boundaries(machine)
-        return np.asarray(RestingParts.of(machine).filled(starts[None], boundary)[0])
-    return starts
 
 
 def start_readings(machine: Machine, inputs: pd.DataFrame) -> dict[str, float]:

@@ -20,18 +20,6 @@ from tests.plant_model.catalogue_machines import bare, change, heat_of, lathe, m
 from tests.plant_model.test_catalogue_readings import hall_step
 
 
-def test_the_shipped_machine_has_these_drivers(jig_borer_lumps: Machine) -> None:
-    drivers = {
-        name: list(effect.drivers(jig_borer_lumps))
-        for name, effect in catalogue().items()
-        if effect.drivers(jig_borer_lumps)
-    }
-    assert drivers["thermal_preload"] == ["inner_outer", "shaft_housing"]
-    assert drivers["slow_structure"] == ["hall", "column", "pedestal"]
-    assert drivers["fixture_warming"] == ["housing_front_ym", "column", "pedestal"]
-    assert drivers["column_bending"] == ["difference", "hall", "parts"]
-
-
 def test_a_law_is_the_same_whatever_drives_it(jig_borer_lumps: Machine) -> None:
     keys = ("slow_structure:column", "sensor_lag:T1", "slow_structure", "heat_path:a+b")
     assert law_of("sensor_lag:T1") == "sensor_lag:T1"

@@ -52,17 +52,6 @@ def test_references_are_used_and_known(name: str) -> None:
     assert single_words - {"definition"} <= set(machine.references)
 
 
-def test_uneven_cooling_of_each_ring_sums_to_zero(jig_borer_lumps: Machine) -> None:
-    for ring in ("front", "motor"):
-        items = [
-            item.parameters["difference"].value
-            for item in jig_borer_lumps.of_kind("links", "coolant_unevenness")
-            if item.refs["between"][1] == f"jacket_{ring}"
-        ]
-        assert len(items) == 4
-        assert sum(items) == 0.0
-
-
 def change(path: str, value: Any) -> dict[str, Any]:
     table = copy.deepcopy(TABLE)
     *steps, last = path.split(".")

@@ -15,7 +15,7 @@ from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import FloatArray, Values
-from plant_model.simulate import Driven, simulate, simulate_all, start_temperatures
+from plant_model.simulate import Driven, simulate, simulate_all
 from plant_model.trajectory import NOT_WARMING, trajectories
 from tests.plant_model.conftest import inputs_over, with_effects
 
@@ -47,7 +47,7 @@ def test_what_is_said_not_to_warm_changes_no_temperature(name: str) -> None:
     values = Values(machine.parameters, moved)
     network = Network(machine, values, effects_in_force(machine, values))
     drive = drive_from(machine, inputs, 60.0, "linear")
-    start = np.broadcast_to(start_temperatures(machine, inputs, drive), (3, network.node_count))
+    start = np.broadcast_to(simulate(machine, inputs).temperatures[0, 0], (3, network.node_count))
     (whole,) = trajectories(machine, network, [drive], [start], 1e-3)
     found = whole[..., : network.node_count]
     # With one error control for all sets, steps are the same whatever else the sets have.
@@ -112,20 +112,6 @@ def test_what_is_known_ahead_is_what_stepping_gives(
         off = np.abs(one.temperatures - stepped.temperatures)[:, ::every]
         assert off.max() < within
         assert np.abs(one.pose - stepped.pose)[:, ::every].max() < 10.0 * within
-
-
-def test_a_finer_grid_has_the_same_inputs() -> None:
-    machine = read_machine("jig_borer_lumps")
-    drive = drive_from(machine, inputs_of("jig_borer_lumps"), 120.0)
-    fine = drive.refined(4)
-    np.testing.assert_allclose(fine.grid[::4], drive.grid)
-    assert np.all(np.diff(fine.grid) > 0.0)
-    for name, values in drive.first.items():
-        np.testing.assert_allclose(fine.first[name][::4], values)
-        np.testing.assert_allclose(fine.last[name][3::4], drive.last[name])
-        np.testing.assert_allclose(fine.first[name][1:4], fine.last[name][:3])
-    for name, values in drive.held.items():
-        np.testing.assert_array_equal(fine.held[name].reshape(-1, 4), values[:, None].repeat(4, 1))
 
 
 def test_sets_that_start_elsewhere_share_nothing() -> None:

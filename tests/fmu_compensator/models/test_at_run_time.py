@@ -6,7 +6,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 import build_fmu
@@ -86,16 +85,3 @@ def test_options_of_a_model_reach_it_and_wrong_ones_do_not(text: str) -> None:
     assert parse_model(text, "t").input_form == "level"
     with pytest.raises(BadInput, match="turbo"):
         fit_compensator(RUNS[:1], RIG, "bp", turbo=True)
-
-
-def test_a_sensor_with_another_level_in_some_runs_is_not_used_by_level() -> None:
-    moved = [
-        type(run)(run.name, run.frame.assign(T4_degC=run.frame["T4_degC"] + 31.0))
-        for run in RUNS[2:]
-    ]
-    table = fit_compensator(
-        [*RUNS[:2], *moved, make_run("d", 8, hours=2.0)], RIG, "thermal_states", penalty=1e-3
-    )
-    assert "T4" not in table["chosen"]
-    assert any("the level form would carry it" in note for note in table["provenance"]["notes"])
-    assert np.isfinite(table["provenance"]["figures"]["training"]["Z"]["model"])

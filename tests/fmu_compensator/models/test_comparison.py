@@ -9,13 +9,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from fmu_compensator.driving import drive
 from fmu_compensator.fit.columns import MeasuredColumns, targets_of
 from fmu_compensator.fit.comparison import compare
 from fmu_compensator.fit.contestants import contestants
-from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.splits import Split, leave_out
-from fmu_compensator.runtime.modelfile import parse_model
 from measurement.errors import BadInput
 from measurement.figures import figures_of_merit
 from measurement.runs import Run
@@ -72,7 +69,7 @@ def test_the_figures_are_those_of_the_rows() -> None:
     assert measured == pytest.approx(truth.to_numpy())
 
 
-def test_judged_is_what_is_installed_with_the_interval_that_it_promises() -> None:
+def test_the_interval_that_each_promises_is_judged() -> None:
     found = compare([one_split()], RIG, contestants(["mlr", "gaussian"]))
     rows = {row["name"]: row for row in found.to_dict()["models"]}
     for name in ("mlr", "gaussian"):
@@ -83,14 +80,6 @@ def test_judged_is_what_is_installed_with_the_interval_that_it_promises() -> Non
         assert all(share > 0.5 for share in shares.values())
         assert rows[name]["score"] < 0.05
     assert "interval" not in rows["no_model"]
-    table = fit_compensator(RUNS[:3], RIG, "mlr", limits={"slew_um_per_s": 1000.0}, judge=False)
-    driven = drive(parse_model(compensator_text(table), "m"), RUNS[3], RUNS[3], RIG, 100.0)
-    [judged] = [row for row in found.rows if row.name == "mlr"]
-    elongation = np.array([output.elongation for output in driven.outputs])
-    [here] = [one for one in judged.validate if one.run == RUNS[3].name]
-    rows_there = np.isin(here.time_s, driven.time_s)
-    # A compensator that is stepped every minute, and a fit that saw every half: nearly the same.
-    assert elongation == pytest.approx(here.predicted[rows_there, 0], abs=0.2)
 
 
 def test_any_displacement_columns_serve() -> None:

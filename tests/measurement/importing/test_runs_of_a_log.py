@@ -116,6 +116,7 @@ def test_a_warm_start_comes_soon_after_a_run_that_warmed(
     assert nose_and_hall(rises, rests_h) == told
 
 
+@pytest.mark.long
 @pytest.mark.real_data
 def test_every_run_of_the_measured_lathe_warms(lathe_runs: list[Path]) -> None:
     frames = [read_run(path).frame for path in lathe_runs]
