@@ -12,7 +12,7 @@ from gap_finder.calibrate import Progress
 from gap_finder.design import RunSensitivities, all_sensitivities
 from gap_finder.hypotheses import AddedEffect, Listed, everything
 from gap_finder.keys import effect_of
-from gap_finder.proposals import PLACES, Added, is_far_from_linear, screened
+from gap_finder.proposals import LEADERS, PLACES, Added, is_far_from_linear, screened
 from gap_finder.score import Fit, fit
 from gap_finder.search import Search
 from plant_model.integrate import IntegrationError
@@ -33,10 +33,6 @@ LAW = 0.05
 """Share of the squares that were missing at first that a right law may still leave [1]: no machine
 obeys a law of the catalogue better, and what is left of a strong effect is like others. Set on the
 development split (lathe 0003 and 0016)."""
-
-LEADERS = 4
-"""Candidates that are calibrated to the end, whatever they win at first; set for time, on no
-data."""
 
 
 @dataclass(frozen=True)
@@ -185,8 +181,9 @@ class Searching:
         tried = self._scored(best, first, listed, sensitivities)
         worth = self._worth(best, tried)
         tried += self._scored(best, later, listed, sensitivities, worth=worth)
-        if tried:
-            leader = min(tried, key=lambda one: one.score(units_of(self.nothing, tried)))
+        units = units_of(self.nothing, [best, *tried])
+        leader = min(tried, key=lambda one: one.score(units), default=best)
+        if leader.score(units) < best.score(units):
             kind = leader.keys[-1].partition(":")[0]
             more = _other_drivers(leader, tried, listed)
             more += [one for one in proposed.places if one.key.partition(":")[0] == kind]
@@ -309,8 +306,8 @@ def added_to(
     sensitivities : sequence of RunSensitivities
         About the best.
     like : Hypothesis, optional
-        The same law on another driver, calibrated: where a law is far from linear everything else
-        must have moved with it before another driver does any good.
+        The same law on another driver, or a change of its kind elsewhere, calibrated: everything
+        else must have moved with it before another one does any good.
     worth : float
         Cost that its calibration must be below soon for the rest of it to be worth its time.
     """
@@ -320,7 +317,7 @@ def added_to(
         # The size that a linear screening finds may be far too small.
         points.append(one.base(best.fit.machine))
     if like is not None:
-        points.append(_driven_as(like, best, one))
+        points.append(_in_place_of(like, best, one))
     try:
         found = fit(one.base(best.fit.base), observed, points, sensitivities, worth)
         if found is None:
@@ -335,15 +332,23 @@ def added_to(
     return Hypothesis(additions, prior, found)
 
 
-def _driven_as(like: Hypothesis, best: Hypothesis, first: Added) -> Machine:
-    """Return the machine calibrated on one driver, with the same law on another instead."""
-    machine, key = like.fit.machine, like.keys[-1]
-    rest = {name: table for name, table in machine.effects.items() if name != key}
-    bare = replace(machine, effects=rest)
-    if not isinstance(first, AddedEffect):
-        return first.put_into(best.fit.machine)
-    values = {name: one.value for name, one in machine.effects[key].items()}
-    return AddedEffect(replace(first.candidate, values=values)).put_into(bare)
+def _in_place_of(like: Hypothesis, best: Hypothesis, first: Added) -> Machine:
+    """Return the machine with another driver or place, all else as calibrated with *like*."""
+    if isinstance(first, AddedEffect):
+        table = like.fit.machine.effects[like.keys[-1]]
+        values = {name: one.value for name, one in table.items()}
+        first = AddedEffect(replace(first.candidate, values=values))
+    return first.put_into(_moved_as(best.fit.machine, like.fit.machine))
+
+
+def _moved_as(machine: Machine, like: Machine) -> Machine:
+    """Return a machine with what calibration moved in another one, where it has that."""
+    shared = {
+        name: value.value
+        for name, value in like.parameters.items()
+        if name in machine.parameters and value.calibrate and not value.tied
+    }
+    return machine.with_values(shared, beyond=True)
 
 
 def in_full(one: Hypothesis) -> tuple[Hypothesis, list[RunSensitivities]]:
@@ -365,13 +370,8 @@ def _of(
 ) -> Hypothesis | None:
     """Return the hypothesis with some additions, the rest begun as a calibrated machine has it."""
     base = nothing.fit.base
-    shared = {
-        name: value.value
-        for name, value in like.parameters.items()
-        if name in base.parameters and value.calibrate and not value.tied
-    }
     try:
-        machine = base.with_values(shared, beyond=True)
+        machine = _moved_as(base, like)
         observed = list(nothing.fit.observed)
         for one in additions:
             base, machine = one.base(base), one.put_into(machine)

@@ -19,6 +19,10 @@ on no data."""
 PROPOSED = 16
 """Candidates that the screening proposes in all; set for time, on no data."""
 
+LEADERS = 4
+"""Candidates that are calibrated to the end, whatever they win at first; set for time, on no
+data."""
+
 PLACES = 6
 """Places at which the kind of change that does best is scored, and rivals tried in the place of an
 addition when another one has joined it; set for time, on no data."""
@@ -33,7 +37,7 @@ class Proposed:
     Attributes
     ----------
     likely : list of AddedEffect or AddedChange
-        What lowers the score in the screening.
+        The likeliest few, and others that lower the score in the screening.
     places : list of AddedEffect or AddedChange
         The next few of every kind of change: the best of a kind is asked for with them.
     """
@@ -54,9 +58,10 @@ def screened(best: Fit, listed: Listed, law: float) -> Proposed:
     sized = [one.scaled(scale) for one, scale in zip(tried, scores.scale.tolist(), strict=True)]
     won = (scores.gain + scores.nearer) / unit - np.array([one.size_cost() for one in sized])
     order = np.argsort(-(won - prior)).tolist()
-    enough = [i for i in order if won[i] > prior[i]]
-    likely = _best_of_kinds(tried, enough, PER_KIND, PROPOSED)
-    changes = [i for i in enough if isinstance(tried[i], AddedChange)]
+    likely = _best_of_kinds(tried, order, PER_KIND, PROPOSED)
+    # What calibration has taken up shows little near where it ended: the first are scored anyway.
+    likely = [i for rank, i in enumerate(likely) if rank < LEADERS or won[i] > prior[i]]
+    changes = [i for i in order if isinstance(tried[i], AddedChange)]
     keys = {tried[i].key for i in likely}
     places = [i for i in _best_of_kinds(tried, changes, PLACES) if tried[i].key not in keys]
     return Proposed([sized[i] for i in likely], [sized[i] for i in places])

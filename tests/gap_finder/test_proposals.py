@@ -1,0 +1,62 @@
+"""What is scored in full, and where its calibration begins."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from gap_finder.calibrate import calibrate
+from gap_finder.candidates import candidates
+from gap_finder.design import all_sensitivities
+from gap_finder.forward_backward import LAW, Hypothesis, _in_place_of
+from gap_finder.hypotheses import AddedChange, AddedEffect, Listed, prior_costs
+from gap_finder.kinds.heat_path import HeatPath
+from gap_finder.observations import observe
+from gap_finder.proposals import LEADERS, screened
+from gap_finder.score import scored
+from plant_model.effects import catalogue
+from plant_model.machine import Machine
+from tests.gap_finder.conftest import runs_of
+
+LAWS = ("friction_speed_exponent", "windage", "motor_iron_loss", "joint_resistance", "radiation")
+
+
+def test_the_likeliest_are_scored_even_if_none_lowers_the_score_in_the_screening(
+    jig_borer_lumps: Machine,
+) -> None:
+    observed = observe(jig_borer_lumps, runs_of(jig_borer_lumps))
+    calibration = calibrate(jig_borer_lumps, observed, starts=1, iterations=1)
+    sensitivities = all_sensitivities(calibration.machine, observed)
+    now = scored(jig_borer_lumps, observed, calibration, sensitivities)
+    tried: list[AddedEffect | AddedChange] = [
+        AddedEffect(one)
+        for name in LAWS
+        for one in candidates(now.machine, observed, catalogue()[name])
+    ]
+    # So unlikely that nothing gained pays for it.
+    costs = {key: 1e4 + cost for key, cost in prior_costs({one.key for one in tried}).items()}
+    likely = screened(now, Listed(tried, costs), LAW).likely
+    assert len({one.key for one in likely}) == len(likely) == LEADERS
+
+
+def test_another_place_begins_where_the_one_that_does_best_has_ended(
+    jig_borer_lumps: Machine,
+) -> None:
+    (moved, *_) = [name for name, one in jig_borer_lumps.parameters.items() if one.calibrate]
+    usual = jig_borer_lumps.parameters[moved].value
+    known: Any = SimpleNamespace(machine=jig_borer_lumps)
+    here, there, *_ = (
+        AddedChange(one, {"conductance": 3.0}, ()) for one in HeatPath.all_of([known])
+    )
+    ended = here.put_into(jig_borer_lumps).with_values({moved: 1.1 * usual})
+
+    def found(machine: Machine, *added: AddedChange) -> Hypothesis:
+        fit: Any = SimpleNamespace(machine=machine)
+        return Hypothesis(added, (0.0,) * len(added), fit)
+
+    begun = _in_place_of(found(ended, here), found(jig_borer_lumps), there)
+    assert begun.parameters[moved].value == pytest.approx(1.1 * usual)
+    there_is = {item.name for item in begun.items} - {item.name for item in jig_borer_lumps.items}
+    assert there_is == {"-".join(there.change.place)}
