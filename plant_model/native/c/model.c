@@ -167,11 +167,12 @@ static size_t place(enum side side, size_t ref)
     size_t states = offsetof(struct plant_memory, temperatures), offset = variable->offset;
     if (side == KNOWN) {
         bool is_state = variable->causality == OUTPUT && offset < outputs;
-        size_t tuned = ref - (FIRST_PARAMETER + 1 + RISES);
-        return ref < GIVEN       ? ref
-               : is_state        ? GIVEN + (offset - states) / sizeof(double)
-               : tuned < TUNABLE ? GIVEN + SIZE + tuned
-                                 : NONE;
+        size_t first_tuned = FIRST_PARAMETER + 1 + RISES;
+        bool is_tuned = ref >= first_tuned && ref < first_tuned + TUNABLE;
+        return ref < GIVEN ? ref
+               : is_state  ? GIVEN + (offset - states) / sizeof(double)
+               : is_tuned  ? GIVEN + SIZE + ref - first_tuned
+                           : NONE;
     }
     if (variable->causality == DERIVATIVE) {
         return offset;
