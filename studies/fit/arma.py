@@ -22,9 +22,9 @@ from fmu_compensator.fit.error_models.options import (
     within,
 )
 from fmu_compensator.fit.training import Array, TrainingRun
-from fmu_compensator.runtime.fields import LARGEST
 from measurement.errors import BadInput
-from studies.fit.arx import step_counts, usual_step
+from studies.fit.arx import usual_step
+from studies.fit.as_installed import predicted
 
 MOST_DIFFERENCES = 2
 """A judgement, set on no data: each difference amplifies a sensor's noise."""
@@ -119,15 +119,7 @@ class AutoregressiveMovingAverage(FittedModel):
 
         Without measurements the series runs free from the start, where the drift is zero.
         """
-        counts = step_counts(run.time_s, self.step_s)
-        known: Any = np.zeros(len(counts), dtype=bool)
-        if measured is not None:
-            known = np.isfinite(measured).all(axis=1)
-        columns = [
-            _run_through(one, counts, known, measured[:, target] if measured is not None else None)
-            for target, one in enumerate(self.series)
-        ]
-        return np.column_stack(columns)
+        return predicted("arma", self.table(), len(self.series), run, measured)
 
     def table(self) -> dict[str, Any]:
         """Return the numbers for the compensator file."""
@@ -155,42 +147,6 @@ class AutoregressiveMovingAverage(FittedModel):
             for name, one in zip(self._names, self.series, strict=True)
         }
         return {"step_s": self.step_s, "targets": targets}
-
-
-def _run_through(one: Series, counts: list[int], known: Any, measured: Array | None) -> Array:
-    """Return the series' prediction for every row.
-
-    levels[-1] is the newest level, levels[-2] the one before: with them differences of any order
-    are taken where they are needed, while the runtime keeps the differences themselves.
-    """
-    d = one.differences
-    lower = [0.0] * d  # newest value of each difference below the d-th
-    w_past, e_past = np.zeros(len(one.ar)), np.zeros(len(one.ma))
-    synced, held, waiting = True, 0.0, None
-    predicted = np.zeros(len(counts))
-    for k, count in enumerate(counts):
-        if k and known[k - 1] and measured is not None:
-            waiting = float(measured[k - 1])
-        for tick in range(count):
-            here = waiting if tick == 0 else None
-            expected = float(one.ar @ w_past + one.ma @ e_past)
-            w = expected
-            level = float(np.clip(one.mean + one.scale * expected + sum(lower), -LARGEST, LARGEST))
-            if here is not None:
-                if synced or d == 0:
-                    w = (here - sum(lower) - one.mean) / one.scale
-                level = here
-            if d == 2:
-                lower[1] += one.mean + one.scale * w
-            if d:
-                lower[0] = level
-            w_past = np.concatenate([[w], w_past])[: len(one.ar)]
-            e_past = np.concatenate([[w - expected], e_past])[: len(one.ma)]
-            synced, waiting = here is not None, None if tick == 0 else waiting
-            ahead = one.mean + one.scale * float(one.ar @ w_past + one.ma @ e_past)
-            held = float(np.clip(ahead + sum(lower), -LARGEST, LARGEST))
-        predicted[k] = held
-    return predicted
 
 
 def _even(run: TrainingRun, step_s: float) -> list[Array]:

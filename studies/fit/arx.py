@@ -18,6 +18,7 @@ from fmu_compensator.fit.error_models.options import (
 from fmu_compensator.fit.training import Array, TrainingRun
 from fmu_compensator.runtime.ticks import ticks
 from measurement.errors import BadInput, shown
+from studies.fit.as_installed import predicted
 from studies.fit.by_run import (
     FEWEST_TO_LEAVE_OUT,
     RIDGE,
@@ -148,17 +149,7 @@ class AutoregressiveExogenous(FittedModel):
 
     def predict(self, run: TrainingRun, measured: Array | None = None) -> Array:
         """Return the targets predicted for a run, shape (n, m) [um, urad]."""
-        counts = step_counts(run.time_s, self.step_s)
-        drift, last = np.zeros(len(self.pole)), run.inputs[0]
-        predicted = np.zeros((len(counts), len(drift)))
-        for k, count in enumerate(counts):
-            if measured is not None and k and np.isfinite(measured[k - 1]).all():
-                drift = measured[k - 1]
-            for _ in range(count):
-                push = self.now @ run.inputs[k] + self.before @ last + self.constant
-                drift, last = self.pole * drift + push, run.inputs[k]
-            predicted[k] = drift
-        return predicted
+        return predicted("arx", self.table(), len(self.pole), run, measured)
 
     def table(self) -> dict[str, Any]:
         """Return the numbers for the compensator file."""

@@ -19,6 +19,7 @@ from fmu_compensator.fit.error_models.options import (
 )
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput, shown
+from studies.fit.as_installed import predicted
 from studies.fit.by_run import FEWEST_TO_LEAVE_OUT
 from studies.runtime.vac import CONDITIONS, SAME_SPEED_SHARE, STILL_RPM
 
@@ -120,12 +121,12 @@ class VectorAngleCosine(FittedModel):
         given = _part_options(parts, kinds, seed)
         fitted = [_fitted(kind, task, given) for kind in kinds]
         use_held_out = held_out and len(task.runs) >= FEWEST_TO_LEAVE_OUT
-        predicted = (
+        parts_of_runs = (
             _predicted_left_out(kinds, task, given)
             if use_held_out
             else [np.stack([model.predict(run) for model in fitted], 2) for run in task.runs]
         )
-        rows = _Rows(task.runs, predicted)
+        rows = _Rows(task.runs, parts_of_runs)
         weights, prior = rows.combined(combination)
         diagnostics = {
             "models": list(kinds),
@@ -145,25 +146,7 @@ class VectorAngleCosine(FittedModel):
 
     def predict(self, run: TrainingRun, measured: Array | None = None) -> Array:
         """Return the targets predicted for a run, shape (n, m) [um, urad]."""
-        parts = np.stack([model.predict(run, measured) for model in self.models], axis=2)
-        elapsed = np.diff(run.time_s, prepend=run.time_s[0])
-        goal = np.stack([self.weights[name] for name in CONDITIONS])[conditions(run)]
-        blended, errors = goal[0].copy(), self.prior.copy()
-        predicted = np.zeros(parts.shape[:2])
-        for k in range(len(parts)):
-            blended = blended - np.expm1(-elapsed[k] / BLEND_S) * (goal[k] - blended)
-            force = blended
-            if self.prior.size:
-                if k and measured is not None and np.isfinite(measured[k - 1]).all():
-                    missed = np.abs(measured[k - 1][:, None] - parts[k - 1])
-                    gain = -np.expm1(-elapsed[k] / MEMORY_S)
-                    errors = errors + gain * (np.minimum(missed, 1e6) ** 2 - errors)
-                moved = blended * self.prior / np.maximum(errors, 1e-3 * self.prior)
-                total = moved.sum(axis=1, keepdims=True)
-                scaled = moved * blended.sum(axis=1, keepdims=True) / np.where(total > 0, total, 1)
-                force = np.where(total > 0, scaled, blended)
-            predicted[k] = (force * parts[k]).sum(axis=1)
-        return predicted
+        return predicted("vac", self.table(), len(self.weights[CONDITIONS[0]]), run, measured)
 
     def table(self) -> dict[str, Any]:
         """Return the numbers for the compensator file."""
