@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.sparse.csgraph import breadth_first_order
 
+from plant_model.drawing.class_values import CLASS_VALUES
 from plant_model.drawing.known import CLASS
 from plant_model.idle import still_axes, unused_inputs
 from plant_model.machine import Item, Machine
@@ -30,10 +31,6 @@ SLOWEST_H = 30.0
 
 MOST_DRIFT, LEAST_DRIFT = 500.0, 1.0
 """Drift of the nose at full speed beyond these looks wrong [um]: set on no data."""
-
-MISSED_K = 12.0
-"""A bearing that runs further from where a class has its viscosity has the wrong friction [K]: set
-on no data."""
 
 NEAR = 0.3
 """A part is seen beside a thermometer if it has this share of its conductance to it [1]: set on no
@@ -362,7 +359,8 @@ def _bearings(look: _Look) -> list[str]:
                 " jacket that cools it; or the highest speed is more than it ever runs."
             )
         # What the owner said is what the bearing has where the machine works, not at full speed.
-        if holds.source.startswith(CLASS) and abs(warm - holds.value) > MISSED_K:
+        usual = CLASS_VALUES["running_temperature"]
+        if holds.source.startswith(CLASS) and not usual.low <= warm <= usual.high:
             found.append(
                 f"The bearing {item.name} runs at {warm:.0f} degC at full speed, but its viscosity"
                 f" is that of {holds.value:.0f} degC, the class's: give it the running_temperature"

@@ -14,9 +14,6 @@ STILL_UM = 0.02
 """An axis that goes less far than this in all that is tried is moved by nothing [um]: set on no
 data."""
 
-WARMER_K = 5.0
-"""By how much the air and the coolant are warmer in the second trial [K]: set on no data."""
-
 FOUND_BY_UNIT = ("rpm", "Nm")
 """Effects find the spindle's speed and its torque by the unit; a torque waits for them."""
 
@@ -77,14 +74,10 @@ def _still(machine: Machine, shown: Simulation) -> set[str]:
 
 
 def _stirred(machine: Machine, inputs: pd.DataFrame) -> pd.DataFrame:
-    """Return the warm-up with all inputs moved from its second row on."""
+    """Return the warm-up with all inputs moved by a quarter from its second row on."""
     moved = inputs.copy()
     for entry in machine.inputs:
-        if entry.is_boundary:
-            warmer = moved[entry.name] + WARMER_K
-            moved.loc[1:, entry.name] = warmer.clip(upper=entry.high)
-        else:
-            moved.loc[1:, entry.name] += 0.25 * (entry.most - moved[entry.name])
+        moved.loc[1:, entry.name] += 0.25 * (entry.high - moved[entry.name])
     return moved
 
 

@@ -3,8 +3,9 @@
 `find_faults` looks at runs, alone and against each other, and returns one `Fault` for each thing
 that is wrong: run, column, span, what, and what is done about it. `cleaned` takes out of the runs
 what is not to be used; `looked_over` lets runs carry their faults along. Each check is a file of
-`checks`. No model takes part: the data alone decide. The checks' numbers were set on the runs of
-`benchmarks.sensor_faults.run setting`; docs/results.md reports on others.
+`checks`. No model takes part: the data alone decide. A number of the checks is "set on the planted
+faults" where those of `benchmarks.sensor_faults.run setting` decided; docs/results.md reports on
+other runs, but for `standing.STEPS`.
 """
 
 from measurement.faults.fault import STANDING, Fault

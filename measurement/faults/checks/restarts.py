@@ -8,11 +8,9 @@ from typing import ClassVar
 import numpy as np
 
 from measurement.faults.checks.base import Check, Seen
+from measurement.faults.checks.standing import MOVING_UM
 from measurement.faults.fault import Fault, Kind
 from measurement.faults.series import lengths_of
-
-RESTART_UM = 3.0
-"""A displacement that comes back from a standstill this far away has moved unseen [um]."""
 
 
 class Restarts(Check):
@@ -32,7 +30,7 @@ class Restarts(Check):
                 continue
             # A few samples on: the reading may take one or two to come back.
             step = np.median(values[after[:5]]) - values[run.time_s >= fault.start_s][0]
-            if abs(step) > RESTART_UM:
+            if abs(step) >= MOVING_UM:
                 text = f"jumps by {step:+.0f} um on coming back"
                 time = float(run.time_s[after[0]])
                 yield Fault(run.name, fault.column, "restart", time, time, text, fault.place)

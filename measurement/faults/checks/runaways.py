@@ -17,9 +17,7 @@ from measurement.runs import FloatArray, Run
 SETTLING_S = 3600.0
 """A thermometer has run away if it moves by `FAR_K` against the middle of all others in `LAG_S`,
 without a switch in that time or so long before it [s], while no other goes the share `LASTS` of
-its way: heat warms the neighbours."""
-BEGUN = 0.1
-"""It began when it had gone this share of the way [1]."""
+its way: heat warms the neighbours. Set on the planted faults."""
 
 
 class Runaways(Check):
@@ -48,9 +46,8 @@ class Runaways(Check):
                 continue
             i, first = int(gone[0]), int(back[gone[0]])
             level, way = float(away[first]), float(away[i] - away[first])
-            begun = first + int(np.argmax((away[first : i + 1] - level) / way > BEGUN))
             off = np.flatnonzero((away - level) / way > LASTS)
-            last = int(off[-1]) if off.size else len(time) - 1
+            begun, last = int(off[off > first][0]), int(off[-1])
             end = float(np.median(away[i : last + 1])) - level
             text = (
                 f"runs away from all other thermometers by {end:+.0f} K, with no switch of the "

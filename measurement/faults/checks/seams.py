@@ -13,7 +13,8 @@ from measurement.resampling import FINEST_K, GAP_INTERVALS, WRONG
 from measurement.runs import TIME, FloatArray, Run
 
 BESIDE = 3
-"""So many steps on each side of one say how far a thermometer moves from row to row [1]."""
+"""So many steps on each side of one say how far a thermometer moves from row to row [1]. Set on the
+planted faults."""
 
 
 class Seams(Check):

@@ -14,7 +14,7 @@ from measurement.runs import FloatArray, Run
 
 COARSE_SHARE = 1 / 200
 """Readings whose smallest step is more than this share of their range, and that repeat the
-reading before in most samples, are on a staircase [1]."""
+reading before in most samples, are on a staircase [1]: set on no data."""
 
 
 class Staircases(Check):

@@ -33,30 +33,24 @@ from measurement.units import split_column
 
 FROZEN_S = 900.0
 """A channel that is exactly constant for longer is looked at [s]. Thermal drift that goes on leaves
-a sensor's resolution step within a quarter of an hour."""
+a sensor's resolution step within a quarter of an hour. Set on the planted faults."""
 MOVING_K = 2.0
 """A temperature that changes by this much in the meantime says that the machine is not at rest [K].
-In a good record with steps of 0.25 um the growth stood still for up to 107 min while temperatures
-moved by at most 0.9 K; while known frozen channels stood still they moved by 3 K and more."""
+Set on measured runs: in a good record with steps of 0.25 um the growth stood still for up to 107
+min while temperatures moved by at most 0.9 K; while known frozen channels stood still they moved by
+3 K and more."""
 MOVING_UM = 5.0
-"""So does another displacement that changes by this much [um]: beyond any resolution step."""
-ISOLATED_SHARE = 0.5
-"""An extreme value that lies further from all others than this share of their range was jumped to:
-the end of the sensor's range, not the end of a drift [1]."""
+"""So does another displacement that changes by this much [um]: beyond any resolution step. A
+displacement that comes back from a standstill this far away has moved unseen. Set on no data."""
 
-STEPS = 8
-"""Half of the others must move by `MOVING_K` and by this many steps of its resolution [1], so many
-must its own readings span over all runs, and"""
+STEPS = 3
+"""A thermometer stands wrongly if half of the others move by `MOVING_K` and by this many steps of
+its resolution [1], so many must its own readings span over all runs, or if the others say that it
+moved so far itself; and it must stand `UNUSUALLY` long. Set on standstills planted into the lathe's
+odd runs."""
 UNUSUALLY = 3.0
-"""it must stand still this many times longer than it does otherwise [1];"""
-LONGER = 2.5
-"""or it stands this many times longer than its usual stretch in the run [1], and"""
-TOLD_STEPS = 2.5
-"""the others say that it moved by this many steps of its resolution [1], and"""
-TOLD_K = 1.5
-"""by this much [K]."""
-WHOLE = 0.95
-"""A thermometer that stands still for this share of a run is dead in it [1]."""
+"""So many times longer than it does otherwise, or than its usual stretch in the run [1]. Set on the
+planted faults."""
 
 
 class Standing(Check):
@@ -152,20 +146,20 @@ def _stands(run: Run, place: int, habits: _Habits, witnesses: Witnesses) -> Iter
         rest = _below(lengths, length)
         habit = max(float(rest.max(initial=0.0)), habits.usual_s)
         dropped = _dropped(time, values, first, last, resolution)
+        enough = max(MOVING_K, STEPS * resolution)
         why = ""
         if dropped:
             why = f"after a leap of {dropped:+.3g} K"
         if not why and not habits.coarse and length > UNUSUALLY * habit:
             moved = _half_moved(run, column, start, end)
-            if moved >= max(MOVING_K, STEPS * resolution):
+            if moved >= enough:
                 why = f"while half of the others moved by {moved:.1f} K or more"
-        if not why and rest.size and length > LONGER * float(np.median(rest)):
+        if not why and rest.size and length > UNUSUALLY * float(np.median(rest)):
             told = witnesses.told(place, column, float(time[first]), float(time[last]))
-            if told >= max(TOLD_K, TOLD_STEPS * resolution):
+            if told >= enough:
                 why = f"while the others say that it moved by {told:.1f} K"
         if why:
-            whole = length >= WHOLE * float(run.time_s[-1] - run.time_s[0])
-            dead = whole or (dropped and last == len(values) - 1)
+            dead = last == len(values) - 1 and (first == 0 or dropped)
             # What noise moves comes to the end of the range again and again.
             again = values[firsts] == values[first]
             ended = values[first] in habits.ends and not dropped and habits.noisy
@@ -280,19 +274,18 @@ def _spread(values: FloatArray) -> float:
 def _at_end_of_range(run: Run, name: str, start: int, end: int) -> bool:
     """Return whether the standstill is at the end of the sensor's range.
 
-    It is at the channel's own extreme, and either far from all other values or reached while the
-    spindle was turning (a channel that a stop freezes is at its extreme by chance).
+    It is at the channel's own extreme, and either further from all others than these are from each
+    other, or reached while the spindle was turning: a channel that a stop freezes is at its extreme
+    by chance.
     """
     values = run.frame[name].to_numpy()
     value = values[start]
     others = values[~np.isnan(values) & (values != value)]
     if not others.size or others.min() < value < others.max():
         return False
-    distance = float(np.abs(others - value).min())
-    if distance > ISOLATED_SHARE * float(np.ptp(others)) > 0.0:
-        return True
+    far = float(np.abs(others - value).min()) > float(np.ptp(others)) > 0.0
     speeds = run.of_unit("rpm")
-    if not speeds:
+    if far or not speeds:
         return True
     turning = run.frame[speeds[0]].ffill().to_numpy()[start : end + 1] != 0.0
     return bool(turning.mean() > 0.5)

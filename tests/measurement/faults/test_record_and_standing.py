@@ -92,7 +92,7 @@ def test_a_channel_that_freezes_in_a_stop_is_at_its_extreme_by_chance() -> None:
     assert found(frame) == [("frozen", "S1_um")]
 
 
-def test_a_missing_share_above_one_percent_is_said() -> None:
+def test_gaps_that_are_not_bridged_are_said() -> None:
     holed = warm_up()["T1_degC"].to_numpy().copy()
     holed[:3] = np.nan
     assert found(warm_up(T1_degC=holed)) == []
