@@ -94,9 +94,9 @@ SLOW = {"find_gap"}
     [pytest.param(name, marks=[pytest.mark.long] * (name in SLOW)) for name in FUNCTIONS],
 )
 def test_every_example_runs(
-    name: str, shipped: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    name: str, shipped_in_c: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (tmp_path / "dist").symlink_to(shipped)
+    (tmp_path / "dist").symlink_to(shipped_in_c)
     monkeypatch.chdir(tmp_path)
     found = getattr(sd, name)
     (case,) = [
@@ -236,19 +236,18 @@ def no_windows(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MPLBACKEND", "agg")
 
 
-def test_results_can_be_looked_at(no_windows: None, tmp_path: Path) -> None:
+def test_results_can_be_looked_at(
+    no_windows: None, fitted: sd.Compensator, runs: list[sd.Run], tmp_path: Path
+) -> None:
     from matplotlib import pyplot
 
-    names = ("training_down", "training_random", "training_stops")
-    runs = [sd.simulate("jig_borer", name, every_s=120.0, noise_seed=1) for name in names]
-    compensator = sd.fit(runs, model="mlr", machine="jig_borer")
     compared = sd.compare(runs[:2], runs[2:], models=["mlr"])
-    judged = compensator.plot(runs[0], machine="jig_borer")
+    judged = fitted.plot(runs[0], machine="jig_borer")
     assert [ax.get_ylabel() for ax in judged.axes] == ["X [µm]", "Y [µm]", "Z [µm]"]
     lines = {line.get_label() for line in judged.axes[0].lines}
     assert lines >= {"No compensation", "Compensated"}
     assert any("interval" in str(label) for label in lines)
-    drift = compensator.judge(runs[0], machine="jig_borer")["drift_Z_um"].to_numpy()
+    drift = fitted.judge(runs[0], machine="jig_borer")["drift_Z_um"].to_numpy()
     assert judged.axes[2].lines[0].get_ydata().min() == pytest.approx(drift.min())
     bars = compared.plot("elongation").axes[0]
     assert len(bars.get_yticks()) == len(compared.table)

@@ -66,13 +66,6 @@ def test_every_variable_is_described(tiny: Package) -> None:
     assert "start" not in total[0].attrib
 
 
-def test_units_have_their_si_factors(tiny: Package) -> None:
-    units = {unit.get("name"): unit for unit in _description(tiny).iter("Unit")}
-    assert units["um"][0].attrib == {"m": "1", "factor": "1e-06"}
-    assert units["um/K"][0].attrib == {"m": "1", "K": "-1", "factor": "1e-06"}
-    assert [d.get("name") for d in units["um"].iter("DisplayUnit")] == ["um", "mm"]
-
-
 def test_dependencies_are_what_the_slave_declares(tiny: Package) -> None:
     root = _description(tiny)
     names = [v.get("name") for v in root.iter("ScalarVariable")]

@@ -17,6 +17,14 @@ WARM = {"T1": 24.0, "T4": 26.0}
 """What moves the offsets of the bench's compensator, which uses T1 and T4."""
 
 
+def told_by_machine(state: str, time_s: float, step_s: float) -> dict[str, Value]:
+    """Return what a machine at 20 degC tells in a cycle."""
+    told: dict[str, Value] = {f"T{n}": 20.0 for n in range(1, 12)}
+    told |= {"speed": 3000.0, "tool_length": 150.0, "offset_use": "following"}
+    told |= {"thermal_state": "cold", "machine_state": state}
+    return told | {"machine_time": time_s, "machine_step": step_s}
+
+
 class Bench:
     """A gateway node with a real compensator FMU, a made-up clock and no bus.
 
@@ -79,15 +87,12 @@ class Bench:
         self, values: Mapping[str, Value] | None = None, state: str = "running"
     ) -> list[can.Message]:
         """Return the machine's messages of the next cycle."""
-        all_values: dict[str, Value] = {f"T{n}": 20.0 for n in range(1, 12)}
-        all_values |= {"speed": 3000.0, "tool_length": 150.0, "machine_state": state}
-        all_values |= {"offset_use": "following", "thermal_state": "cold"}
         step_s = self.step_s if state == "running" else 0.0
         if state == "running" and not self.settings.machine_clock:
             self._keep_time()
-        all_values |= {"machine_time": self.time_s, "machine_step": step_s, **(values or {})}
+        told = {**told_by_machine(state, self.time_s, step_s), **(values or {})}
         self.time_s = round(self.time_s + step_s, 3)
-        return self.sender.messages(all_values, self.challenge)
+        return self.sender.messages(told, self.challenge)
 
     def _keep_time(self) -> None:
         """The machine's clock goes on while it is not heard: leave cycles out to catch up."""

@@ -26,7 +26,7 @@ from gateway.protocols.base import Participant
 from gateway.serving import Service
 from gateway.unit import CompensatorUnit
 from scenarios.cli import main
-from tests.gateway.bench import proven
+from tests.gateway.bench import proven, told_by_machine
 from tests.gateway.conftest import Wire
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -117,12 +117,9 @@ class Control:
     def messages(self, values: Mapping[str, Value], state: str = "running") -> list[can.Message]:
         """Return the messages of the next cycle."""
         step_s = self.step_s if state == "running" else 0.0
-        content: dict[str, Value] = {f"T{n}": 20.0 for n in range(1, 12)}
-        content |= {"speed": 3000.0, "tool_length": 150.0, "offset_use": "following"}
-        content["thermal_state"] = "cold"
-        content |= {"machine_state": state, "machine_time": self.time_s, "machine_step": step_s}
+        told = told_by_machine(state, self.time_s, step_s) | dict(values)
         self.time_s = round(self.time_s + step_s, 3)
-        return self.sender.messages(content | dict(values), self.ear.challenge)
+        return self.sender.messages(told, self.ear.challenge)
 
     def send(self, messages: list[can.Message]) -> None:
         """Send messages as they are."""

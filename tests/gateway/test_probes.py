@@ -61,16 +61,6 @@ class Probe:
         return self.bench.cycle({}, lambda m: [*self.frames(measured, late_s), *m])
 
 
-def frames(bench: Bench, measured: dict[str, float]) -> list[can.Message]:
-    """Return the frames of a first probe."""
-    return Probe(bench).frames(measured)
-
-
-def with_probe(bench: Bench, measured: dict[str, float], late_s: float = 0.0) -> dict[str, object]:
-    """Run a cycle with a first probe before it."""
-    return dict(Probe(bench).cycle(measured, late_s))
-
-
 def running_for_hours(database: Database, unit: CompensatorUnit) -> Bench:
     """Return a gateway that has run for nine hours: by then its uncertainty grows no more."""
     bench = Bench(database, unit, GatewaySettings(speed_up=SPEED_UP))
@@ -86,7 +76,7 @@ def test_a_probe_reaches_the_compensator(database: Database, fmu_folder: Path) -
     with contextlib.closing(CompensatorUnit(fmu_folder / "compensator.fmu")) as unit:
         bench = running_for_hours(database, unit)
         before = bench.last
-        assert with_probe(bench, MEASURED)["probes_taken"] == 1
+        assert Probe(bench).cycle(MEASURED)["probes_taken"] == 1
         answer = bench.cycle()  # what a probe brings shows at the next step
         assert answer["probes_taken"] == 1
     with contextlib.closing(CompensatorUnit(fmu_folder / "compensator.fmu")) as unit:
@@ -134,7 +124,7 @@ def other_count(messages: list[can.Message]) -> list[can.Message]:
 @pytest.mark.parametrize("change", [spoilt, other_count])
 def test_a_damaged_probe_is_not_used(probed: Bench, change: Change) -> None:
     before = probed.last["dZ_uncertainty"]
-    probed.cycle({}, lambda m: [*change(frames(probed, MEASURED)), *m])
+    probed.cycle({}, lambda m: [*change(Probe(probed).frames(MEASURED)), *m])
     assert probed.last["probes_taken"] == 0
     assert probed.last["dZ_uncertainty"] == pytest.approx(before, abs=0.02)
     assert probed.last["valid"] == "valid"
@@ -142,12 +132,12 @@ def test_a_damaged_probe_is_not_used(probed: Bench, change: Change) -> None:
 
 @pytest.mark.parametrize("late_s", [0.5, 5.0, 60.0])
 def test_a_probe_that_waited_is_not_used(probed: Bench, late_s: float) -> None:
-    assert with_probe(probed, MEASURED, late_s)["probes_taken"] == 0
+    assert Probe(probed).cycle(MEASURED, late_s)["probes_taken"] == 0
     assert any("old" in line for line in probed.said)
 
 
 def test_half_a_probe_is_not_used(probed: Bench) -> None:
-    assert with_probe(probed, MEASURED | {"measured_near_y": nan})["probes_taken"] == 0
+    assert Probe(probed).cycle(MEASURED | {"measured_near_y": nan})["probes_taken"] == 0
     assert any("measured_near_y is missing" in line for line in probed.said)
 
 

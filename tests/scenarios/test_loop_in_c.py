@@ -18,45 +18,17 @@ from scenarios.recording import Recording
 from scenarios.scenario import read_scenario
 from tests.scenarios.tiny_fmus import COMPENSATOR, build_tiny
 
-FAULTS = """
-[[faults]]
-sensor = "T1"
-kind = "frozen"
-start_s = 2
-end_s = 5
-
-[[faults]]
-sensor = "T1"
-kind = "drift"
-value = 100.0
-start_s = 4
-end_s = 12
-
-[[faults]]
-sensor = "T1"
-kind = "spike"
-value = 3.0
-start_s = 1
-every_s = 3.0
-
-[[faults]]
-sensor = "T1"
-kind = "missing"
-start_s = 8
-end_s = 10
-
-[[faults]]
-sensor = "T1"
-kind = "stuck-at"
-value = 25.0
-start_s = 15
-end_s = 18
-
-[[faults]]
-sensor = "T1"
-kind = "frozen"
-start_s = 19
-"""
+FAULTS = "".join(
+    f'\n[[faults]]\nsensor = "T1"\nkind = "{kind}"\n{rest}'
+    for kind, rest in (
+        ("frozen", "start_s = 2\nend_s = 5\n"),
+        ("drift", "value = 100.0\nstart_s = 4\nend_s = 12\n"),
+        ("spike", "value = 3.0\nstart_s = 1\nevery_s = 3.0\n"),
+        ("missing", "start_s = 8\nend_s = 10\n"),
+        ("stuck-at", "value = 25.0\nstart_s = 15\nend_s = 18\n"),
+        ("frozen", "start_s = 19\n"),
+    )
+)
 """The last one acts at the last points, where nothing is stepped any more."""
 
 
