@@ -26,8 +26,8 @@ split."""
 PROOF = 2.0 * MARGIN
 """By how much an addition must lower the score to be named: odds of one in four hundred. Set on the
 lathe's questions of the development, seventh and eighth split: what is there lowers the score by
-13, 14, 15, 17, 18, 19 and 23 and more, what is not by 10 and less, save imitators of a law that is
-on no list."""
+13, 14, 15, 17, 18, 19 and 23 and more, what is not by 10 and less (11.1 in the twelfth), save
+imitators of a law that is on no list."""
 
 LAW = 0.05
 """Share of the squares that were missing at first that a right law may still leave [1]: no machine
