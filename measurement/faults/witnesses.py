@@ -12,8 +12,9 @@ from measurement.resampling import LAG_S
 from measurement.runs import FloatArray, Run
 
 GRID_S = 300.0
+"""Readings are compared on a grid of this step [s]: set on no data."""
 WINDOW = int(LAG_S / GRID_S)
-"""Changes over so many rows of the grid are compared: set on no data [s]."""
+"""Changes over so many rows of the grid are compared."""
 PENALTY = 0.02
 """Of the ridge regression, against the others' mean square change [1]. Set on the planted
 faults."""

@@ -20,7 +20,7 @@ def is_json(text: str) -> bool:
 
 
 def read_json(path: Path, text: str) -> list[Sheet]:
-    """Read one table; objects and lists within a row become columns of their own.
+    """Read one table, or none; objects and lists within a row become columns of their own.
 
     Raises
     ------
@@ -35,10 +35,13 @@ def read_json(path: Path, text: str) -> list[Sheet]:
     odd = next((row for row, one in enumerate(objects, 1) if not isinstance(one, dict)), None)
     if odd is not None:
         raise BadInput(path, f"row {odd}", "is no JSON object with names")
-    frame = pd.json_normalize([_named(one) for one in objects], sep=" ")
+    try:
+        frame = pd.json_normalize([_named(one) for one in objects], sep=" ")
+    except RecursionError:
+        raise BadInput(path, "", "holds objects within objects, too deep for a row") from None
     cells = [[None if pd.isna(one) else one for one in frame[name].tolist()] for name in frame]
     named = headings(list(frame.columns), [""] * len(cells))
-    return [sheet_of(path, "", dict(zip(named, cells, strict=True)))]
+    return [sheet_of(path, "", dict(zip(named, cells, strict=True)))] if cells else []
 
 
 def _named(value: Any) -> Any:
@@ -50,6 +53,7 @@ def _named(value: Any) -> Any:
 
 def _parsed(path: Path, place: str, text: str) -> Any:
     try:
-        return json.loads(text)
-    except ValueError as error:
+        # A whole number may be too large for a double, which then says that there is no value.
+        return json.loads(text, parse_int=float)
+    except (ValueError, RecursionError) as error:
         raise BadInput(path, place, f"is no JSON: {error}") from None

@@ -168,12 +168,10 @@ def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
     above = max(i for i in range(first) if _filled(rows[i]))
     if above in data:
         raise _wrong_width(path, f"{place}row {above + 1}", len(rows[above]), usual)
-    lines = "1 line" if skipped == 1 else f"{skipped} lines"
-    notes = [f"{lines} before the header: skipped"] if skipped else []
+    notes = [f"{_lines(skipped)} before the header: skipped"] if skipped else []
     last = next(i for i in range(len(rows) - 1, -1, -1) if _is_data(rows[i], numeric, 1))
     if after := sum(map(_filled, rows[last + 1 :])):
-        lines = "1 line" if after == 1 else f"{after} lines"
-        notes.append(f"{lines} after the last row of numbers: skipped")
+        notes.append(f"{_lines(after)} after the last row of numbers: skipped")
     kept = [(i + 1, rows[i]) for i in range(first, last + 1) if _filled(rows[i])]
     _check_widths(path, place, kept, width, notes)
     numbers = [number for number, _ in kept]
@@ -201,6 +199,10 @@ def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
         thousands,
         tuple(notes),
     )
+
+
+def _lines(count: int) -> str:
+    return "1 line" if count == 1 else f"{count} lines"
 
 
 def _nameless(path: Path, place: str, headings: Sequence[Heading]) -> BadInput:

@@ -322,3 +322,28 @@ def test_json(a_line_each: bool, tmp_path: Path) -> None:
     path.write_text(lines.replace("60.0", "60.0}", 1), encoding="utf-8")
     with pytest.raises(BadInput, match="row 2: is no JSON: Extra data"):
         imported(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("{}", "no table"),
+        ("[{}, 7]", "row 2: is no JSON object"),
+        # Which of the two gives up first is the interpreter's matter.
+        ('{"a":' * 20_000 + "1" + "}" * 20_000, "is no JSON: maximum recursion|too deep"),
+    ],
+)
+def test_json_that_is_no_table_is_refused(text: str, problem: str, tmp_path: Path) -> None:
+    path = tmp_path / "log.json"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(BadInput, match=problem):
+        imported(path)
+
+
+def test_a_whole_number_that_no_double_holds_is_no_value(tmp_path: Path) -> None:
+    path = tmp_path / "log.jsonl"
+    values = [20, 21, 10**400, 23]
+    rows = [json.dumps({"t [s]": 60 * n, "T [degC]": value}) for n, value in enumerate(values)]
+    path.write_text("\n".join(rows), encoding="utf-8")
+    (run,) = imported(path).runs
+    assert np.flatnonzero(run.frame["T_degC"].isna()).tolist() == [2]
