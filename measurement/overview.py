@@ -27,8 +27,11 @@ _TEMPERATURE_COLOURS = (
     *("#e377c2", "#7f7f7f", "#bcbd22", "#17becf", "#393b79", "#ad494a"),
 )
 _STYLES: tuple[Any, ...] = ("-", "--", ":")  # Any, since matplotlib wants its own list of literals
+_LONG_S = 12 * 3600.0
+"""From here on the time axis counts hours, and minutes as faults are told in before [s]: set on no
+data."""
 _LEGEND_ROWS = 13
-"""Of a legend beside a panel, as many as its height takes: set on no data."""
+"""Of a legend beside a panel: set on no data."""
 
 
 def draw_overview(
@@ -72,8 +75,9 @@ def draw_overview(
         axes.set_axisbelow(True)
         axes.spines[["top", "right"]].set_visible(False)
         _mark_first_hour(axes, run, summary, named=axes is grid[0, 0])
-    grid[-1, 0].set_xlabel("time [h]")
-    grid[-1, 0].set_xlim(run.time_s[0] / 3600.0, max(run.time_s[-1], run.time_s[0] + 1) / 3600.0)
+    scale, unit = _time_scale(run)
+    grid[-1, 0].set_xlabel(f"time [{unit}]")
+    grid[-1, 0].set_xlim(run.time_s[0] / scale, max(run.time_s[-1], run.time_s[0] + 1) / scale)
     known = any(segment.state != "unknown" for segment in summary.segments)
     figure.suptitle(f"{run.name}: {summary.test}" if known else run.name, fontsize=12)
     return figure
@@ -113,15 +117,19 @@ def png_bytes(figure: Figure, dpi: int = 110) -> bytes:
     return stream.getvalue()
 
 
-def _hours(run: Run) -> FloatArray:
-    scaled: FloatArray = run.time_s / 3600.0
+def _time_scale(run: Run) -> tuple[float, str]:
+    return (3600.0, "h") if run.time_s[-1] - run.time_s[0] > _LONG_S else (60.0, "min")
+
+
+def _minutes(run: Run) -> FloatArray:
+    scaled: FloatArray = run.time_s / _time_scale(run)[0]
     return scaled
 
 
 def _line(axes: Axes, run: Run, values: FloatArray, **style: Any) -> None:
     """Draw a signal; a line bridges single missing samples, not pauses or longer gaps."""
     there = ~np.isnan(values)
-    time, drawn, shown = run.time_s[there], values[there], _hours(run)[there]
+    time, drawn, shown = run.time_s[there], values[there], _minutes(run)[there]
     if time.size > 1:
         cuts = np.flatnonzero(np.diff(time) > GAP_INTERVALS * np.median(np.diff(time))) + 1
         shown, drawn = np.insert(shown, cuts, np.nan), np.insert(drawn, cuts, np.nan)
@@ -132,7 +140,7 @@ def _draw_speed(axes: Axes, run: Run, summary: Summary, rig: Rig | None) -> None
     speeds, feeds = run.of_unit("rpm"), run.of_unit("mm_min")
     for name, style in zip(speeds, _STYLES, strict=False):
         values = run.frame[name].to_numpy()
-        axes.step(_hours(run), values, where="post", color="#333333", linestyle=style)
+        axes.step(_minutes(run), values, where="post", color="#333333", linestyle=style)
     if speeds:
         axes.set_ylabel("speed [r/min]")
         axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
@@ -141,7 +149,7 @@ def _draw_speed(axes: Axes, run: Run, summary: Summary, rig: Rig | None) -> None
     for name, style in zip(feeds, _STYLES[1:], strict=False):
         colour = "#a05a00"
         values = run.frame[name].to_numpy()
-        other.step(_hours(run), values, where="post", color=colour, linestyle=style)
+        other.step(_minutes(run), values, where="post", color=colour, linestyle=style)
         label = f"{split_column(name)[0]}" + (" (right)" if speeds else "")
         handles.append(Line2D([], [], color=colour, linestyle=style, label=label))
     if feeds:
@@ -182,10 +190,11 @@ def _draw_displacements(axes: Axes, run: Run, summary: Summary, rig: Rig | None)
             linewidth=1.3,
             label=f"{signal} ({place})" if place else signal,
         )
+    scale, _ = _time_scale(run)
     for number, (start, end) in enumerate(_suspect(summary)):
         axes.axvspan(
-            start / 3600.0,
-            end / 3600.0,
+            start / scale,
+            end / scale,
             color="#d62728",
             alpha=0.12,
             linewidth=0,
@@ -245,7 +254,7 @@ def _mark_first_hour(axes: Axes, run: Run, summary: Summary, *, named: bool) -> 
     at = start + FIRST_S
     if at >= run.time_s[-1]:
         return
-    place = at / 3600.0
+    place = at / _time_scale(run)[0]
     axes.axvline(place, color="#888888", linewidth=0.9, linestyle=(0, (4, 3)))
     if named:
         axes.annotate(
