@@ -29,6 +29,9 @@ RESULTS = "spindle-drift results"
 FOLDER, FOLDER_THAT_GOES_ON = "folder of results", "folder that goes on"
 FOLDER_OF_RUNS = "folder of runs"
 """Other files in it stay; whoever writes it looks at each file that is in the way."""
+FOLDERS = (FOLDER, FOLDER_THAT_GOES_ON, FOLDER_OF_RUNS)
+OF_FILES = (".csv", ".html", ".json", ".png", ".toml")
+"""Endings of files that commands write into folders: no new folder is called so."""
 OTHERWISE = "choose another name, or let --force replace it"
 MADE = "# made by spindle-drift; SHA-256 of what follows: "
 """First line of a machine file that a command wrote."""
@@ -146,6 +149,10 @@ def check_output(path: Path, kind: str) -> None:
         If it may not: in one line that says why, and what to do instead.
     """
     try:
+        is_new = kind in FOLDERS and not path.exists()
+        if is_new and path.suffix.lower() in OF_FILES and not is_forced():
+            plain = path.with_suffix("")
+            raise BadInput(path, "", f"is called as a file; a {kind} is needed, such as {plain}")
         if kind == FOLDER:
             check_folder(path)
         elif kind == FOLDER_THAT_GOES_ON:

@@ -52,24 +52,8 @@ class Heading:
         return bool(_TIME.match(self.name.strip()))
 
 
-def heading(text: str, second: str = "") -> Heading:
-    """Take a header apart.
-
-    Parameters
-    ----------
-    text : str
-    second : str
-        The same column's cell in a second header line.
-
-    Examples
-    --------
-    >>> heading("Temp. Lager vorn [°C]")
-    Heading(text='Temp. Lager vorn [°C]', name='Temp. Lager vorn', unit='°C', said='°C')
-    >>> heading("T1", "(degC)").unit
-    'degC'
-    >>> heading("disp_z_um").unit, heading("Spindle speed rpm").unit, heading("T1, K").unit
-    ('um', 'rpm', 'K')
-    """
+def _heading(text: str, second: str) -> Heading:
+    """Take one header apart, whatever the others are."""
     text = " ".join(text.split())
     second = " ".join(second.split())
     if second:
@@ -96,18 +80,23 @@ def heading(text: str, second: str = "") -> Heading:
 
 
 def headings(texts: Sequence[str], seconds: Sequence[str]) -> list[Heading]:
-    """Take the headers of a table apart, and the cells of a second header line.
+    """Take the headers of a table apart, and the units that a second line or the file gives.
 
     A C or F at the end may be a name ("Sensor C"); where several columns end so, it is their unit.
 
     Examples
     --------
+    >>> headings(["Temp. Lager vorn [°C]"], [""])
+    [Heading(text='Temp. Lager vorn [°C]', name='Temp. Lager vorn', unit='°C', said='°C')]
+    >>> texts = ["T1", "disp_z_um", "Spindle speed rpm", "T2, K"]
+    >>> [entry.unit for entry in headings(texts, ["(degC)", "", "", ""])]
+    ['degC', 'um', 'rpm', 'K']
     >>> [entry.unit for entry in headings(["front_C", "rear_C", "z_um"], ["", "", ""])]
     ['C', 'C', 'um']
     >>> [entry.unit for entry in headings(["Sensor B", "Sensor C"], ["", ""])]
     ['', '']
     """
-    found = [heading(text, second) for text, second in zip(texts, seconds, strict=True)]
+    found = [_heading(text, second) for text, second in zip(texts, seconds, strict=True)]
     ends = [
         re.fullmatch(r"(.+)[\s_]([CF])", entry.text) if not entry.unit else None for entry in found
     ]

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-
 from measurement.errors import BadInput
-from measurement.importing.headers import headings
 from measurement.importing.logs import sheet_of
 from measurement.importing.sheets import Sheet
 
@@ -36,19 +34,32 @@ def read_json(path: Path, text: str) -> list[Sheet]:
     if odd is not None:
         raise BadInput(path, f"row {odd}", "is no JSON object with names")
     try:
-        frame = pd.json_normalize([_named(one) for one in objects], sep=" ")
+        rows = [_flat(path, row, one) for row, one in enumerate(objects, 1)]
     except RecursionError:
         raise BadInput(path, "", "holds objects within objects, too deep for a row") from None
-    cells = [[None if pd.isna(one) else one for one in frame[name].tolist()] for name in frame]
-    named = headings(list(frame.columns), [""] * len(cells))
-    return [sheet_of(path, "", dict(zip(named, cells, strict=True)))] if cells else []
+    names = dict.fromkeys(name for row in rows for name in row)
+    channels = [(name, "", [row.get(name) for row in rows]) for name in names]
+    return [sheet_of(path, "", channels)] if channels else []
 
 
-def _named(value: Any) -> Any:
-    """Return a value with lists as objects, whose names count from 1."""
-    if isinstance(value, list):
+def _flat(path: Path, row: int, value: dict[str, Any]) -> dict[str, Any]:
+    """Return the values of an object and of all within it, by their names one after the other."""
+    found: dict[str, Any] = {}
+    for name, cell in _leaves("", value):
+        if name in found:
+            raise BadInput(path, f"row {row}", f"holds {name!r} twice, but for blanks")
+        found[name] = cell
+    return found
+
+
+def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
+    if isinstance(value, list):  # its entries count from 1
         value = dict(enumerate(value, 1))
-    return {str(k): _named(v) for k, v in value.items()} if isinstance(value, dict) else value
+    if isinstance(value, dict):
+        for key, part in value.items():
+            yield from _leaves(" ".join(f"{name} {key}".split()), part)
+    else:
+        yield name, None if value != value else value
 
 
 def _parsed(path: Path, place: str, text: str) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +10,17 @@ import numpy as np
 import pandas as pd
 
 from measurement.errors import BadInput
-from measurement.importing.headers import Heading, heading
-from measurement.importing.sheets import Sheet
+from measurement.importing.headers import headings
+from measurement.importing.sheets import Cell, Sheet
 from measurement.resampling import FloatArray
 
-CLOCK = Heading("time [s]", "time", "s", "s")
+Channel = tuple[str, str, list[Cell]]
+"""Name, unit and values; the unit is empty where the name may tell it."""
+
+
+def clock(times: FloatArray) -> Channel:
+    """Return times [s] as the channel that a sheet's rows follow."""
+    return "time", "s", times.tolist()
 
 
 def read_log(path: Path) -> list[Sheet]:
@@ -46,18 +52,15 @@ def _tdms(path: Path) -> Iterable[Sheet]:
         with_clock = [channel for channel in channels if "wf_increment" in channel.properties]
         if not channels:
             continue
-        columns: dict[Heading, list[Any]] = {}
-        if with_clock:
-            channels = with_clock
-            columns[CLOCK] = _waveform(with_clock[0]).tolist()
-        for channel in channels:
+        found = [clock(_waveform(with_clock[0]))] if with_clock else []
+        for channel in with_clock or channels:
             unit = str(channel.properties.get("unit_string", ""))
-            columns[heading(channel.name, unit)] = cells_of_values(channel[:])
-        lengths = {len(cells) for cells in columns.values()}
+            found.append((channel.name, unit, cells_of_values(channel[:])))
+        lengths = {len(cells) for _, _, cells in found}
         if len(lengths) > 1:
             problem = f"has channels of {min(lengths)} and of {max(lengths)} values"
             raise BadInput(path, group.name, problem)
-        yield sheet_of(path, group.name, columns)
+        yield sheet_of(path, group.name, found)
 
 
 def _waveform(channel: Any) -> FloatArray:
@@ -76,16 +79,17 @@ def _mdf(path: Path) -> Iterable[Sheet]:
     with MDF(path) as log:
         start = log.header.start_time
         zero = 0.0 if start is None else pd.Timestamp(start).timestamp()
-        by_clock: dict[bytes, dict[Heading, list[Any]]] = {}
+        by_clock: dict[bytes, list[Channel]] = {}
         for group in log.virtual_groups:
             for signal in log.select(_places(log, group)):
                 if not len(signal.samples) or signal.samples.ndim != 1:
                     continue
                 times = np.asarray(signal.timestamps, dtype=np.float64)
-                columns = by_clock.setdefault(times.tobytes(), {CLOCK: (zero + times).tolist()})
-                columns[heading(signal.name, signal.unit or "")] = cells_of_values(signal.samples)
-    for number, columns in enumerate(by_clock.values(), 1):
-        yield sheet_of(path, f"group {number}", columns)
+                found = by_clock.setdefault(times.tobytes(), [clock(zero + times)])
+                cells = cells_of_values(signal.samples)
+                found.append((signal.name, signal.unit or "", cells))
+    for number, found in enumerate(by_clock.values(), 1):
+        yield sheet_of(path, f"group {number}", found)
 
 
 def _places(log: Any, group: int) -> list[tuple[None, int, int]]:
@@ -102,7 +106,8 @@ def cells_of_values(values: Any) -> list[Any]:
     return cells.tolist() if cells.dtype.kind in "biuf" else [str(cell) for cell in cells]
 
 
-def sheet_of(path: Path, title: str, columns: dict[Heading, list[Any]]) -> Sheet:
-    """Return columns of cells as a sheet."""
-    rows = list(range(1, len(next(iter(columns.values()))) + 1))
-    return Sheet(path, title, tuple(columns), list(columns.values()), rows)
+def sheet_of(path: Path, title: str, channels: Sequence[Channel]) -> Sheet:
+    """Return channels of equal length as a sheet."""
+    names, units, columns = (list(part) for part in zip(*channels, strict=True))
+    rows = list(range(1, len(columns[0]) + 1))
+    return Sheet(path, title, tuple(headings(names, units)), columns, rows)

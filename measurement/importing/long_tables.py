@@ -6,7 +6,7 @@ import re
 from dataclasses import replace
 
 from measurement.errors import BadInput
-from measurement.importing.headers import heading
+from measurement.importing.headers import headings
 from measurement.importing.sheets import Sheet, is_missing
 
 _NAME = re.compile(
@@ -45,10 +45,10 @@ def by_signal(sheet: Sheet) -> list[Sheet]:
                 sheet.where, place, "is missing; every value needs the name of its signal"
             )
         rows.setdefault(str(name).strip(), []).append(row)
+    said = [str(sheet.columns[units[0]][kept[0]] or "") if units else "" for kept in rows.values()]
+    named = headings(list(rows), [unit or sheet.headings[values[0]].unit for unit in said])
     found: list[Sheet] = []
-    for name, kept in rows.items():
-        unit = str(sheet.columns[units[0]][kept[0]] or "") if units else ""
-        value = heading(name, unit or sheet.headings[values[0]].unit)
+    for (name, kept), value in zip(rows.items(), named, strict=True):
         found.append(
             replace(
                 sheet,

@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from measurement.errors import BadInput
-from measurement.importing.headers import Heading, heading
-from measurement.importing.logs import CLOCK, sheet_of
+from measurement.importing.logs import Channel, clock, sheet_of
 from measurement.importing.sheets import Cell, Sheet
 from measurement.importing.stamps import seconds_of_date
 
@@ -75,7 +74,7 @@ def _segment(path: Path, title: str, body: str, facts: Facts, mark: str) -> Iter
     zero = seconds_of_date(f"{start} {facts.get('Time', [''])[0].replace(decimal, '.')}", True)
     if facts.get("Time_Pref", [""])[0] == "Absolute":
         zero = -SINCE_1904_S
-    by_clock: dict[bytes, dict[Heading, list[Cell]]] = {}
+    by_clock: dict[bytes, list[Channel]] = {}
     rows, channel = list(range(len(lines))), 0
     times = np.arange(len(lines), dtype=np.float64)
     for name, cells in zip(names, columns, strict=True):
@@ -91,11 +90,10 @@ def _segment(path: Path, title: str, body: str, facts: Facts, mark: str) -> Iter
             continue
         if name.strip() == COMMENT:
             continue
-        named = heading(name.strip(), _of(facts, "Y_Unit_Label", channel, ""))
+        unit = _of(facts, "Y_Unit_Label", channel, "")
         channel += 1
-        key = times.tobytes()
-        clock: list[Cell] = list((times + (zero or 0.0)).tolist())
-        by_clock.setdefault(key, {CLOCK: clock})[named] = [cells[at] for at in rows]
+        held = by_clock.setdefault(times.tobytes(), [clock(times + (zero or 0.0))])
+        held.append((name.strip(), unit, [cells[at] for at in rows]))
     for number, held in enumerate(by_clock.values(), 1):
         yield sheet_of(path, title if len(by_clock) == 1 else f"{title}.{number}", held)
 

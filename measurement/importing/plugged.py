@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
 from measurement.errors import BadInput
-from measurement.importing.headers import heading
 from measurement.importing.logs import cells_of_values, sheet_of
 from measurement.importing.sheets import EXCEL, LOGS, TEXTS, Sheet
 from measurement.plugins import IMPORTERS, PlugIn, plugged_in
@@ -56,15 +54,12 @@ def read_plugged(path: Path) -> list[Sheet] | None:
         isinstance(frame, pd.DataFrame) for frame in tables.values()
     ):
         raise plugin.refuse("must return a mapping of title to pandas frame")
-    return [_sheet(path, str(title), frame) for title, frame in tables.items() if len(frame)]
-
-
-def _sheet(path: Path, title: str, frame: pd.DataFrame) -> Sheet:
-    names = [str(name) for name in frame.columns]
-    if len(set(names)) < len(names):
-        raise BadInput(path, title, "has two columns of one name")
-    columns: dict[Any, list[Any]] = {
-        heading(name, ""): cells_of_values(frame[key])
-        for name, key in zip(names, frame.columns, strict=True)
-    }
-    return sheet_of(path, title, columns)
+    return [
+        sheet_of(
+            path,
+            str(title),
+            [(str(name), "", cells_of_values(values)) for name, values in frame.items()],
+        )
+        for title, frame in tables.items()
+        if len(frame)
+    ]

@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_runs(parser)
     add_parameters(parser, summary, machine={"metavar": "FILE"}, ambient={"metavar": "COLUMN"})
     add_json(parser, "print JSON instead of tables")
-    add_results(parser, "also write summary.json and a figure per run here")
+    add_results(parser, "also write summary.json, table.json and a figure per run here")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
         for line in doubt_lines(runs):
             print(line)
         if args.out is not None:
-            print(f"\nWrote summary.json and {len(runs)} PNG to {args.out}")
+            print(f"\nWrote summary.json, table.json and {len(runs)} PNG to {args.out}")
     return 0
 
 

@@ -106,7 +106,7 @@ def test_an_input_a_foreign_file_and_a_missing_folder_are_refused_and_forced(
     for path in (source, foreign):
         path.parent.mkdir()
         path.write_bytes(TEXT)
-    is_folder = kind in (FOLDER, FOLDER_OF_RUNS, FOLDER_THAT_GOES_ON)
+    is_folder = kind in outputs.FOLDERS
     bad = [source.parent] if is_folder else [foreign, tmp_path / "new" / "out.x"]
     if not is_folder and command != "gateway":  # which reads no file that it must be given
         bad.append(source)
@@ -114,6 +114,8 @@ def test_an_input_a_foreign_file_and_a_missing_folder_are_refused_and_forced(
         bad.append(foreign.parent)
     if kind == FOLDER_OF_RUNS:  # other files in it stay: tests/scenarios/test_import.py
         bad = [foreign]
+    if is_folder:
+        bad.append(tmp_path / "runs.csv")
     for target in bad:
         argv = command_line(command, written, target, source)
         assert main(argv) == 2, (argv, capsys.readouterr().err)

@@ -170,6 +170,24 @@ def test_tdms(tmp_path: Path) -> None:
     check(imported(path))
 
 
+def test_a_c_that_several_names_end_in_is_their_unit_in_every_kind_of_log(tmp_path: Path) -> None:
+    """Each channel, or each signal of a historian's export, is read on its own."""
+    nptdms = pytest.importorskip("nptdms")
+    values = {"front_C": np.linspace(20.0, 25.0, 8), "rear_C": np.linspace(20.0, 22.0, 8)}
+    log, export = tmp_path / "log.tdms", tmp_path / "export.csv"
+    with nptdms.TdmsWriter(log) as writer:
+        told = {"wf_increment": 60.0}
+        writer.write_segment(
+            [nptdms.ChannelObject("Log", *each, properties=told) for each in values.items()]
+        )
+    rows = [f"{60 * n},{name},{cells[n]}" for n in range(8) for name, cells in values.items()]
+    export.write_text("\n".join(["time [s],signal,value", *rows]), encoding="utf-8")
+    for path in (log, export):
+        (run,) = imported(path).runs
+        assert list(run.frame) == ["time_s", "front_degC", "rear_degC"]
+        np.testing.assert_allclose(run.frame["rear_degC"], values["rear_C"], atol=1e-9)
+
+
 def test_mdf_with_two_clocks(tmp_path: Path) -> None:
     asammdf = pytest.importorskip("asammdf")
     units = ["°C", "degC", "°C", "1/min", "µm"]
@@ -329,6 +347,8 @@ def test_json(a_line_each: bool, tmp_path: Path) -> None:
     [
         ("{}", "no table"),
         ("[{}, 7]", "row 2: is no JSON object"),
+        ('{"T 1": 20, "T  1": 21}', "row 1: holds 'T 1' twice, but for blanks"),
+        ('{"T 1": 20, "T": [21]}', "row 1: holds 'T 1' twice, but for blanks"),
         # Which of the two gives up first is the interpreter's matter.
         ('{"a":' * 20_000 + "1" + "}" * 20_000, "is no JSON: maximum recursion|too deep"),
     ],
