@@ -24,7 +24,6 @@ from fmu_compensator.fit.error_models.options import (
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput
 from studies.fit.arx import usual_step
-from studies.fit.as_installed import predicted
 
 MOST_DIFFERENCES = 2
 """A judgement, set on no data: each difference amplifies a sensor's noise."""
@@ -113,13 +112,6 @@ class AutoregressiveMovingAverage(FittedModel):
         targets = range(len(task.target_names))
         series = [_fit_series([piece[:, t] for piece in pieces], largest) for t in targets]
         return cls(step, series, list(task.target_names))
-
-    def predict(self, run: TrainingRun, measured: Array | None = None) -> Array:
-        """Return the targets predicted for a run, shape (n, m) [um, urad].
-
-        Without measurements the series runs free from the start, where the drift is zero.
-        """
-        return predicted("arma", self.table(), len(self.series), run, measured)
 
     def table(self) -> dict[str, Any]:
         """Return the numbers for the compensator file."""

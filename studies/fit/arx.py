@@ -18,7 +18,6 @@ from fmu_compensator.fit.error_models.options import (
 from fmu_compensator.fit.training import Array, TrainingRun
 from fmu_compensator.runtime.ticks import ticks
 from measurement.errors import BadInput, shown
-from studies.fit.as_installed import predicted
 from studies.fit.by_run import (
     FEWEST_TO_LEAVE_OUT,
     RIDGE,
@@ -146,10 +145,6 @@ class AutoregressiveExogenous(FittedModel):
             b[:, 2 * inputs],
             {"orders": orders},
         )
-
-    def predict(self, run: TrainingRun, measured: Array | None = None) -> Array:
-        """Return the targets predicted for a run, shape (n, m) [um, urad]."""
-        return predicted("arx", self.table(), len(self.pole), run, measured)
 
     def table(self) -> dict[str, Any]:
         """Return the numbers for the compensator file."""

@@ -16,7 +16,7 @@ from fmu_compensator.fit.error_models.options import (
     whole,
     within,
 )
-from fmu_compensator.fit.training import Array, TrainingRun
+from fmu_compensator.fit.training import Array
 from measurement.errors import BadInput
 from studies.fit.network_training import (
     Shape,
@@ -161,12 +161,6 @@ class BackPropagation(FittedModel):
             decay=within("bp", "decay", decay, 0.0, 1e3),
         )
         return cls(shape, training, samples.scales, {})
-
-    def predict(self, run: TrainingRun, measured: Array | None = None) -> Array:
-        """Return the targets predicted for a run, shape (n, m) [um, urad]."""
-        x0, x1, y0, y1 = self._scales
-        scaled = self.shape.outputs(self.training.theta, (run.inputs - x0) / x1)
-        return np.asarray(y0 + y1 * scaled)
 
     def table(self) -> dict[str, Any]:
         """Return the numbers for the compensator file."""

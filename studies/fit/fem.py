@@ -120,12 +120,6 @@ class FiniteElementModel(FittedModel):
         factors = identification.factors() if identify else np.zeros(len(PRIOR))
         return identification.model(cls, factors, form.name)
 
-    def predict(self, run: TrainingRun, measured: Array | None = None) -> Array:
-        """Return the targets predicted for a run, shape (n, m) [um, urad]."""
-        states = responses(run, self.regimes, self.numbers, self.entries, self.outside)
-        flat = states.reshape(len(states), -1)
-        return np.asarray(self.intercept + flat @ self.outputs.T)
-
     def table(self) -> dict[str, Any]:
         """Return the numbers for the compensator file."""
         names = ("viscous", "threshold", "slow", "load")

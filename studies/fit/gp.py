@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from scipy.spatial.distance import cdist, pdist
+from scipy.spatial.distance import pdist
 from sklearn.kernel_approximation import Nystroem
 
 from fmu_compensator.fit.error_models.base import FittedModel, Task
@@ -130,12 +130,6 @@ class GaussianProcess(FittedModel):
             size * spread * solved.weights[width:].T @ bumps.normalization_,
             diagnostics,
         )
-
-    def predict(self, run: TrainingRun, measured: Array | None = None) -> Array:
-        """Return the targets predicted for a run, shape (n, m) [um, urad]."""
-        x = _features(run, self.lags_s)
-        bumps = np.exp(-0.5 * cdist(x, self.centres, "sqeuclidean") / self.length**2)
-        return np.asarray(self.constant + x @ self.linear.T + bumps @ self.weights.T)
 
     def table(self) -> dict[str, Any]:
         """Return the numbers for the compensator file."""

@@ -26,12 +26,9 @@ def features(
     lags_s: Sequence[float],
     *,
     uses_speed: bool,
-    uses_levels: bool = True,
-    start: tuple[Array, Array, Array] | None = None,
+    uses_levels: bool,
 ) -> Array:
     """Return the regressors of every row.
-
-    *start* is the range of levels at the start, low, usual, high; None takes them as they are.
 
     Parameters
     ----------
@@ -43,10 +40,6 @@ def features(
         If not, the columns of the speed and of its square hold zeros.
     uses_levels : bool
         If not, the columns of what each temperature is above their median hold zeros.
-    start : tuple of three arrays, each (k,), optional
-        Low, usual and high level at the start [K], from `start_range`. A sensor that begins
-        outside is taken to be off by what it differs from the usual. None takes the levels as
-        they are.
 
     Returns
     -------
@@ -55,13 +48,8 @@ def features(
         lagged.
     """
     rises = run.inputs - run.inputs[0]
-    mended = run.inputs
-    if start is not None:
-        low, usual, high = start
-        level = _levels(run.inputs[:1])[0]
-        mended = mended + np.where((level < low) | (level > high), usual - level, 0.0)
     speed = held_speed(run) / SPEED_UNIT
-    drives = np.column_stack([rises, _levels(mended), speed, speed**2])
+    drives = np.column_stack([rises, _levels(run.inputs), speed, speed**2])
     if not uses_speed:
         drives[:, -2:] = 0.0
     if not uses_levels:

@@ -121,17 +121,6 @@ class NaturalExponential(FittedModel):
             np.array([stopped for _, _, stopped in fits]),
         )
 
-    def predict(self, run: TrainingRun, measured: Array | None = None) -> Array:
-        """Return the targets predicted for a run, shape (n, m) [um, urad]."""
-        speed = held_speed(run)
-        columns = [
-            approach(run.time_s, speed, self.speeds_rpm, tau, stopped) @ steady
-            for steady, tau, stopped in zip(
-                self.steady, self.tau_s, self.tau_stopped_s, strict=True
-            )
-        ]
-        return np.column_stack(columns)
-
     def table(self) -> dict[str, Any]:
         """Return the numbers for the compensator file."""
         names = ("speeds_rpm", "steady", "tau_s", "tau_stopped_s")

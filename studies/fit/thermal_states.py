@@ -11,10 +11,10 @@ import numpy as np
 
 from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
-from fmu_compensator.fit.training import Array, TrainingRun
+from fmu_compensator.fit.training import Array
 from measurement.errors import BadInput
 from studies.fit.by_run import FEWEST_TO_LEAVE_OUT, NormalEquations, Solution
-from studies.fit.lagged import blocks_of, features, start_range
+from studies.fit.lagged import blocks_of, start_range
 
 LAGS_S = ((2400.0,), (600.0, 2400.0), (600.0, 2400.0, 9600.0))
 """Each set holds the one before: the average of all needs no more lags than the last [s]. Set on
@@ -131,7 +131,7 @@ class ThermalStates(FittedModel):
         BadInput
             For an unknown option or value, too few rows, or constant columns.
         """
-        kind = cls.__module__.rpartition(".")[2]
+        kind = cls.kind()
         refuse_unknown(kind, options, OPTIONS)
         refuse_poor(task)
         choices: _Choices = (
@@ -183,11 +183,6 @@ class ThermalStates(FittedModel):
             },
         }
         return cls(lags, start_range(task.runs), coefficients, diagnostics)
-
-    def predict(self, run: TrainingRun, measured: Array | None = None) -> Array:
-        """Return the targets predicted for a run, shape (n, m) [um, urad]."""
-        regressors = features(run, self.lags_s, uses_speed=True, start=self.start)
-        return np.asarray(regressors @ self.coefficients.T)
 
     def table(self) -> dict[str, Any]:
         """Return the numbers for the compensator file."""

@@ -19,7 +19,6 @@ from fmu_compensator.fit.error_models.options import (
 )
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput, shown
-from studies.fit.as_installed import predicted
 from studies.fit.by_run import FEWEST_TO_LEAVE_OUT, FOLDS
 from studies.runtime.vac import CONDITIONS, SAME_SPEED_SHARE, STILL_RPM
 
@@ -141,10 +140,6 @@ class VectorAngleCosine(FittedModel):
             "parts": {kind: part.report() for kind, part in zip(kinds, fitted, strict=True)},
         }
         return cls(kinds, fitted, weights, prior, diagnostics)
-
-    def predict(self, run: TrainingRun, measured: Array | None = None) -> Array:
-        """Return the targets predicted for a run, shape (n, m) [um, urad]."""
-        return predicted("vac", self.table(), len(self.weights[CONDITIONS[0]]), run, measured)
 
     def table(self) -> dict[str, Any]:
         """Return the numbers for the compensator file."""

@@ -52,6 +52,14 @@ def test_thermal_states_follow_what_a_static_map_cannot() -> None:
     assert missed < 0.3 * static_missed
 
 
+def test_what_is_solved_for_is_what_runs() -> None:
+    """The regressors are the fit's own; the runtime's equation must weigh the same."""
+    fitted = ThermalStates.fit(task_of([hysteresis_run(seed) for seed in range(8)], "level"))
+    run = hysteresis_run(3)
+    wanted = features(run, fitted.lags_s, uses_speed=True, uses_levels=True) @ fitted.coefficients.T
+    assert fitted.predict(run) == pytest.approx(wanted, abs=1e-9)
+
+
 def test_a_sensor_that_reads_high_in_a_new_run_does_no_harm() -> None:
     fitted = ThermalStates.fit(task_of([hysteresis_run(seed) for seed in range(8)], "level"))
     unseen = hysteresis_run(20)

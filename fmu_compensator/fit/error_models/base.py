@@ -8,7 +8,11 @@ from dataclasses import dataclass
 from inspect import signature
 from typing import Any, ClassVar
 
+import numpy as np
+
 from fmu_compensator.fit.training import Array, TrainingRun
+from fmu_compensator.runtime.error_models import error_models
+from fmu_compensator.runtime.fields import Fields
 
 
 @dataclass(frozen=True)
@@ -32,7 +36,9 @@ class Task:
 
 
 class FittedModel(ABC):
-    """An error model with its numbers. Its twin in the runtime predicts the same to 1e-9.
+    """An error model with its numbers. Its twin in the runtime predicts.
+
+    A subclass may predict whole runs at once where that is the same to 1e-9.
 
     Attributes
     ----------
@@ -60,6 +66,11 @@ class FittedModel(ABC):
     variants: ClassVar[Mapping[str, tuple[str, Mapping[str, Any]]]] = {}
 
     @classmethod
+    def kind(cls) -> str:
+        """Return what files and commands call it: as its file."""
+        return cls.__module__.rpartition(".")[2]
+
+    @classmethod
     def takes_seed(cls) -> bool:
         """Return whether the fit starts at random: whether it has an option ``seed``."""
         return "seed" in signature(cls.fit).parameters
@@ -82,18 +93,25 @@ class FittedModel(ABC):
             When the data cannot carry the model; one line that says why.
         """
 
-    @abstractmethod
     def predict(self, run: TrainingRun, measured: Array | None = None) -> Array:
-        """Return the targets predicted for a run from its inputs, shape (n, m) [um, urad].
+        """Return the targets that the installed form predicts for a run, (n, m) [um, urad].
 
         Parameters
         ----------
         run : TrainingRun
-            Its targets are not looked at.
+            Of its targets only the number is looked at.
         measured : array (n, m), optional
             What a displacement sensor showed, rows of NaN where nothing was measured [um, urad].
             The prediction of a row may use the rows before it only.
         """
+        fields, width = Fields(self.table(), self.kind()), run.inputs.shape[1]
+        model = error_models()[self.kind()].from_fields(fields, width, run.targets.shape[1])
+        elapsed = np.diff(run.time_s, prepend=run.time_s[:1]).tolist()
+        told: list[list[float] | None] = [None] * len(elapsed)
+        if measured is not None:
+            told[1:] = [row.tolist() if np.isfinite(row).all() else None for row in measured[:-1]]
+        rows = zip(run.inputs.tolist(), elapsed, run.speed.tolist(), told, strict=True)
+        return np.array([model.predict(*row) for row in rows]).reshape(run.targets.shape)
 
     @abstractmethod
     def table(self) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from fmu_compensator.fit.error_models.base import FittedModel, Task
-from fmu_compensator.fit.training import Array, TrainingRun
+from fmu_compensator.fit.training import Array
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields
 
@@ -32,10 +32,6 @@ class FittedMeanRise(FittedModel):
         mean = np.concatenate([run.inputs.mean(axis=1) for run in task.runs])
         targets = np.concatenate([run.targets for run in task.runs])
         return cls(mean @ targets / (mean @ mean))
-
-    def predict(self, run: TrainingRun, measured: Array | None = None) -> Array:
-        """Return the targets predicted for a run, shape (n, m)."""
-        return np.asarray(run.inputs.mean(axis=1)[:, None] * self.slopes)
 
     def table(self) -> dict[str, Any]:
         """Return the numbers for the compensator file."""
