@@ -26,7 +26,7 @@ def is_continuous(equations: Equations) -> bool:
 
 def nominals(equations: Equations) -> list[float]:
     """Return a typical magnitude of each state: temperatures, then own states."""
-    return [ROOM_DEGC] * len(equations.heat) + [
+    return [ROOM_DEGC] * len(equations.capacity) + [
         ROOM_DEGC * float(scale) for scale in equations.scales
     ]
 
@@ -38,7 +38,7 @@ def derivatives_of(equations: Equations) -> dict[str, list[Any]]:
     depends at once), the states and the parameters.
     """
     cells = [*equations.slopes, *shown(equations)]
-    inputs, nodes = equations.input_count, len(equations.heat)
+    inputs, nodes = equations.input_count, len(equations.capacity)
     given = inputs + 1 + len(AXES)
     knowns = {("u", place): place for place in range(inputs)} | {("w", 1): inputs}
     knowns |= {("T", place): given + place for place in range(nodes)}

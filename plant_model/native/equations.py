@@ -92,7 +92,9 @@ class Equations:
         L, by node and node, the first not above the second.
     boundary : dict of (int, int) to cell
         B, by node and boundary.
-    heat : nodes
+    force : nodes
+        Heat that does not depend on temperature; that from outside by the conductances of
+        `boundary`, which are the symbols of a row ``outside``.
     dependent, rates : nodes; own states
         What depends on temperature.
     slopes : nodes, then own states
@@ -111,7 +113,7 @@ class Equations:
     capacity: Cells
     matrix: dict[tuple[int, int], Any]
     boundary: dict[tuple[int, int], Any]
-    heat: Cells
+    force: Cells
     dependent: Cells
     rates: Cells
     slopes: Cells
@@ -204,7 +206,7 @@ class _Tracer:
             capacity=_flat(network.capacity),
             matrix=matrix,
             boundary=to_boundary,
-            heat=heat,
+            force=self._force(_flat(network.heat(self.inputs)), to_boundary),
             dependent=_flat(dependent),
             rates=_flat(rates),
             slopes=slopes + _flat(rates),
@@ -253,6 +255,13 @@ class _Tracer:
             heat[node] = self._do("add", heat[node], flow)
         capacities = _flat(self.network.capacity)
         return [self._do("divide", *pair) for pair in zip(heat, capacities, strict=True)]
+
+    def _force(self, heat: Cells, boundary: Mapping[Place, Any]) -> Cells:
+        outside = [self.inputs[name].cells[0] for name in self.machine.boundary_index]
+        for place, (i, j) in enumerate(boundary):
+            flow = self._do("multiply", self.graph.symbol("outside", place), outside[j])
+            heat[i] = self._do("add", heat[i], flow)
+        return heat
 
     def _lags(self, slices: dict[str, slice]) -> tuple[Cells, Cells]:
         target, constants = [0.0] * self.states, [float("inf")] * self.states

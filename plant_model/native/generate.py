@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from plant_model.machine import Machine
 from plant_model.native.continuous import derivatives_of, is_continuous, nominals
 from plant_model.native.emit import Stage, function, stage_function
 from plant_model.native.equations import Equations, equations_of
+from plant_model.native.product import Product
 from plant_model.native.trace import Expr, literal
 from plant_model.rest import RestingParts
 from plant_model.sensors import noise_and_resolution
@@ -22,7 +24,6 @@ from plant_model.stepper import OFFSETS
 C_FOLDER = Path(__file__).resolve().parent / "c"
 LARGEST = sys.float_info.max
 NOISE_SEED = "noise_seed"
-PLUS = "\n           + "
 HEAD = "/* Made by spindle-drift from the machine {name}; not to be edited. */\n"
 
 
@@ -53,13 +54,15 @@ def machine_sources(machine: Machine, equations: Equations | None = None) -> dic
     """
     tunable = tunable_of(machine)
     equations = equations or equations_of(machine, tunable)
-    functions, of_parameters, of_inputs = _functions(equations)
+    edges = (place for place in equations.matrix if place[0] != place[1])
+    product = Product(len(machine.nodes), edges)
+    functions, of_parameters, of_inputs = _functions(equations, product)
     sizes = {
         "NODES": len(machine.nodes),
         "STATES": len(equations.scales),
         "INPUTS": len(machine.inputs),
         "BOUNDARIES": len(machine.boundary_index),
-        "EDGES": len(_edges(equations)),
+        "ENTRIES": len(product.entries),
         "OUTSIDE": len(equations.boundary),
         "LEVELS": len(equations.levels),
         "ACTING": len(equations.acting),
@@ -85,7 +88,7 @@ def machine_sources(machine: Machine, equations: Equations | None = None) -> dic
     }
 
 
-def _functions(equations: Equations) -> tuple[list[str], int, int]:
+def _functions(equations: Equations, product: Product) -> tuple[list[str], int, int]:
     """Return the C functions, and how many numbers each stage keeps."""
     of_parameters = Stage("k", {"p"})
     of_inputs = Stage("h", {"p", "u"})
@@ -99,10 +102,12 @@ def _functions(equations: Equations) -> tuple[list[str], int, int]:
     matrix = equations.matrix
     parts = {
         "diagonal": [matrix[i, i] for i in range(len(equations.capacity))],
-        "edges": [matrix[place] for place in _edges(equations)],
+        "entries": [
+            0.0 if place is None else matrix[min(place), max(place)] for place in product.entries
+        ],
         "outside": list(equations.boundary.values()),
     }
-    of_matrix = "double *diagonal, double *edges, double *outside)"
+    of_matrix = "double *diagonal, double *entries, double *outside)"
     made = [
         function(
             f"void equations_fixed({k}, double *capacity, double *decay, double *time_constants)",
@@ -110,7 +115,9 @@ def _functions(equations: Equations) -> tuple[list[str], int, int]:
             first,
         ),
         function(
-            f"void equations_conductances({k}, {u}, {of_matrix}", _places(parts.items()), first
+            f"void equations_still({k}, {of_matrix}",
+            [(place, _still(cell)) for place, cell in _places(parts.items())],
+            first,
         ),
         function(
             f"void equations_moving({k}, {u}, {of_matrix}",
@@ -118,8 +125,9 @@ def _functions(equations: Equations) -> tuple[list[str], int, int]:
             first,
         ),
         function(
-            f"void equations_heat({k}, {u}, const double *h, double *heat)",
-            _places([("heat", equations.heat)]),
+            f"void equations_force({k}, {u}, const double *h, const double *outside, "
+            "double *force)",
+            _places([("force", equations.force)]),
             both,
         ),
         function(
@@ -162,7 +170,7 @@ def _functions(equations: Equations) -> tuple[list[str], int, int]:
     made.append(
         stage_function("void equations_prepare(const double *p, double *k)", of_parameters, [])
     )
-    made.append(_product(equations))
+    made.append(product.text)
     return made, len(of_parameters.kept), len(of_inputs.kept)
 
 
@@ -170,35 +178,16 @@ def _places(lists: Iterable[tuple[str, Sequence[object]]]) -> list[tuple[str, ob
     return [(f"{row}[{place}]", cell) for row, cells in lists for place, cell in enumerate(cells)]
 
 
-def _edges(equations: Equations) -> list[tuple[int, int]]:
-    return [place for place in equations.matrix if place[0] != place[1]]
-
-
 def _moves(cell: object) -> bool:
     return isinstance(cell, Expr) and "u" in cell.rows
 
 
-def _product(equations: Equations) -> str:
-    """Return the C function that multiplies the network with temperatures, row by row.
-
-    Written out: a loop over rows of unlike lengths takes four times as long. Sums of a few products
-    do not wait for each other.
-    """
-    rows = [[f"diagonal[{node}] * T[{node}]"] for node in range(len(equations.capacity))]
-    for number, (one, other) in enumerate(_edges(equations)):
-        rows[one].append(f"edges[{number}] * T[{other}]")
-        rows[other].append(f"edges[{number}] * T[{one}]")
-    head = (
-        "void equations_product(const double *diagonal, const double *edges, const double *share, "
-    )
-    lines = []
-    for node, row in enumerate(rows):
-        sums = [f"({' + '.join(row[k : k + 4])})" for k in range(0, len(row), 4)]
-        product = f"share[{node}]\n        * ({PLUS.join(sums)})"
-        lines.append(f"    rates[{node}] = {product} - rates[{node}];")
-    unused = [] if _edges(equations) else ["    (void)edges;"]
-    head += "const double *T, double *restrict rates)"
-    return "\n".join([head, "{", *unused, *lines, "}", ""])
+def _still(cell: Any) -> Any:
+    """Return the part of a sum of conductances that inputs do not move."""
+    if not _moves(cell):
+        return cell
+    linear = cell.op in {"add", "subtract", "negative"}
+    return cell.graph.apply(cell.op, *map(_still, cell.args)) if linear else 0.0
 
 
 def _tables(machine: Machine, equations: Equations) -> Iterator[str]:
@@ -206,7 +195,6 @@ def _tables(machine: Machine, equations: Equations) -> Iterator[str]:
     lagging = set(equations.lagging)
     states = range(len(equations.scales))
     axis = machine.axis
-    yield from _array("struct pair", "machine_outside", "OUTSIDE", map(_braced, equations.boundary))
     boundaries = (str(names.index(name)) for name in machine.boundary_index)
     yield from _array("size_t", "machine_boundaries", "BOUNDARIES", boundaries)
     yield from _array("size_t", "machine_levels", "LEVELS", map(str, equations.levels))

@@ -19,7 +19,6 @@ enum { OF_HALF, OF_FULL, HALF_GAIN, GAIN, SLOPE_GAIN, BEND_GAIN };
 struct step {
     struct plant *plant;
     const double *inputs, *force, *held;
-    double fastest; /* no mode of the network decays faster [1/s] */
 };
 
 /* What own states lose by themselves is stepped exactly, each on its own. */
@@ -70,13 +69,14 @@ static double once(
     struct network *network = &plant->network;
     double(*w)[AT_LEAST_ONE(STATES)] = plant->weights;
     double p[2][NODES], q[2][NODES], r[1][NODES], v[NODES], worst = 0.0;
-    const struct series *series = series_for(&plant->series, step->fastest * h);
+    const struct series *series = series_for(&plant->series, network->fastest * h);
     struct point f0 = forcing(step, state), at;
     weigh(plant, h);
     memcpy(v, f0.nodes, sizeof v);
-    equations_product(network->diagonal, network->edges, network->share, state->nodes, v);
+    equations_product(network->diagonal, network->entries, network->share, state->nodes, v);
     /* v is -v1; what series leave off is small beside it. */
-    double slope = series_times(series, network, h, v, 0.0, 2, first, p);
+    double slope = largest_of(v, NODES);
+    series_times(series, network, h, v, 0.0, 2, first, p);
     for (size_t i = 0; i < NODES; i++) {
         at.nodes[i] = state->nodes[i] - h * p[0][i];
     }
@@ -118,7 +118,8 @@ static const char *interval(
     const struct step *step, double length, double *part, struct point *state)
 {
     double at = 0.0, smallest = smaller(SMALLEST_SPLIT, SMALLEST_S / length), now = *part;
-    double left = ceil(1.0 / now - ROUNDING), least = step->fastest * length / MOST_REACH;
+    double least = step->plant->network.fastest * length / MOST_REACH;
+    double left = ceil(1.0 / now - ROUNDING);
     struct point end;
     for (long parts = 1; left > 0.0; parts++) {
         left = larger(left, ceil((1.0 - at) * least));
@@ -146,8 +147,7 @@ const char *dependent_advance(
     struct plant *self, double step_s, const double *inputs, const double *held,
     const double *force, double *part, struct point *state)
 {
-    double fastest = network_fastest(&self->network, step_s, 3);
-    struct step step = {self, inputs, force, held, fastest};
+    struct step step = {self, inputs, force, held};
     const char *problem = interval(&step, step_s, part, state);
     if (problem == NULL && machine_settles) {
         double settled[AT_LEAST_ONE(STATES)];

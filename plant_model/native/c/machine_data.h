@@ -11,11 +11,6 @@
 #define SIZE (NODES + STATES)
 #define AT_LEAST_ONE(count) ((count) > 0 ? (count) : 1)
 
-/* Two nodes that exchange heat, or a node and a boundary temperature. */
-struct pair {
-    size_t node, other;
-};
-
 /* An effect that a tunable parameter may switch off. */
 struct acting {
     size_t amplitude; /* among the tunable parameters; NONE: it is always on */
@@ -58,7 +53,6 @@ struct axis_limits {
     double slew_um_per_s, limit_um, increment_um;
 };
 
-extern const struct pair machine_outside[AT_LEAST_ONE(OUTSIDE)];
 extern const size_t machine_boundaries[AT_LEAST_ONE(BOUNDARIES)]; /* their places among inputs */
 extern const size_t machine_levels[AT_LEAST_ONE(LEVELS)]; /* inputs that conductances depend on */
 extern const struct acting machine_acting[AT_LEAST_ONE(ACTING)];
@@ -80,17 +74,18 @@ extern const bool machine_settles; /* some own state jumps at the end of a step 
 void equations_prepare(const double *p, double *k);
 void equations_fixed(
     const double *k, double *capacity, double *decay, double *time_constants);
-void equations_conductances(
-    const double *k, const double *u, double *diagonal, double *edges, double *outside);
-/* Of these, what depends on inputs. */
+/* Conductances: of each the part that no input moves; then those that inputs move, in whole. */
+void equations_still(const double *k, double *diagonal, double *entries, double *outside);
 void equations_moving(
-    const double *k, const double *u, double *diagonal, double *edges, double *outside);
+    const double *k, const double *u, double *diagonal, double *entries, double *outside);
 /* The rates C^-1 L T [K/s], less what was there; share is 1 / C. */
 void equations_product(
-    const double *diagonal, const double *edges, const double *share, const double *T,
+    const double *diagonal, const double *entries, const double *share, const double *T,
     double *restrict rates);
 void equations_held(const double *k, const double *u, double *h);
-void equations_heat(const double *k, const double *u, const double *h, double *heat);
+/* The heat that depends on inputs only [W], what comes by the conductances to outside included. */
+void equations_force(
+    const double *k, const double *u, const double *h, const double *outside, double *force);
 void equations_dependent(
     const double *k, const double *u, const double *h, const double *T, const double *x,
     double *heat, double *rates);

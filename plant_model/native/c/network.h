@@ -11,18 +11,18 @@ struct network {
     double capacity[NODES], share[NODES]; /* C and 1 / C [J/K, K/J] */
     double level[AT_LEAST_ONE(LEVELS)];
     double diagonal[NODES];                /* of L [W/K] */
-    double edges[AT_LEAST_ONE(EDGES)];     /* beside it */
+    double entries[AT_LEAST_ONE(ENTRIES)]; /* beside it, as a product reads them */
     double outside[AT_LEAST_ONE(OUTSIDE)]; /* B [W/K] */
-    double fastest, sharper; /* no mode decays faster than either [1/s]; 0: not known */
+    double still[NODES], bound; /* what inputs do not move of the diagonal; of its decay [1/s] */
+    double fastest;             /* no mode decays faster [1/s] */
     bool known;
     double scale, shifted[NODES], stretched[NODES]; /* see series.c; 0: not known */
 };
 
+/* Enters what inputs do not move. Capacities must be there. */
+void network_prepare(struct network *self, const double *k);
+
 /* Sees to it that the conductances are those at the inputs: what they do not move stays. */
 void network_at(struct network *self, const double *k, const double *u);
-
-/* Returns what no mode decays faster than [1/s]: sharper where the series of a step, as many as it
-   takes, get enough shorter. */
-double network_fastest(struct network *self, double step_s, int series);
 
 #endif

@@ -22,6 +22,7 @@ void plant_prepare(struct plant *self, const double *parameters, uint32_t seed)
     for (size_t i = 0; i < NODES; i++) {
         network->share[i] = 1.0 / network->capacity[i];
     }
+    network_prepare(network, self->k);
     memcpy(self->scales, machine_state_scales, sizeof self->scales);
     self->linear = !machine_one_way;
     for (int i = 0; i < ACTING; i++) {
@@ -138,14 +139,13 @@ static void axis_step(struct axis_state *self, double wanted, double step_s)
 
 /* T(t + h) = T + h phi_1(-h A) (f / C - A T) with held heat. */
 static const char *temperatures_after(
-    struct plant *self, double step_s, const double *force, double *temperatures)
+    struct plant *self, double step_s, const double *force, const double *before, double *after)
 {
     const int kinds[] = {ONE};
     struct network *network = &self->network;
-    double fastest = network_fastest(network, step_s, 1);
-    double parts = larger(1.0, ceil(fastest * step_s / MOST_REACH));
+    double parts = larger(1.0, ceil(network->fastest * step_s / MOST_REACH));
     double h = step_s / parts, loss[NODES], sums[1][NODES];
-    const struct series *series = series_for(&self->series, fastest * h);
+    const struct series *series = series_for(&self->series, network->fastest * h);
     for (double part = 0.0; part < parts; part++) {
         if (part == MOST_PARTS) {
             return TOO_LONG;
@@ -153,28 +153,27 @@ static const char *temperatures_after(
         for (size_t i = 0; i < NODES; i++) {
             loss[i] = force[i] * network->share[i];
         }
-        equations_product(network->diagonal, network->edges, network->share, temperatures, loss);
+        equations_product(network->diagonal, network->entries, network->share, before, loss);
         series_times(series, network, h, loss, 0.0, 1, kinds, sums);
         for (size_t i = 0; i < NODES; i++) {
-            temperatures[i] -= h * sums[0][i];
+            after[i] = before[i] - h * sums[0][i];
         }
         if (parts > 1.0
-            && h * largest_of(sums[0], NODES) <= STEADY * largest_of(temperatures, NODES)) {
+            && h * largest_of(sums[0], NODES) <= STEADY * largest_of(after, NODES)) {
             break;
         }
+        before = after;
     }
     return NULL;
 }
 
 static const char *linear_advance(
     struct plant *self, double step_s, const double *inputs, const double *force,
-    struct point *state)
+    const double *before, struct point *next)
 {
-    double before[NODES];
-    memcpy(before, state->nodes, sizeof before);
-    const char *problem = temperatures_after(self, step_s, force, state->nodes);
+    const char *problem = temperatures_after(self, step_s, force, before, next->nodes);
     if (problem == NULL && STATES > 0) {
-        follow(self, step_s, inputs, before, state->nodes, state->states);
+        follow(self, step_s, inputs, before, next->nodes, next->states);
     }
     return problem;
 }
@@ -187,16 +186,12 @@ void plant_go_on(struct plant_memory *memory, double step_s, const double offset
     memory->drawn += SENSORS;
 }
 
-/* The heat that depends on inputs only [W], that from outside included. */
-static void force_of(struct plant *self, const double *inputs, const double *h, double *force)
+/* The network and the heat at inputs. */
+static void enter(struct plant *self, const double *inputs, double *h, double *force)
 {
     network_at(&self->network, self->k, inputs);
-    equations_heat(self->k, inputs, h, force);
-    for (int i = 0; i < OUTSIDE; i++) {
-        struct pair pair = machine_outside[i];
-        double outside = inputs[machine_boundaries[pair.other]];
-        force[pair.node] += self->network.outside[i] * outside;
-    }
+    equations_held(self->k, inputs, h);
+    equations_force(self->k, inputs, h, self->network.outside, force);
 }
 
 const char *plant_rates(
@@ -206,24 +201,19 @@ const char *plant_rates(
     const struct network *network = &self->network;
     double h[AT_LEAST_ONE(KEPT_OF_INPUTS)], force[NODES], heat[NODES];
     double losses[NODES], own[AT_LEAST_ONE(STATES)];
-    const char *problem = NULL;
-    equations_held(self->k, inputs, h);
-    force_of(self, inputs, h, force);
+    enter(self, inputs, h, force);
     equations_dependent(
         self->k, inputs, h, memory->temperatures, memory->states, heat, own);
     for (size_t i = 0; i < NODES; i++) {
         losses[i] = (force[i] + heat[i]) * network->share[i];
     }
     equations_product(
-        network->diagonal, network->edges, network->share, memory->temperatures, losses);
+        network->diagonal, network->entries, network->share, memory->temperatures, losses);
     for (size_t i = 0; i < NODES; i++) {
         rates[i] = -losses[i];
     }
     memcpy(rates + NODES, own, STATES * sizeof *own);
-    for (size_t i = 0; problem == NULL && i < SIZE; i++) {
-        problem = isfinite(rates[i]) ? NULL : NOT_FINITE;
-    }
-    return problem;
+    return are_finite(rates, SIZE) ? NULL : NOT_FINITE;
 }
 
 const char *plant_step(
@@ -231,19 +221,18 @@ const char *plant_step(
     double tool_length, const double offsets[AXES])
 {
     double h[AT_LEAST_ONE(KEPT_OF_INPUTS)], force[NODES], part = memory->part;
+    const char *problem;
     struct point next;
-    memcpy(next.nodes, memory->temperatures, sizeof next.nodes);
     memcpy(next.states, memory->states, sizeof next.states);
-    equations_held(self->k, inputs, h);
-    force_of(self, inputs, h, force);
-    const char *problem =
-        self->linear ? linear_advance(self, step_s, inputs, force, &next)
-                     : dependent_advance(self, step_s, inputs, h, force, &part, &next);
-    for (size_t i = 0; problem == NULL && i < NODES; i++) {
-        problem = isfinite(next.nodes[i]) ? NULL : NOT_FINITE;
+    enter(self, inputs, h, force);
+    if (self->linear) {
+        problem = linear_advance(self, step_s, inputs, force, memory->temperatures, &next);
+    } else {
+        memcpy(next.nodes, memory->temperatures, sizeof next.nodes);
+        problem = dependent_advance(self, step_s, inputs, h, force, &part, &next);
     }
-    if (problem != NULL) {
-        return problem;
+    if (problem != NULL || !are_finite(next.nodes, NODES)) {
+        return problem != NULL ? problem : NOT_FINITE;
     }
     memcpy(memory->temperatures, next.nodes, sizeof next.nodes);
     memcpy(memory->states, next.states, sizeof next.states);

@@ -75,8 +75,8 @@ static void make(struct series *self, double reach)
         values_at(-reach * (1.0 + x) / 2.0, low);
         values_at(-reach * (1.0 - x) / 2.0, high);
         for (int kind = 0; kind < SERIES; kind++) {
-            both[0][kind] = (low[kind] + high[kind]) * 2.0 / (double)count;
-            both[1][kind] = (low[kind] - high[kind]) * 2.0 / (double)count;
+            both[0][kind] = (low[kind] + high[kind]) / (double)count;
+            both[1][kind] = (low[kind] - high[kind]) / (double)count;
         }
         for (size_t k = 0; k < count; k++) {
             double next = 2.0 * x * now - last;
@@ -90,12 +90,9 @@ static void make(struct series *self, double reach)
         before = x;
         x = following;
     }
-    for (int kind = 0; kind < SERIES; kind++) {
-        self->weights[0][kind] /= 2.0;
-    }
     double rest = 0.0;
     for (size_t k = count; k-- > 0;) {
-        rest = larger(rest, largest_of(self->weights[k], SERIES));
+        rest = larger(rest, 2.0 * largest_of(self->weights[k], SERIES));
         self->rests[k] = rest;
         needed = rest > SMALL && k >= needed ? k + 1 : needed;
     }
@@ -133,31 +130,30 @@ static void stretch(struct network *self, double scale)
     self->scale = scale;
 }
 
-double series_times(
+WIDE void series_times(
     const struct series *self, struct network *network, double h, const double vector[NODES],
-    double largest, size_t count, const int kinds[], double sums[][NODES])
+    double beside, size_t count, const int kinds[], double (*restrict sums)[NODES])
 {
-    double rows[2][NODES], most = largest_of(vector, NODES);
-    double *last = rows[0], *now = rows[1];
+    double rows[2][NODES], *last = rows[0], *now = rows[1], least = SMALL;
+    if (beside > 0.0) {
+        least *= larger(1.0, beside / largest_of(vector, NODES));
+    }
     stretch(network, larger(2.0 * h / self->reach, LEAST_SCALE));
-    largest = larger(largest, most);
-    for (size_t i = 0; i < NODES; i++) {
-        last[i] = vector[i];
-        now[i] = 0.0;
-    }
-    equations_product(network->shifted, network->edges, network->stretched, vector, now);
-    for (size_t i = 0; i < NODES; i++) {
-        now[i] *= 0.5;
-    }
+    memset(rows[1], 0, sizeof rows[1]);
+    equations_product(network->shifted, network->entries, network->stretched, vector, now);
     for (size_t j = 0; j < count; j++) {
         double first = self->weights[0][kinds[j]], second = self->weights[1][kinds[j]];
         for (size_t i = 0; i < NODES; i++) {
-            sums[j][i] = first * last[i] + second * now[i];
+            sums[j][i] = first * vector[i] + second * now[i];
         }
     }
-    for (size_t k = 2; k < self->terms && self->rests[k] * most > SMALL * largest; k++) {
+    /* From here on these are the polynomials twice. */
+    for (size_t i = 0; i < NODES; i++) {
+        last[i] = 2.0 * vector[i];
+    }
+    for (size_t k = 2; k < self->terms && self->rests[k] > least; k++) {
         double *next = last;
-        equations_product(network->shifted, network->edges, network->stretched, now, next);
+        equations_product(network->shifted, network->entries, network->stretched, now, next);
         last = now;
         now = next;
         for (size_t j = 0; j < count; j++) {
@@ -167,5 +163,4 @@ double series_times(
             }
         }
     }
-    return largest;
 }

@@ -19,7 +19,7 @@ enum { ONE, HALF, TWO, BENT, SERIES }; /* phi_1, phi_1(x / 2) / 2, phi_2, 4 phi_
 struct series {
     double reach;
     size_t terms; /* 0: not known */
-    double weights[MOST_TERMS][SERIES];
+    double weights[MOST_TERMS][SERIES]; /* from the second term on half of what they are */
     double rests[MOST_TERMS]; /* the largest weight from a term on, of any kind */
 };
 
@@ -36,9 +36,9 @@ double phi(int order, double x);
 const struct series *series_for(struct all_series *self, double reach);
 
 /* Puts series of h A times a vector, as many as there are kinds, into sums. What they leave off is
-   small beside `largest`, or the vector's largest number if that is greater, which is returned. */
-double series_times(
+   small beside the vector's largest number, or beside another one if that is greater. */
+void series_times(
     const struct series *self, struct network *network, double h, const double vector[NODES],
-    double largest, size_t count, const int kinds[], double sums[][NODES]);
+    double beside, size_t count, const int kinds[], double (*restrict sums)[NODES]);
 
 #endif

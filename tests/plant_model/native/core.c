@@ -39,6 +39,12 @@ SHOWN int core_is_linear(const struct both *self)
     return self->plant.linear;
 }
 
+SHOWN double core_fastest(struct both *self, const double *inputs)
+{
+    network_at(&self->plant.network, self->plant.k, inputs);
+    return self->plant.network.fastest;
+}
+
 SHOWN void core_outputs(const struct both *self, double *outputs)
 {
     memcpy(outputs, self->memory.outputs, sizeof self->memory.outputs);

@@ -48,7 +48,7 @@ def test_an_effect_without_a_form_in_c_is_named_in_one_line(
 ) -> None:
     machine = read_machine("jig_borer_lumps")
     # Machines without it are as they were.
-    assert equations_of(machine, []).heat
+    assert equations_of(machine, []).force
     with_it = replace(machine, effects=machine.effects | {"deciding": dict(Deciding.parameters)})
     said = "effect deciding: no form in C: its course depends on a value"
     with pytest.raises(NoFormulaError, match=said):
