@@ -16,6 +16,7 @@ from gap_finder.calibrate import Calibration, Progress, calibrate, quiet
 from gap_finder.data_faults import DataFault, taken_out
 from gap_finder.observations import Observations, observe
 from gap_finder.regimes import RunResiduals, residuals
+from measurement.faults.series import resolution_of, stretches, valid
 from measurement.runs import Run
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
@@ -50,11 +51,13 @@ def standing_still(machine: Machine, observed: Sequence[Observations]) -> list[D
         for i, name in enumerate(one.observed.channels):
             if name in lengths:
                 continue
-            span = _longest(one.observed, column_of(machine, name))
+            column = column_of(machine, name)
+            span = _longest(one.observed, column)
             if span is None:
                 continue
             moved, usual = _moved(one, i, span), _usual(others, i)
-            step = _resolution([other.observed for other in left], column_of(machine, name))
+            having = [other.observed.run for other in left if column in other.observed.run.frame]
+            step = resolution_of(having, column)
             if moved < max(MOVED_K, TIMES * max(step, usual, float(one.observed.tolerance[i]))):
                 continue
             run = observed[place].run.name
@@ -107,13 +110,10 @@ def _longest(observed: Observations, column: str) -> tuple[float, float] | None:
     """Return the longest time for which a column is exactly the same [s], if it is long."""
     if column not in observed.run.frame.columns:
         return None
-    values = observed.run.frame[column].to_numpy(dtype=np.float64)
-    rows = np.flatnonzero(np.isfinite(values))
+    rows, values = valid(observed.run, column)
     if len(rows) < 3:
         return None
-    cuts = np.flatnonzero(np.diff(values[rows]) != 0.0) + 1
-    time = observed.run.time_s[rows]
-    starts, ends = time[np.r_[0, cuts]], time[np.r_[cuts, len(rows)] - 1]
+    starts, ends = (observed.run.time_s[rows[places]] for places in stretches(values))
     k = int(np.argmax(ends - starts))
     return (float(starts[k]), float(ends[k])) if ends[k] - starts[k] >= LEAST_S else None
 
@@ -136,10 +136,3 @@ def _usual(left: Sequence[RunResiduals], channel: int) -> float:
 def _rms(values: FloatArray) -> float:
     known = values[np.isfinite(values)]
     return float(np.sqrt(np.mean(known**2))) if known.size else float("nan")
-
-
-def _resolution(observed: Sequence[Observations], column: str) -> float:
-    """Return the smallest step of a column over all runs [K]."""
-    parts = [one.run.frame[column].dropna() for one in observed if column in one.run.frame]
-    levels = np.unique(np.concatenate(parts)) if parts else np.zeros(0)
-    return float(np.diff(levels).min()) if len(levels) > 1 else 0.0

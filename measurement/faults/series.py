@@ -1,4 +1,4 @@
-"""What the checks share: readings without the missing ones, scatter, stretches that stand still."""
+"""What the checks share: readings without the missing ones, stretches that stand still."""
 
 from __future__ import annotations
 
@@ -37,13 +37,6 @@ def unit_of(column: str) -> str:
     """Return the unit of a difference of two readings, as a text shows it."""
     unit = split_column(column)[1]
     return "K" if unit == "degC" else UNITS[unit].suffix
-
-
-def scatter(values: FloatArray) -> float:
-    """Return a standard deviation of *values* that outliers do not move [K, um]."""
-    if not values.size:
-        return 0.0
-    return 1.4826 * float(np.median(np.abs(values - np.median(values))))
 
 
 def running_median(values: FloatArray) -> FloatArray:

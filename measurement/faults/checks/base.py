@@ -28,13 +28,6 @@ class Seen:
     left: Sequence[Run]
     faults: Sequence[Fault]
 
-    def is_explained(self, fault: Fault) -> bool:
-        """Return whether a seam found earlier explains a fault that begins there."""
-        return any(
-            (seam.kind, seam.place, seam.start_s) == ("jump", fault.place, fault.start_s)
-            for seam in self.faults
-        )
-
 
 class Check:
     """One thing that may be wrong with runs; a subclass overrides `in_run` or `find`.

@@ -16,8 +16,9 @@ from typing import ClassVar
 import numpy as np
 
 from measurement.faults.checks.base import Check, Seen
-from measurement.faults.checks.leaps import STEP
+from measurement.faults.checks.leaps import BY_ITSELF
 from measurement.faults.fault import LEFT_OUT, Fault
+from measurement.faults.leaping import leap_odds
 from measurement.faults.series import (
     FEWEST_SAMPLES,
     lengths_of,
@@ -27,7 +28,7 @@ from measurement.faults.series import (
     valid,
 )
 from measurement.faults.witnesses import Witnesses
-from measurement.resampling import GAP_INTERVALS
+from measurement.resampling import FINEST_K, GAP_INTERVALS
 from measurement.runs import FloatArray, Run
 from measurement.units import split_column
 
@@ -145,7 +146,7 @@ def _stands(run: Run, place: int, habits: _Habits, witnesses: Witnesses) -> Iter
         length = float(time[last] - time[first])
         rest = _below(lengths, length)
         habit = max(float(rest.max(initial=0.0)), habits.usual_s)
-        dropped = _dropped(time, values, first, last, resolution)
+        dropped = _dropped(time, values, first)
         enough = max(MOVING_K, STEPS * resolution)
         why = ""
         if dropped:
@@ -212,20 +213,17 @@ def _stands_at(run: Run, column: str, ends: tuple[float, ...]) -> bool:
     return bool(values[firsts[np.argmax(lasts - firsts)]] in ends)
 
 
-def _dropped(
-    time: FloatArray, values: FloatArray, first: int, last: int, resolution: float
-) -> float:
+def _dropped(time: FloatArray, values: FloatArray, first: int) -> float:
     """Return the leap [K] with which a reading came to stand still; 0 if it came there slowly."""
     if not first or time[first] - time[first - 1] > GAP_INTERVALS * np.median(np.diff(time)):
         return 0.0
-    before = values[max(0, first - FEWEST_SAMPLES) : first]
-    leap = float(values[first] - np.median(before))
-    last_move = abs(values[first] - values[first - 1])
+    leap = float(values[first] - np.median(values[max(0, first - FEWEST_SAMPLES) : first]))
     # Two samples may be needed: a wire that breaks is caught in between.
-    if len(before) > 1:
-        last_move = max(last_move, abs(values[first] - values[first - 2]))
-    large = max(STEP["degC"], 3.0 * resolution)
-    return leap if min(abs(leap), last_move) > large else 0.0
+    for at in range(max(first - 1, 1), first + 1):
+        odds = leap_odds(np.r_[values[:at], values[first:]], FINEST_K)
+        if odds[at - 1] > 0.0 and abs(leap) > BY_ITSELF["degC"]:
+            return leap
+    return 0.0
 
 
 def _repeats(runs: Sequence[Run], column: str, ends: Sequence[float]) -> float:

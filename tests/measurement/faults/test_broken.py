@@ -73,12 +73,19 @@ def test_a_thermometer_that_drops_to_a_constant_is_dead_even_at_a_switch(level: 
 
 @pytest.mark.parametrize(
     ("column", "size", "row"),
-    [("T2_degC", 15.0, 0), ("disp_z_um", -80.0, 200), ("disp_z_um", 50.0, 360)],
+    [("T2_degC", 5.0, 0), ("disp_z_um", -80.0, 200), ("disp_z_um", 50.0, 360)],
 )
 def test_a_spike_costs_one_reading_wherever_it_is(column: str, size: float, row: int) -> None:
     values = reading(column)
     values[row] += size
     assert broken(**{column: values}) == [("spikes", column, float(row), float(row))]
+
+
+def test_two_readings_that_leap_away_and_back_are_two_spikes() -> None:
+    values = reading("T2_degC")
+    values[100:102] -= 12.0
+    wanted = [("spikes", "T2_degC", float(row), float(row)) for row in (100, 101)]
+    assert broken(T2_degC=values) == wanted
 
 
 def test_a_first_reading_before_a_switch_is_no_spike() -> None:

@@ -67,7 +67,7 @@ def test_a_channel_that_jumps_about_is_not_used_at_all() -> None:
 
 
 @pytest.mark.parametrize(
-    ("column", "size"), [("T3_degC", 8.0), ("disp_x_um", -60.0), ("disp_z_um", 45.0)]
+    ("column", "size"), [("T3_degC", 4.0), ("disp_x_um", -60.0), ("disp_z_um", 45.0)]
 )
 def test_a_probe_that_slips_is_bad_from_there_on(column: str, size: float) -> None:
     runs = broken(column, np.where(TIME >= 120 * 60.0, size, 0.0))
