@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fmu_compensator.runtime.error_models.base import ErrorModel
+from fmu_compensator.runtime.error_models.base import ErrorModel, Remembering
 from fmu_compensator.runtime.fields import LARGEST, Fields
-from fmu_compensator.runtime.lags import checked_state
 from fmu_compensator.runtime.ticks import ticks
 
 
-class Series:
+class Series(Remembering):
     r"""One target: w = (difference of order d of y - mean) / scale is an ARMA(p, q).
 
     .. math::
@@ -25,6 +24,8 @@ class Series:
     ar, ma : list of float
         phi and theta.
     """
+
+    remembers = ("held", "synced", "tails", "past", "errors")
 
     def __init__(
         self, differences: int, mean: float, scale: float, ar: list[float], ma: list[float]
@@ -86,16 +87,6 @@ class Series:
             self.errors = [min(max(error, -LARGEST), LARGEST), *self.errors[:-1]]
         self.synced = float(measured)
 
-    def state(self) -> list[float]:
-        """Return what is remembered."""
-        return [self.held, self.synced, *self.tails, *self.past, *self.errors]
-
-    def restore(self, values: list[float]) -> None:
-        """Take up the first numbers of *values*, and remove them there."""
-        self.held, self.synced = values.pop(0), values.pop(0)
-        for part in (self.tails, self.past, self.errors):
-            part[:] = [values.pop(0) for _ in part]
-
 
 class AutoregressiveMovingAverage(ErrorModel):
     """One series per target on an even clock; no temperature has a part in it.
@@ -110,10 +101,10 @@ class AutoregressiveMovingAverage(ErrorModel):
 
     uses_measured = True
     corrects_itself = True
+    remembers = ("_started", "_waiting", "_age", "_measured", "_series")
 
     def __init__(self, step_s: float, series: list[Series]) -> None:
         self._step_s, self._series = step_s, series
-        self._fresh = [one.state() for one in series]
         self._started = self._waiting = False
         self._age = 0.0  # of the step [s]
         self._measured = [0.0] * len(series)
@@ -148,22 +139,6 @@ class AutoregressiveMovingAverage(ErrorModel):
 
     def reset(self) -> None:
         """Forget everything: the drift starts from zero."""
-        self._started = self._waiting = False
-        self._age = 0.0
-        self._measured = [0.0] * len(self._series)
-        for one, state in zip(self._series, self._fresh, strict=True):
-            one.restore(list(state))
-
-    def state(self) -> list[float]:
-        """Return what is remembered."""
-        own = [float(self._started), float(self._waiting), self._age, *self._measured]
-        return own + [value for one in self._series for value in one.state()]
-
-    def restore(self, state: Sequence[float]) -> None:
-        """Take up the state that `state` returned."""
-        values = checked_state(state, len(self.state()))
-        self._started, self._waiting, self._age = bool(values[0]), bool(values[1]), values[2]
-        targets = len(self._series)
-        self._measured, rest = values[3 : 3 + targets], values[3 + targets :]
+        super().reset()
         for one in self._series:
-            one.restore(rest)
+            one.synced = 1.0

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields
-from fmu_compensator.runtime.lags import checked_state
 from fmu_compensator.runtime.ticks import ticks
 
 
@@ -29,6 +28,7 @@ class AutoregressiveExogenous(ErrorModel):
 
     uses_measured = True
     corrects_itself = True
+    remembers = ("_started", "_age", "_last", "_drift")
 
     def __init__(
         self,
@@ -83,20 +83,3 @@ class AutoregressiveExogenous(ErrorModel):
                 self._drift[target] = value
             self._last = list(inputs)
         return list(self._drift)
-
-    def reset(self) -> None:
-        """Forget everything."""
-        self._started = False
-        self._age = 0.0
-        self._last = [0.0] * self._inputs
-        self._drift = [0.0] * len(self._rows)
-
-    def state(self) -> list[float]:
-        """Return what is remembered."""
-        return [float(self._started), self._age, *self._last, *self._drift]
-
-    def restore(self, state: Sequence[float]) -> None:
-        """Take up the state that `state` returned."""
-        values = checked_state(state, 2 + self._inputs + len(self._rows))
-        self._started, self._age = bool(values[0]), values[1]
-        self._last, self._drift = values[2 : 2 + self._inputs], values[2 + self._inputs :]

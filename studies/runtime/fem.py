@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import LARGEST, Fields
-from fmu_compensator.runtime.lags import checked_state, known_speed
+from fmu_compensator.runtime.lags import known_speed
 
 
 class Source(NamedTuple):
@@ -62,6 +62,8 @@ class FiniteElementModel(ErrorModel):
     outputs : list of list of float
         W, one row per target, over all coordinates of the first drive, the second, and so on.
     """
+
+    remembers = ("_started", "_speed", "_first", "_last", "_states")
 
     def __init__(
         self,
@@ -169,23 +171,3 @@ class FiniteElementModel(ErrorModel):
                 sum(part * mode for part, mode in zip(row, modes, strict=True))
                 for row in regime.vectors
             ]
-
-    def reset(self) -> None:
-        """Start from a machine at rest whose temperatures have settled."""
-        self._started, self._speed = False, 0.0
-        for held in (self._first, self._last, *self._states):
-            held[:] = [0.0] * len(held)
-
-    def state(self) -> list[float]:
-        """Return what is remembered."""
-        flat = [value for state in self._states for value in state]
-        return [float(self._started), self._speed, *self._first, *self._last, *flat]
-
-    def restore(self, state: Sequence[float]) -> None:
-        """Take up the state that `state` returned."""
-        values = iter(checked_state(state, len(self.state())))
-        self._started, self._speed = bool(next(values)), next(values)
-        self._first = [next(values) for _ in self._first]
-        self._last = [next(values) for _ in self._last]
-        for held in self._states:
-            held[:] = [next(values) for _ in held]

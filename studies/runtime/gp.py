@@ -8,7 +8,7 @@ from operator import mul
 
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields
-from fmu_compensator.runtime.lags import checked_state, share, taus
+from fmu_compensator.runtime.lags import share, taus
 
 
 class GaussianProcess(ErrorModel):
@@ -31,6 +31,8 @@ class GaussianProcess(ErrorModel):
     weights : list of list of float, targets x centres [um, urad]
     """
 
+    remembers = ("_started", "_lagged")
+
     def __init__(
         self,
         lags_s: list[float],
@@ -41,7 +43,7 @@ class GaussianProcess(ErrorModel):
         weights: list[list[float]],
         inputs: int,
     ) -> None:
-        self._lags_s, self._inputs = lags_s, inputs
+        self._lags_s = lags_s
         self._sharpness = 0.5 / (length * length)
         self._constant, self._linear = constant, linear
         self._centres, self._weights = centres, weights
@@ -95,19 +97,3 @@ class GaussianProcess(ErrorModel):
                 self._constant, self._linear, self._weights, strict=True
             )
         ]
-
-    def reset(self) -> None:
-        """Forget everything."""
-        self._started = False
-        self._lagged = [[0.0] * self._inputs for _ in self._lags_s]
-
-    def state(self) -> list[float]:
-        """Return what is remembered."""
-        return [float(self._started), *(value for values in self._lagged for value in values)]
-
-    def restore(self, state: Sequence[float]) -> None:
-        """Take up the state that `state` returned."""
-        values = iter(checked_state(state, len(self.state())))
-        self._started = bool(next(values))
-        for held in self._lagged:
-            held[:] = [next(values) for _ in held]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields
-from fmu_compensator.runtime.lags import checked_state, known_speed, share, taus
+from fmu_compensator.runtime.lags import known_speed, share, taus
 
 
 class NaturalExponential(ErrorModel):
@@ -27,6 +27,8 @@ class NaturalExponential(ErrorModel):
     tau_s, tau_stopped_s : list of float, one per target
         Time constants while turning and while standing [s].
     """
+
+    remembers = ("_speed", "_drift")
 
     def __init__(
         self,
@@ -76,16 +78,3 @@ class NaturalExponential(ErrorModel):
             return len(knots) - 2, 1.0
         place = next(index for index in range(len(knots) - 1) if speed < knots[index + 1])
         return place, (speed - knots[place]) / (knots[place + 1] - knots[place])
-
-    def reset(self) -> None:
-        """Stand still and cold."""
-        self._speed = 0.0
-        self._drift = [0.0] * len(self._steady)
-
-    def state(self) -> list[float]:
-        """Return what is remembered."""
-        return [self._speed, *self._drift]
-
-    def restore(self, state: Sequence[float]) -> None:
-        """Take up the state that `state` returned."""
-        self._speed, *self._drift = checked_state(state, 1 + len(self._steady))

@@ -8,7 +8,7 @@ from statistics import median
 
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields
-from fmu_compensator.runtime.lags import checked_state, known_speed, matrices_by_lag, share, taus
+from fmu_compensator.runtime.lags import known_speed, matrices_by_lag, share, taus
 
 SPEED_UNIT = 1000.0
 """Of the speeds in the compensator file, given by its form [rpm]."""
@@ -42,6 +42,7 @@ class ThermalStates(ErrorModel):
     """
 
     other_fits = ("bayes", "lasso", "ridge")
+    remembers = ("_started", "_speed", "_first", "_shift", "_lagged")
 
     def __init__(
         self,
@@ -123,25 +124,6 @@ class ThermalStates(ErrorModel):
             features += values
         self._speed = known_speed(speed, self._speed * SPEED_UNIT) / SPEED_UNIT
         return [sum(map(mul, weights, features)) for weights in self._weights]
-
-    def reset(self) -> None:
-        """Forget everything."""
-        self._started = False
-        self._speed = 0.0
-        self._first, self._shift = [0.0] * self._inputs, [0.0] * self._inputs
-        self._lagged = [[0.0] * (2 * self._inputs + 2) for _ in self._lags_s]
-
-    def state(self) -> list[float]:
-        """Return what is remembered."""
-        lagged = [value for values in self._lagged for value in values]
-        return [float(self._started), self._speed, *self._first, *self._shift, *lagged]
-
-    def restore(self, state: Sequence[float]) -> None:
-        """Take up the state that `state` returned."""
-        values = iter(checked_state(state, len(self.state())))
-        self._started, self._speed = bool(next(values)), next(values)
-        for held in (self._first, self._shift, *self._lagged):
-            held[:] = [next(values) for _ in held]
 
 
 def _levels(values: Sequence[float]) -> list[float]:

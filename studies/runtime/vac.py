@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from fmu_compensator.runtime.error_models import error_models
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields
-from fmu_compensator.runtime.lags import checked_state, known_speed, share
+from fmu_compensator.runtime.lags import known_speed, share
 
 CONDITIONS = ("stopped", "changing", "steady")
 SAME_SPEED_SHARE, STILL_RPM = 0.02, 1.0
@@ -36,6 +36,8 @@ class VectorAngleCosine(ErrorModel):
     prior : list of list of float, targets x models
         p_i [um^2, urad^2]; empty if measurements are not to move the weights.
     """
+
+    remembers = ("_started", "_speed", "_since", "_parts", "_blended", "_errors", "_models")
 
     def __init__(
         self,
@@ -135,31 +137,7 @@ class VectorAngleCosine(ErrorModel):
 
     def reset(self) -> None:
         """Forget everything."""
+        super().reset()
         for model in self._models:
             model.reset()
-        self._started, self._speed, self._since = False, 0.0, 0.0
-        self._parts = [[0.0] * self._targets for _ in self._models]
-        self._blended = [[0.0] * len(self._models) for _ in range(self._targets)]
         self._errors = [list(row) for row in self._prior]
-
-    def _own(self) -> list[list[float]]:
-        return [*self._parts, *self._blended, *self._errors]
-
-    def state(self) -> list[float]:
-        """Return what is remembered, the constituents' memories last."""
-        own = [float(self._started), self._speed, self._since]
-        own += [value for row in self._own() for value in row]
-        return own + [value for model in self._models for value in model.state()]
-
-    def restore(self, state: Sequence[float]) -> None:
-        """Take up the state that `state` returned."""
-        values = checked_state(state, len(self.state()))
-        self._started, self._speed, self._since = bool(values[0]), values[1], values[2]
-        at = 3
-        for row in self._own():
-            row[:] = values[at : at + len(row)]
-            at += len(row)
-        for model in self._models:
-            length = len(model.state())
-            model.restore(values[at : at + length])
-            at += length

@@ -3,17 +3,62 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from typing import ClassVar
+from collections.abc import Iterator, Sequence
+from typing import Any, ClassVar
 
 from fmu_compensator.runtime.fields import Fields
+from fmu_compensator.runtime.lags import checked_state
 
 
-class ErrorModel(ABC):
+class Remembering:
+    """What has a memory that JSON and a host can carry.
+
+    Attributes
+    ----------
+    remembers : tuple of str
+        Attributes that change from sample to sample: numbers, flags, lists of them, and what is
+        `Remembering` itself; zeros are a fresh start unless `reset` says otherwise.
+    """
+
+    remembers: ClassVar[tuple[str, ...]] = ()
+
+    def state(self) -> list[float]:
+        """Return what is remembered, number by number."""
+        return [value for name in self.remembers for value in _numbers(getattr(self, name))]
+
+    def restore(self, state: Sequence[float]) -> None:
+        """Take up the state that `state` returned.
+
+        Raises
+        ------
+        ValueError
+            If it has another length, or holds something that is not a finite number.
+        """
+        values = iter(checked_state(state, len(self.state())))
+        for name in self.remembers:
+            setattr(self, name, _filled(getattr(self, name), values))
+
+
+def _numbers(held: Any) -> list[float]:
+    if isinstance(held, Remembering):
+        return held.state()
+    return [v for one in held for v in _numbers(one)] if isinstance(held, list) else [float(held)]
+
+
+def _filled(held: Any, values: Iterator[float]) -> Any:
+    if isinstance(held, Remembering):
+        held.restore([next(values) for _ in held.state()])
+        return held
+    if isinstance(held, list):
+        return [_filled(one, values) for one in held]
+    return type(held)(next(values))
+
+
+class ErrorModel(Remembering, ABC):
     """From checked temperatures to the drift of the measured quantities.
 
-    A model that remembers nothing overrides `from_fields` and `predict` only. One with states of
-    its own (a lag, past errors) also overrides `reset`, `state` and `restore`.
+    A model overrides `from_fields` and `predict`. One with a memory (a lag, past errors) names it
+    in `remembers`.
 
     Attributes
     ----------
@@ -80,24 +125,4 @@ class ErrorModel(ABC):
 
     def reset(self) -> None:
         """Forget everything remembered from earlier samples."""
-        return
-
-    def state(self) -> list[float]:
-        """Return what is remembered, as numbers that JSON can carry."""
-        return []
-
-    def restore(self, state: Sequence[float]) -> None:
-        """Take up the state that `state` returned.
-
-        Parameters
-        ----------
-        state : sequence of float
-            As many numbers as the model remembers; none for a model without a memory.
-
-        Raises
-        ------
-        ValueError
-            If it has another length, or holds something that is not a finite number.
-        """
-        if len(state) != 0:
-            raise ValueError(f"a state of {len(state)} numbers was given, this model has none")
+        self.restore([0.0] * len(self.state()))
