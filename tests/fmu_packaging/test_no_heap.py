@@ -126,9 +126,32 @@ def test_the_same_numbers_without_a_heap(kind: Kind, c_compiler: Compiler, tmp_p
     assert run(HOST.name, *less) == ["0 0 0"]
 
 
-def test_the_build_says_how_much_is_taken(c_compiler: Compiler) -> None:
-    found = sources("plant", 3)
-    words = memory_size(found, c_compiler, 3).split()
-    instance = int(words[words.index("MEMORY_OF_INSTANCE") + 1])
-    # The plant's own: modes at eight speeds.
-    assert 10_000 < instance < 1_000_000
+COUNTING = """
+#include <stdlib.h>
+#include "memory.h"
+static size_t taken;
+void *memory_take(size_t count, size_t size)
+{
+    taken += count * size;
+    return calloc(count, size);
+}
+void memory_give(void *memory) { free(memory); }
+size_t memory_most(void) { return taken; }
+"""
+
+
+@pytest.mark.parametrize("kind", ["plant", "compensator"])
+def test_an_instance_takes_no_more_with_a_heap_than_without(
+    kind: Kind, c_compiler: Compiler, tmp_path: Path
+) -> None:
+    """What only derivatives need, which a controller lacks, is taken when they are asked for."""
+    found = sources(kind, 2)
+    words = memory_size(found, c_compiler, 2).split()
+    without = int(words[words.index("MEMORY_OF_INSTANCE") + 1])
+    texts = {**found, "memory.c": COUNTING, MEASURE.name: MEASURE.read_text()}
+    write_sources(tmp_path, texts)
+    command = [*c_compiler.command, *STRICT, "-O0", "-I.", "-o", "program"]
+    run_compiler([*command, *c_files(texts), "-lm"], tmp_path)
+    done = subprocess.run([str(tmp_path / "program")], capture_output=True, text=True, check=True)
+    with_heap = int(done.stdout.split()[0])
+    assert without / 2 < with_heap <= without

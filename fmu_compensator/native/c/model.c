@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "compensator.h"
+#include "memory.h"
 #include "numbers.h"
 
 /* A gap in the clock is time without a sample: see the Python twin, compensator.step. */
@@ -12,8 +13,6 @@ const struct continuous *const model_continuous = NULL;
 
 struct model {
     struct compensator compensator;
-    struct content *next; /* of derivatives: the step that comes, */
-    double *unit;         /* and a direction of one temperature */
 };
 
 struct model *model_make(struct setup *setup, size_t *content_size)
@@ -22,10 +21,6 @@ struct model *model_make(struct setup *setup, size_t *content_size)
     if (self != NULL) {
         compensator_make(setup, &self->compensator);
         *content_size = self->compensator.size;
-        if (model_derivatives != NULL) {
-            self->next = setup_take(setup, 1, *content_size);
-            self->unit = setup_take(setup, model_sensor_count, sizeof(double));
-        }
     }
     return self;
 }
@@ -83,24 +78,30 @@ static const char *derive(
     size_t tool = model_ports.tool_length;
     double step_s = time_s - now->last_time, tool_length = values[tool], moved[REAL_OUTPUTS];
     struct input input = {time_s, step_s, values, values[model_ports.speed], tool_length, NULL};
+    size_t sensors = model_sensor_count;
     (void)problem;
     memset(found, 0, (from == KNOWN ? REAL_OUTPUTS : tool + 1) * sizeof *found);
     if (!now->started || !(step_s > 0.0)) {
         return NULL; /* Rises are yet to count from what comes. */
     }
-    memcpy(self->next, content, compensator->size);
-    compensator_step(compensator, self->next, &input);
+    struct content *next = memory_take(1, compensator->size + sensors * sizeof(double));
+    if (next == NULL) {
+        return "there is not enough memory for derivatives";
+    }
+    double *unit = (double *)next + compensator->size / sizeof(double);
+    memcpy(next, content, compensator->size);
+    compensator_step(compensator, next, &input);
     if (from == KNOWN) {
         compensator_derive(compensator, tool_length, seeds, seeds[tool], found);
-        return NULL;
     }
-    for (size_t known = 0; known <= tool; known++) {
-        size_t sensor = known < model_sensor_count ? known : 0;
-        self->unit[sensor] = known < model_sensor_count;
-        compensator_derive(compensator, tool_length, self->unit, known == tool, moved);
-        self->unit[sensor] = 0.0;
+    for (size_t known = 0; from != KNOWN && known <= tool; known++) {
+        size_t sensor = known < sensors ? known : 0;
+        unit[sensor] = known < sensors;
+        compensator_derive(compensator, tool_length, unit, known == tool, moved);
+        unit[sensor] = 0.0;
         found[known] = dot(seeds, moved, REAL_OUTPUTS);
     }
+    memory_give(next);
     return NULL;
 }
 

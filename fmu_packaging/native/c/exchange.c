@@ -142,6 +142,12 @@ const char *instance_begin_derivatives(struct instance *self)
     const char *problem = model_derivatives == NULL ? "this FMU gives no derivatives"
                                                     : phase_refusal(self, STEPPING);
     for (int i = 0; problem == NULL && i < 2; i++) {
+        if (self->sides[i] == NULL) {
+            self->sides[i] = setup_take(&self->setup, model_variable_count, sizeof(double));
+        }
+        if (self->sides[i] == NULL) {
+            return "there is not enough memory for derivatives";
+        }
         memset(self->sides[i], 0, model_variable_count * sizeof(double));
     }
     return problem;

@@ -32,9 +32,6 @@ struct instance *instance_new(void)
     if (self->memory != NULL && model_continuous != NULL) {
         self->rates = setup_take(&self->setup, model_continuous->count, sizeof(double));
     }
-    for (int i = 0; i < 2 && self->memory != NULL && model_derivatives != NULL; i++) {
-        self->sides[i] = setup_take(&self->setup, model_variable_count, sizeof(double));
-    }
     if (self->memory != NULL) {
         self->values = self->memory->numbers;
         self->content = self->values + model_variable_count;

@@ -29,7 +29,7 @@ struct instance {
     double *values;     /* by value reference */
     void *content;      /* of the model */
     double *rates;      /* of its states, as they were last computed */
-    double *sides[2];   /* of derivatives: seeds and what is found */
+    double *sides[2];   /* of derivatives: seeds and what is found; NULL: none was asked for */
     bool exchange;      /* for model exchange */
     bool events;        /* a co-simulation with event mode */
     struct terminal *terminal; /* of a bus; NULL: none */

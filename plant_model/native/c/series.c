@@ -58,17 +58,22 @@ static void values_at(double z, double values[SERIES])
     values[HALF] = values[ONE] / (1.0 + e);
 }
 
-/* Finds the weights by the values at the zeros of a Chebyshev polynomial of more than enough terms,
-   two by two on either side of the middle, and leaves off what is small. */
-static void make(struct series *self, double reach)
+/* Returns more than enough terms, an even number. */
+static size_t enough(double reach)
 {
-    size_t count = 4, most = 12 + (size_t)(7.4 * sqrt(reach / 2.0)), needed = 2;
+    size_t count = 4, most = 12 + (size_t)(7.4 * sqrt(reach / 2.0));
     /* No derivative of phi_k is above 1, so a weight is at most 2 (reach / 4)^k / k!. */
     for (double weight = cube(reach / 4.0) / 6.0; weight > SMALL && count < most; count++) {
         weight *= reach / (4.0 * (double)count);
     }
-    count += count % 2;
-    memset(self->weights, 0, count * sizeof *self->weights);
+    return count + count % 2;
+}
+
+/* Finds the weights by the values at the zeros of a Chebyshev polynomial, two by two on either side of
+   the middle; returns how many are not small. */
+static size_t make(struct term *terms, size_t count, double reach)
+{
+    memset(terms, 0, count * sizeof *terms);
     double x = cos(PI / 2.0 / (double)count), before = x, turn = 2.0 * cos(PI / (double)count);
     for (size_t j = 0; j < count / 2; j++) {
         double low[SERIES], high[SERIES], both[2][SERIES], last = x, now = 1.0;
@@ -81,7 +86,7 @@ static void make(struct series *self, double reach)
         for (size_t k = 0; k < count; k++) {
             double next = 2.0 * x * now - last;
             for (int kind = 0; kind < SERIES; kind++) {
-                self->weights[k][kind] += both[k % 2][kind] * now;
+                terms[k].weights[kind] += both[k % 2][kind] * now;
             }
             last = now;
             now = next;
@@ -91,13 +96,13 @@ static void make(struct series *self, double reach)
         x = following;
     }
     double rest = 0.0;
+    size_t needed = 2;
     for (size_t k = count; k-- > 0;) {
-        rest = larger(rest, 2.0 * largest_of(self->weights[k], SERIES));
-        self->rests[k] = rest;
+        rest = larger(rest, 2.0 * largest_of(terms[k].weights, SERIES));
+        terms[k].rest = rest;
         needed = rest > SMALL && k >= needed ? k + 1 : needed;
     }
-    self->terms = needed;
-    self->reach = reach;
+    return needed;
 }
 
 const struct series *series_for(struct all_series *self, double reach)
@@ -107,13 +112,22 @@ const struct series *series_for(struct all_series *self, double reach)
     double part = frexp(fmin(reach > 1e-9 ? reach : 1e-9, MOST_REACH), &exponent);
     double wide = ldexp(ceil(part * 16.0) / 16.0, exponent);
     for (size_t i = 0; i < SERIES_KEPT; i++) {
-        if (self->kept[i].terms > 0 && self->kept[i].reach == wide) {
+        if (self->kept[i].count > 0 && self->kept[i].reach == wide) {
             return &self->kept[i];
+        }
+    }
+    size_t count = enough(wide), first = self->end + count > TERMS_KEPT ? 0 : self->end;
+    struct term *terms = self->terms + first;
+    for (size_t i = 0; i < SERIES_KEPT; i++) {
+        struct series *old = &self->kept[i];
+        if (old->count > 0 && old->terms < terms + count && terms < old->terms + old->count) {
+            old->count = 0;
         }
     }
     struct series *found = &self->kept[self->next];
     self->next = (self->next + 1) % SERIES_KEPT;
-    make(found, wide);
+    *found = (struct series){wide, make(terms, count, wide), terms};
+    self->end = first + found->count;
     return found;
 }
 
@@ -142,7 +156,8 @@ WIDE void series_times(
     memset(rows[1], 0, sizeof rows[1]);
     equations_product(network->shifted, network->entries, network->stretched, vector, now);
     for (size_t j = 0; j < count; j++) {
-        double first = self->weights[0][kinds[j]], second = self->weights[1][kinds[j]];
+        double first = self->terms[0].weights[kinds[j]];
+        double second = self->terms[1].weights[kinds[j]];
         for (size_t i = 0; i < NODES; i++) {
             sums[j][i] = first * vector[i] + second * now[i];
         }
@@ -151,13 +166,13 @@ WIDE void series_times(
     for (size_t i = 0; i < NODES; i++) {
         last[i] = 2.0 * vector[i];
     }
-    for (size_t k = 2; k < self->terms && self->rests[k] > least; k++) {
+    for (size_t k = 2; k < self->count && self->terms[k].rest > least; k++) {
         double *next = last;
         equations_product(network->shifted, network->entries, network->stretched, now, next);
         last = now;
         now = next;
         for (size_t j = 0; j < count; j++) {
-            double weight = self->weights[k][kinds[j]];
+            double weight = self->terms[k].weights[kinds[j]];
             for (size_t i = 0; i < NODES; i++) {
                 sums[j][i] += weight * now[i];
             }

@@ -11,22 +11,27 @@
 #include "network.h"
 
 #define MOST_REACH 4096.0
-#define MOST_TERMS 347
 #define SERIES_KEPT 8
+#define TERMS_KEPT 512 /* above what the longest series takes while it is made, 347 */
 
 enum { ONE, HALF, TWO, BENT, SERIES }; /* phi_1, phi_1(x / 2) / 2, phi_2, 4 phi_3 - phi_2 */
 
+struct term {
+    double weights[SERIES]; /* from the second term on half of what they are */
+    double rest;            /* the largest weight from this term on, of any kind */
+};
+
 struct series {
     double reach;
-    size_t terms; /* 0: not known */
-    double weights[MOST_TERMS][SERIES]; /* from the second term on half of what they are */
-    double rests[MOST_TERMS]; /* the largest weight from a term on, of any kind */
+    size_t count; /* 0: not known */
+    const struct term *terms;
 };
 
 /* What is kept follows from the reach alone. */
 struct all_series {
     struct series kept[SERIES_KEPT];
-    size_t next; /* to be overwritten */
+    struct term terms[TERMS_KEPT];
+    size_t next, end; /* to be overwritten: a series, and terms from here on */
 };
 
 /* phi_1, phi_2, phi_3 of x <= 0: see the Python twin, integrate.phi. */
