@@ -28,7 +28,6 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -39,7 +38,6 @@ from measurement.errors import BadInput
 from scenarios.faults import FaultLine, SensorFault
 from scenarios.fmu import Port, Slave, interruptible
 from scenarios.fmu_file import FmuFile
-from scenarios.loop_in_c import Compensated, LoopInC, library
 from scenarios.probe_cycle import ProbeCycle
 from scenarios.recording import Event, Recording, facts_of
 from scenarios.replay import model_of
@@ -50,8 +48,6 @@ from scenarios.wiring import PROBED, TOOL_LENGTH, Variables, check_signals, shar
 
 NOISE_SEED = "noise_seed"
 STATUS, STATUS_SENSOR, STATUS_TEXT = "status", "status_sensor", "status_text"
-LOOK_EVERY = 256
-"""Steps between two looks at the progress bar and at Ctrl-C: set on no data."""
 
 
 def simulate(
@@ -103,10 +99,9 @@ def simulate(
         if compensator is not None:
             loop.probe = _probe_cycle(case, loop, compensator)
         hidden = quiet or not stderr.isatty()
-        bar: tqdm[Any] = tqdm(
-            total=case.settings.steps, desc=case.name, file=stderr, disable=hidden, leave=False
-        )
-        return loop.run(stack.enter_context(bar), check)
+        steps = range(case.settings.steps)
+        bar = tqdm(steps, desc=case.name, file=stderr, disable=hidden, leave=False)
+        return loop.run(bar, check)
 
 
 def signals_over(
@@ -226,63 +221,26 @@ class _Loop:
 
     # The run
 
-    def run(self, bar: tqdm[Any], check: Callable[[], None]) -> Recording:
+    def run(self, steps: Iterable[int], check: Callable[[], None]) -> Recording:
         """Initialise, step to the end, and return everything."""
         self._start()
-        points, steps = len(self.time_s), self.case.settings.steps
+        points = len(self.time_s)
         self.plant_table = np.full((points, len(self.plant_out.names)), np.nan)
         if self.compensator:
             self.seen_table = np.full((points, len(self.seen_in.names)), np.nan)
             self.sent_table = np.full((points, len(self.sent.names)), np.nan)
             self.code_table = np.zeros((points, len(self.codes.names) + len(self.flags.names)))
-        begun, in_c = time.perf_counter(), self._in_c()
-        for first in range(0, points, LOOK_EVERY):
-            end = min(first + LOOK_EVERY, points)
-            if in_c is None:
-                self._go_on(first, end)
-            else:
-                while (changed := in_c.run(end)) is not None:
-                    self._notice(changed)
+        begun = time.perf_counter()
+        for k in steps:
             check()
-            bar.update(min(end, steps) - first)
-        return self._recording(time.perf_counter() - begun)
-
-    def _go_on(self, first: int, end: int) -> None:
-        """Record the points from *first* until before *end*, each with the step that follows."""
-        for k in range(first, end):
-            is_last = k == len(self.time_s) - 1
-            self._gather(k, last=is_last)
-            if is_last:
-                return
+            self._gather(k)
             now = float(self.time_s[k])
             if self.compensator:
                 self.compensator.step(now, self.step_s)
             self.plant.step(now, self.step_s)
             self._read()
-
-    def _in_c(self) -> LoopInC | None:
-        """Return the same loop in C; None without a compiler, and with a probe, which C lacks."""
-        found = None if self.probe is not None else library()
-        if found is None:
-            return None
-        compensated = None
-        if self.compensator:
-            places = [
-                self.codes.names.index(name) if name in self.codes.names else None
-                for name in (STATUS, STATUS_SENSOR)
-            ]
-            compensated = Compensated(
-                self.compensator,
-                (self.seen_in, self.sent, self.codes, self.flags),
-                (self.take, self.give),
-                self.seen_rows,
-                self.faults,
-                (self.seen_table, self.sent_table, self.code_table),
-                (places[0], places[1]),
-            )
-        ports = (self.plant_in, self.plant_out)
-        told = (self.time_s, self.step_s, self.plant_rows, self.plant_table)
-        return LoopInC(found, self.plant, ports, *told, compensated)
+        self._gather(points - 1, last=True)
+        return self._recording(time.perf_counter() - begun)
 
     def _start(self) -> None:
         for name, value in plant_parameters(self.case, self.plant.variables).items():

@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Annotated, Any, Literal
 
-import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -56,32 +55,6 @@ class SensorFault(BaseModel):
         return self
 
 
-NOTHING, ADD, REPLACE, HOLD = range(4)
-"""What a fault does to a reading at one time; HOLD keeps the first that it found."""
-
-
-def act(fault: SensorFault, time_s: float, step_s: float) -> tuple[int, float]:
-    """Return what a fault does at *time_s* with a step of *step_s* [s], and with which number."""
-    end_s = math.inf if fault.end_s is None else fault.end_s
-    if not fault.start_s <= time_s < end_s:
-        return NOTHING, 0.0
-    value, elapsed = fault.value or 0.0, time_s - fault.start_s
-    match fault.kind:
-        case "missing":
-            return REPLACE, math.nan
-        case "frozen":
-            return HOLD, 0.0
-        case "offset":
-            return ADD, value
-        case "drift":
-            return ADD, value * elapsed / 3600.0
-        case "stuck-at":
-            return REPLACE, value
-    # A spike: one step long, so its phase within the repetition is less than one step.
-    phase = elapsed if fault.every_s is None else math.fmod(elapsed, fault.every_s)
-    return (ADD, value) if phase < step_s * (1.0 - 1e-9) else (NOTHING, 0.0)
-
-
 class FaultLine:
     """Applies faults to the compensator's inputs at each communication point.
 
@@ -110,35 +83,22 @@ class FaultLine:
             Readings in the order of the names; changed in place.
         """
         for number, (place, fault) in enumerate(self._faults):
-            what, value = act(fault, time_s, step_s)
-            if what == ADD:
-                values[place] += value
-            elif what == REPLACE:
-                values[place] = value
-            elif what == HOLD:
-                values[place] = self._held.setdefault(number, float(values[place]))
-
-    def over(
-        self, time_s: NDArray[Any], step_s: float
-    ) -> list[tuple[int, NDArray[np.int8], NDArray[np.float64]]]:
-        """Return for each fault its place among the values, and what it does at each time.
-
-        Parameters
-        ----------
-        time_s : array, shape (n,)
-            Communication points [s].
-        step_s : float
-            From one to the next [s].
-
-        Returns
-        -------
-        list of (place, acts, numbers)
-            For each fault its position among the names, and two arrays of shape (n,): one of
-            `NOTHING`, `ADD`, `REPLACE` and `HOLD`, and the number that goes with it.
-        """
-        found = []
-        for place, fault in self._faults:
-            acts = [act(fault, now, step_s) for now in time_s.tolist()]
-            what = np.array([entry[0] for entry in acts], dtype=np.int8)
-            found.append((place, what, np.array([entry[1] for entry in acts], dtype=np.float64)))
-        return found
+            end_s = math.inf if fault.end_s is None else fault.end_s
+            if not fault.start_s <= time_s < end_s:
+                continue
+            value, elapsed = fault.value or 0.0, time_s - fault.start_s
+            match fault.kind:
+                case "missing":
+                    values[place] = math.nan
+                case "frozen":
+                    values[place] = self._held.setdefault(number, float(values[place]))
+                case "offset":
+                    values[place] += value
+                case "drift":
+                    values[place] += value * elapsed / 3600.0
+                case "stuck-at":
+                    values[place] = value
+                case "spike":
+                    # One step long: its phase within the repetition is less than one step.
+                    phase = math.fmod(elapsed, fault.every_s or math.inf)
+                    values[place] += value * (phase < step_s * (1.0 - 1e-9))

@@ -95,34 +95,21 @@ class Port:
         count = len(self.names)
         references = [int(slave.variables[name].valueReference) for name in self.names]
         memory = (element * count).from_buffer(self.values.data) if count else None
-        self._references = (ctypes.c_uint * count)(*references)
-        self._call = (slave.component, self._references, count, memory)
+        self._call = (slave.component, (ctypes.c_uint * count)(*references), count, memory)
         self._getter = getattr(slave.library, f"fmi2Get{kind}")
         self._setter = getattr(slave.library, f"fmi2Set{kind}")
-
-    @property
-    def references(self) -> int:
-        """The address of the value references, which lives as long as the port."""
-        return ctypes.addressof(self._references)
 
     def get(self) -> None:
         """Read the FMU's values into *values*."""
         if self.names and self._getter(*self._call) > fmi2Warning:
-            raise self.failure("read")
+            raise self._failure("read")
 
     def set(self) -> None:
         """Give *values* to the FMU."""
         if self.names and self._setter(*self._call) > fmi2Warning:
-            raise self.failure("set")
+            raise self._failure("set")
 
-    def failure(self, word: str) -> FmuError:
-        """Return the error of variables that could not be *read* or *set*.
-
-        Parameters
-        ----------
-        word : {"read", "set"}
-            What could not be done.
-        """
+    def _failure(self, word: str) -> FmuError:
         return self._slave.failure(f"{', '.join(self.names[:3])} … could not be {word}")
 
 
@@ -159,7 +146,6 @@ class Slave:
         self.description, self.sha256 = opened.description, opened.sha256
         self.variables = {variable.name: variable for variable in self.description.modelVariables}
         self.time_s = 0.0
-        self.moment: Callable[[], float] | None = None  # of a loop that steps by itself
         self._messages: list[str] = []
         try:
             check_role(label, self.variables, self.path)
@@ -307,18 +293,8 @@ class Slave:
         self.time_s = time_s
         status = self._do_step(self.component, time_s, step_s, 1)
         if status > fmi2Warning:
-            raise self.step_failure(status)
-
-    def step_failure(self, status: int) -> FmuError:
-        """Return the error of a step that ended with an FMI status.
-
-        Parameters
-        ----------
-        status : int
-            A value of fmi2Status above 1.
-        """
-        word = STATUS[status] if status < len(STATUS) else str(status)
-        return self.failure(f"the step failed ({word})")
+            word = STATUS[status] if status < len(STATUS) else str(status)
+            raise self.failure(f"the step failed ({word})")
 
     def text(self, name: str) -> str:
         """Return the value of a string variable.
@@ -343,17 +319,14 @@ class Slave:
             What failed, in words; the FMU's own last message follows it.
         """
         cause = self._cause() or "it gave no reason"
-        return FmuError(f"{self.label} FMU at {self._now():g} s: {what}: {cause}")
-
-    def _now(self) -> float:
-        return self.time_s if self.moment is None else self.moment()
+        return FmuError(f"{self.label} FMU at {self.time_s:g} s: {what}: {cause}")
 
     def _log(self, status: int, text: str) -> None:
         if status >= fmi2Warning and text.strip():
             self._messages.append(text.strip())
             word = STATUS[status] if status < len(STATUS) else str(status)
             if status == fmi2Warning:
-                self._show(f"{self.label} FMU at {self._now():g} s, {word}: {text.strip()}")
+                self._show(f"{self.label} FMU at {self.time_s:g} s, {word}: {text.strip()}")
 
     def _cause(self) -> str:
         # Of a traceback the last line says what it was; all of it is for whoever mends it.

@@ -11,9 +11,11 @@ import pytest
 
 from measurement.errors import BadInput
 from scenarios.cosimulation import simulate
+from scenarios.fmu import FmuError
 from scenarios.fmu_file import read_description
 from scenarios.recording import Recording
 from scenarios.scenario import read_scenario
+from tests.scenarios.tiny_fmus import COMPENSATOR, build_tiny
 
 
 def run(
@@ -162,3 +164,16 @@ def test_ctrl_c_is_an_interruption_and_not_a_failure_of_an_fmu(
         )
     timer.join()
     assert signal.getsignal(signal.SIGINT) is usual
+
+
+def test_a_late_failure_names_its_time(
+    tiny_scenario: Path, tiny_plant: Path, tmp_path: Path
+) -> None:
+    first = "        missing = self.T1"
+    late = "        if current_time >= 7.0:\n            return False\n"
+    source = COMPENSATOR.replace(first, late + first)
+    assert source != COMPENSATOR
+    broken = build_tiny(source, "LateCompensator", tmp_path)
+    (case,) = read_scenario(tiny_scenario, []).cases
+    with pytest.raises(FmuError, match="compensator FMU at 7 s: the step failed"):
+        simulate(case, tiny_plant, broken, quiet=True)
