@@ -7,15 +7,15 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from gateway.protection import COUNTER_ONLY, NAMES, NONE, PROFILE_1
 from measurement.errors import BadInput, checked
 
-MAPS = Path(__file__).with_name("maps")
-"""The maps that ship."""
+MAPS, CONTROLS = (Path(__file__).with_name(name) for name in ("maps", "controls"))
+"""The maps and the controls' registers that ship."""
 MISSING: Final = "missing"
 HOLD: Final = "hold"
 FOLLOW: Final = "follow"
@@ -28,11 +28,16 @@ Raw = Annotated[int, Field(ge=-(2**63), le=2**64 - 1)]
 Byte = Annotated[int, Field(ge=0, le=255)]
 
 
-class _Form(BaseModel):
+class Form(BaseModel):
+    """A file, or a table of one."""
+
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
-class FrameMap(_Form):
+F = TypeVar("F", bound=Form)
+
+
+class FrameMap(Form):
     """What a frame's description needs beyond the DBC file."""
 
     protection: str
@@ -77,7 +82,7 @@ class FrameMap(_Form):
         return self
 
 
-class _Mapped(_Form):
+class _Mapped(Form):
     signal: Any = None
     """``FRAME.SIGNAL``; an output may have several."""
     unit: Name | None = None
@@ -146,7 +151,7 @@ class OutputMap(_Mapped):
     the offset jump. Needed for offsets if ``valid`` is not sent."""
 
 
-class CycleMap(_Form):
+class CycleMap(Form):
     """How frames belong together."""
 
     frames: Literal["together", "sampled"]
@@ -163,7 +168,7 @@ class CycleMap(_Form):
         return self
 
 
-class MapFile(_Form):
+class MapFile(Form):
     """A whole mapping file."""
 
     format: Literal[1]
@@ -184,13 +189,8 @@ class MapFile(_Form):
     outputs: dict[Name, OutputMap] = Field(min_length=1, max_length=256)
 
 
-def map_path(name: str) -> Path:
-    """Return the file of a map: a path, or the name of one that ships.
-
-    Parameters
-    ----------
-    name : str
-        As on the command line.
+def named_file(option: str, name: str, folder: Path) -> Path:
+    """Return the file that an option names: by its path, or as one that ships in a folder.
 
     Raises
     ------
@@ -200,15 +200,15 @@ def map_path(name: str) -> Path:
     path = Path(name).expanduser()
     if path.is_file():
         return path
-    shipped = MAPS / f"{name}.toml"
-    if Path(name).name == name and shipped.is_file():
-        return shipped
-    known = ", ".join(sorted(file.stem for file in MAPS.glob("*.toml")))
-    raise BadInput("--map", "", f"{name!r} is neither a file nor one of those that ship: {known}")
+    shipped = {file.stem: file for file in sorted(folder.glob("*.toml"))}
+    if name in shipped:
+        return shipped[name]
+    problem = f"{name!r} is neither a file nor one of those that ship: {', '.join(shipped)}"
+    raise BadInput(option, "", problem)
 
 
-def read_map_file(path: Path) -> MapFile:
-    """Read a mapping file; its DBC file is not looked at.
+def read_form(kind: type[F], path: Path) -> F:
+    """Read a TOML file of a form; of a mapping file the DBC file is not looked at.
 
     Raises
     ------
@@ -222,4 +222,4 @@ def read_map_file(path: Path) -> MapFile:
         raise BadInput(path, "", f"cannot be read: {error.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise BadInput(path, "", f"is not TOML: {error}") from None
-    return checked(MapFile, table, path)
+    return checked(kind, table, path)

@@ -35,7 +35,7 @@ from gateway.mapfile import (
     InputMap,
     MapFile,
     OutputMap,
-    read_map_file,
+    read_form,
 )
 from gateway.mapped_signals import mapped_signal, protection_of
 from gateway.probes import PROBE_TIME
@@ -122,7 +122,7 @@ def read_mapping(path: Path) -> Mapping:
     BadInput
         If either cannot be read; what does not fit is in the result's ``problems``.
     """
-    form = read_map_file(path)
+    form = read_form(MapFile, path)
     dbc = path.parent / form.dbc
     return mapping_of(path, form, load_dbc(dbc), dbc)
 

@@ -28,7 +28,7 @@ def frames_of(name: str | None, dbc: Path | None) -> Mapping:
         If it cannot be read.
     """
     from gateway.dbc import DBC
-    from gateway.mapfile import map_path
+    from gateway.mapfile import MAPS, named_file
     from gateway.mapping import read_mapping, read_own_form
     from scenarios.outputs import also_reads
 
@@ -36,7 +36,7 @@ def frames_of(name: str | None, dbc: Path | None) -> Mapping:
         return read_own_form(dbc or DBC)
     if dbc is not None:
         raise BadInput("--dbc", "", "has no meaning with --map, which names its DBC file")
-    mapping = read_mapping(map_path(name))
+    mapping = read_mapping(named_file("--map", name, MAPS))
     also_reads([mapping.path, mapping.database.path])
     return mapping
 

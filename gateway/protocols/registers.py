@@ -1,22 +1,49 @@
-"""Registers of a control, for whatever carries them there (``--registers``)."""
+"""Registers of a control, for whatever carries them there (``--registers``).
+
+A control is a file: which registers an offset goes into, in which unit, and how far one write may
+change it. What carries them there (the PLC's program, OPC UA, ADS, FOCAS) belongs to the machine.
+"""
 
 from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field
 
 from gateway.background import Background
-from gateway.controls import controls
-from gateway.controls.base import Control, Write
-from gateway.database import OFFSETS
+from gateway.mapfile import CONTROLS, Form, Name, named_file, read_form
 from gateway.protocols.base import Adapter, Participant, Report, Say
+from measurement.rig import AXES
 
 if TYPE_CHECKING:
     from gateway.database import Database
     from gateway.unit import CompensatorUnit
+
+Value = float | int | bool
+
+
+class Control(Form):
+    """A control's registers."""
+
+    title: Name
+    source: Name
+    """The manual that it follows."""
+    step_um: Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+    """What a register's last digit is worth."""
+    most_um: float = float("inf")
+    """The largest offset that a register holds."""
+    most_at_once_um: float = float("inf")
+    """By how much one write may change it."""
+    in_mm: bool = False
+    """Whether a register holds millimetres, and not a whole number of steps."""
+    start: dict[str, int | bool | float] = Field(default_factory=dict)
+    """What is written once, before the first offset."""
+    registers: dict[Literal["X", "Y", "Z"], Name]
 
 
 class RegisterLines(Participant):
@@ -25,10 +52,10 @@ class RegisterLines(Participant):
     Parameters
     ----------
     control : Control
-        Whose registers.
+        Whose registers; its offsets are zero at the beginning.
     show : callable
         Takes a line; must not wait.
-    done : callable, optional
+    done : callable
         Called at the end.
     """
 
@@ -39,23 +66,38 @@ class RegisterLines(Participant):
         done: Callable[[], object] = lambda: None,
     ) -> None:
         self._control, self._show, self._done = control, show, done
-        self._tell(control.start())
+        self._digits: dict[str, int] = dict.fromkeys(AXES, 0)
+        self._tell(control.start)
 
     def update(self, now: float, report: Callable[[], Report]) -> None:
-        """Print what the newest answer changes."""
-        answer = report().answer
-        offsets = {
-            name: float(answer[name]) for name in OFFSETS if isinstance(answer.get(name), float)
-        }
-        self._tell(self._control.writes(offsets))
+        """Print what the newest answer changes; a missing offset changes nothing."""
+        answer, writes = report().answer, dict[str, Value]()
+        for axis, register in self._control.registers.items():
+            offset = answer.get(f"d{axis}")
+            if isinstance(offset, float) and isfinite(offset):
+                before, digits = self._digits[axis], self._wanted(axis, offset)
+                self._digits[axis] = digits
+                value = digits * self._control.step_um / 1e3 if self._control.in_mm else digits
+                writes |= {register: value} if digits != before else {}
+        self._tell(writes)
+
+    def _wanted(self, axis: str, offset_um: float) -> int:
+        """Return an axis' next digits: as far towards an offset as one write may go."""
+        control, before = self._control, self._digits[axis]
+        change_um = _within(offset_um, control.most_um) - before * control.step_um
+        return before + round(_within(change_um, control.most_at_once_um) / control.step_um)
 
     def close(self) -> None:
         """Print what is left."""
         self._done()
 
-    def _tell(self, writes: list[Write]) -> None:
+    def _tell(self, writes: Mapping[str, Value]) -> None:
         if writes:
-            self._show(json.dumps({write.address: write.value for write in writes}))
+            self._show(json.dumps(writes))
+
+
+def _within(value: float, most: float) -> float:
+    return min(max(value, -most), most)
 
 
 class Registers(Adapter):
@@ -64,8 +106,15 @@ class Registers(Adapter):
     @classmethod
     def add_arguments(cls, parser: argparse.ArgumentParser) -> None:
         """Declare its arguments."""
-        text = "print the registers of such a control, a line of JSON for each change"
-        parser.add_argument("--registers", choices=tuple(controls()), help=text)
+        known = ", ".join(sorted(path.stem for path in CONTROLS.glob("*.toml")))
+        text = "print the registers of a control, a line of JSON for each change"
+        parser.add_argument("--registers", metavar="NAME", help=f"{text}: {known}, or a file")
+
+    def check(self) -> None:
+        """Read the control's file."""
+        if self.args.registers is not None:
+            path = named_file("--registers", self.args.registers, CONTROLS)
+            self._control = read_form(Control, path)
 
     def join(
         self, database: Database, fmu: Path, unit: CompensatorUnit, say: Say
@@ -73,10 +122,9 @@ class Registers(Adapter):
         """Begin to print."""
         if self.args.registers is None:
             return None
-
         printer = Background()
 
         def show(line: str) -> None:
             printer.do(lambda: print(line, flush=True))
 
-        return RegisterLines(controls()[self.args.registers](), show, printer.close)
+        return RegisterLines(self._control, show, printer.close)

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import json
+from collections.abc import Callable, Mapping
 from math import isfinite, nan
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gateway.controls import controls
-from gateway.controls.base import Write
 from gateway.database import OFFSETS
+from gateway.mapfile import CONTROLS, read_form
 from gateway.protocols.base import Report
-from gateway.protocols.registers import RegisterLines
+from gateway.protocols.registers import Control, RegisterLines
 from measurement.rig import AXES
+from scenarios.cli import main
 
 CYCLE_S = 0.1
 
@@ -26,10 +28,10 @@ class Emulator:
         self.um = dict.fromkeys(AXES, 0.0)
         self.registers: dict[str, float | int | bool] = {}
 
-    def take(self, writes: Sequence[Write]) -> None:
-        for write in writes:
-            self.check(write.address, write.value, self.registers.get(write.address, 0))
-            self.registers[write.address] = write.value
+    def take(self, line: str) -> None:
+        for address, value in json.loads(line).items():
+            self.check(address, value, self.registers.get(address, 0))
+            self.registers[address] = value
 
     def check(self, address: str, value: float, before: float) -> None:
         """Raise what would be an alarm."""
@@ -114,16 +116,20 @@ EMULATORS: dict[str, Callable[[], Emulator]] = {
     "tnc": TncEmulator,
 }
 """By the control's name."""
-NAMES = sorted(controls())
+NAMES = sorted(path.stem for path in CONTROLS.glob("*.toml"))
 
 
-def test_every_control_has_an_emulator_and_says_what_it_follows() -> None:
+def control_of(name: str) -> Control:
+    return read_form(Control, CONTROLS / f"{name}.toml")
+
+
+def tell(lines: RegisterLines, *answer: float) -> None:
+    told = dict(zip(OFFSETS, answer, strict=True))
+    lines.update(0.0, lambda: Report(told, {}, {}, {}))
+
+
+def test_every_control_has_an_emulator() -> None:
     assert sorted(EMULATORS) == NAMES
-    assert all(kind.title and kind.source for kind in controls().values())
-
-
-def offsets_of(values: Sequence[float]) -> dict[str, float]:
-    return dict(zip(OFFSETS, values, strict=True))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -131,36 +137,47 @@ def offsets_of(values: Sequence[float]) -> dict[str, float]:
 @given(
     st.lists(
         st.tuples(*[st.one_of(st.floats(-650.0, 650.0), st.just(nan))] * 3), min_size=1, max_size=8
-    ),
-    st.tuples(*[st.sampled_from([1, -1])] * 3),
+    )
 )
 def test_an_axis_is_given_what_the_answer_says_and_no_rule_is_broken(
-    name: str, answers: list[tuple[float, ...]], signs: tuple[int, int, int]
+    name: str, answers: list[tuple[float, ...]]
 ) -> None:
-    control, emulator = controls()[name](signs), EMULATORS[name]()
-    emulator.take(control.start())
+    control, emulator = control_of(name), EMULATORS[name]()
+    lines = RegisterLines(control, emulator.take)
     last = dict.fromkeys(AXES, 0.0)
     for answer in answers:
         last |= {axis: um for axis, um in zip(AXES, answer, strict=True) if isfinite(um)}
         for _ in range(3):
-            emulator.take(control.writes(offsets_of(answer)))
+            tell(lines, *answer)
             emulator.pass_time(CYCLE_S)
     emulator.pass_time(2000.0)
-    for axis, sign in zip(AXES, signs, strict=True):
-        assert emulator.um[axis] == pytest.approx(sign * last[axis], abs=control.step_um / 2 + 1e-6)
+    for axis in AXES:
+        assert emulator.um[axis] == pytest.approx(last[axis], abs=control.step_um / 2 + 1e-6)
 
 
 def test_a_step_that_would_be_an_alarm_is_made_in_two() -> None:
-    control, emulator = controls()["fanuc"](), FanucEmulator()
+    emulator = FanucEmulator()
+    lines = RegisterLines(control_of("fanuc"), emulator.take)
     for _ in range(2):
-        emulator.take(control.writes(offsets_of([15_000.0, 0.0, 0.0])))
+        tell(lines, 15_000.0, 0.0, 0.0)
     emulator.pass_time(CYCLE_S)
     assert emulator.um["X"] == 15_000.0
 
 
 def test_the_gateway_prints_the_registers_that_change() -> None:
     lines: list[str] = []
-    control = RegisterLines(controls()["tnc"](), lines.append)
-    for told in ({}, {"dX": 1.2, "dY": -3.4, "dZ": 0.2}, {"dX": 1.4, "dY": nan, "dZ": 0.6}):
-        control.update(0.0, lambda told=told: Report(told, {}, {}, {}))  # type: ignore[misc]
+    control = RegisterLines(control_of("tnc"), lines.append)
+    for told in ((nan, nan, nan), (1.2, -3.4, 0.2), (1.4, nan, 0.6)):
+        tell(control, *told)
     assert lines == ['{"W576": 1, "W578": -3}', '{"W580": 1}']
+
+
+def test_a_control_of_ones_own_is_a_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    own = tmp_path / "own.toml"
+    own.write_text('title = "T"\nsource = "S"\nstep_um = 0\n[registers]\nX = "R1"\n')
+    assert main(["gateway", "--registers", str(own)]) == 2
+    assert "own.toml: step_um: " in capsys.readouterr().err
+    assert main(["gateway", "--registers", "none"]) == 2
+    assert "fanuc, sinumerik, tnc, twincat" in capsys.readouterr().err

@@ -16,7 +16,7 @@ import pytest
 from gateway.codec import Sender, Value
 from gateway.database import COMPENSATOR, MACHINE, Database, key_of
 from gateway.mapcheck import limits_of, problems_of
-from gateway.mapfile import MAPS, map_path
+from gateway.mapfile import MAPS
 from gateway.mapping import read_mapping
 from gateway.node import GatewaySettings
 from gateway.reception import Reception
@@ -34,13 +34,13 @@ BUILDER = MAPS / "machine_builder.toml"
 @pytest.fixture(scope="module")
 def by_map() -> Database:
     """The shipped layout, by its map."""
-    return read_mapping(map_path("spindle_drift")).database
+    return read_mapping(MAPS / "spindle_drift.toml").database
 
 
 @pytest.fixture(scope="module")
 def builder() -> Database:
     """The machine-tool builder's frames."""
-    mapping = read_mapping(map_path("machine_builder"))
+    mapping = read_mapping(MAPS / "machine_builder.toml")
     assert not mapping.problems
     return mapping.database
 
@@ -355,11 +355,11 @@ def test_a_machine_without_an_axis_says_so(edited: Callable[..., Path], quick_fm
 
 @pytest.mark.parametrize("name", ["machine_builder", "spindle_drift"])
 def test_a_shipped_map_fits_the_shipped_compensator(name: str, fmu_folder: Path) -> None:
-    mapping = read_mapping(map_path(name))
+    mapping = read_mapping(MAPS / f"{name}.toml")
     assert problems_of(mapping, fmu_folder / "compensator.fmu") == []
 
 
 def test_an_answer_says_how_far_its_inputs_are_protected(builder: Database) -> None:
-    mapping = read_mapping(map_path("machine_builder"))
+    mapping = read_mapping(MAPS / "machine_builder.toml")
     assert builder.trust == "none"
     assert len(mapping.unprotected()) == 3

@@ -9,7 +9,7 @@ import pytest
 
 from gateway.codec import Encoder
 from gateway.database import MACHINE, Database, Frame, Substitute
-from gateway.mapfile import map_path
+from gateway.mapfile import MAPS
 from gateway.mapping import read_mapping
 from gateway.protection import CHECKS, Protection
 from gateway.reception import Reception, Substitution
@@ -32,7 +32,7 @@ KNOWN = {
 @pytest.fixture(scope="module")
 def builder() -> Database:
     """The machine-tool builder's frames."""
-    return read_mapping(map_path("machine_builder")).database
+    return read_mapping(MAPS / "machine_builder.toml").database
 
 
 @pytest.fixture
