@@ -21,7 +21,7 @@ from canopen.nmt import NmtSlave
 from canopen.sdo import SdoAbortedError, SdoServer
 from canopen.sdo.constants import NO_MORE_DATA, SDO_STRUCT
 
-from gateway.canopen_pdo import FAULT, HEARTBEAT_MS, RECEIVE, SENSOR, STATUS, VALID, layout
+from gateway.canopen_pdo import FAULT, RECEIVE, SENSOR, STATUS, VALID, heartbeat_ms, layout
 from gateway.codec import Value, raw_of
 from gateway.database import Database, Signal
 from gateway.link import ECHOING
@@ -37,8 +37,6 @@ COLLISION, TOO_SHORT, TOO_LONG = 0x8150, 0x8210, 0x8220
 """Error codes: given by CiA 301; the compensator's status is added to the last."""
 UNKNOWN_COMMAND = 0x05040001
 """SDO abort code, the client's command is not valid or not known: given by CiA 301."""
-LISTEN_S = 2.0 * HEARTBEAT_MS / 1000.0
-"""Before it sends anything, a node listens for another of its number for two heartbeats [s]."""
 STOPPED = ("starting", "ready")
 """States of a gateway that has nothing to complain of yet."""
 
@@ -145,7 +143,7 @@ class CanOpenNode(Participant):
         database: Database,
         bus: Mapping[str, Any],
         say: Callable[[str], None] = lambda line: None,
-        listen_s: float = LISTEN_S,
+        listen_s: float | None = None,
     ) -> None:
         self._network = canopen.Network()
         self._network.connect(**bus)
@@ -167,7 +165,7 @@ class CanOpenNode(Participant):
             if pdo.way == RECEIVE:
                 size = sum(entry.bits for entry in pdo.entries) // 8
                 self._network.subscribe(pdo.cob_id(node_id), self._weigher(pdo.number, size))
-        until = time.monotonic() + listen_s
+        until = time.monotonic() + (2e-3 * heartbeat_ms() if listen_s is None else listen_s)
         while time.monotonic() < until and not self._heard:
             time.sleep(0.02)
         if self._heard:

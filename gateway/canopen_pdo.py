@@ -11,6 +11,7 @@ import io
 from collections.abc import Mapping as Table
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 import canopen
@@ -19,21 +20,18 @@ from canopen import objectdictionary as od
 from canopen.objectdictionary.eds import export_eds
 from cantools.database.can import Database as CanDatabase
 
+from gateway.database import COMPENSATOR, Frame
 from gateway.database import OFFSETS as DRIFTS
 from gateway.mapcheck import inputs_of, limits_of
 from gateway.mapfile import MapFile
-from gateway.mapping import Mapping, mapping_of
+from gateway.mapping import Mapping, mapping_of, read_database
 from measurement.errors import BadInput, checked
 from measurement.files import sha256_of
 
 MISSING = -32768
-"""What a process value that is not known is sent as, the lowest of its form: set on no data."""
+"""What a process value that is not known is sent as: the lowest INTEGER16, given by CiA 301."""
 MOST_TEMPERATURES = 12
 """Given by the PDOs: three of four values each."""
-EVERY_MS = 100
-"""Usual cycle of the process values [ms]: set on no data."""
-HEARTBEAT_MS = 500
-"""Usual time between heartbeats [ms]: set on no data."""
 PROFILE = 404
 """Measuring devices and closed-loop controllers: given by CiA 404."""
 OFFSETS, UNITS, DIGITS = 0x7130, 0x6131, 0x6132
@@ -138,6 +136,17 @@ def _bytes(**indices: int) -> tuple[Entry, ...]:
     return tuple(Entry(name, index, 0, "u8") for name, index in indices.items())
 
 
+@cache
+def usual() -> Frame:
+    """Return the gateway's own heartbeat, whose times are those of process values, too."""
+    return read_database().closing(COMPENSATOR)
+
+
+def heartbeat_ms() -> int:
+    """Return the usual time between a node's heartbeats [ms]."""
+    return round(1e3 * usual().timeout_s)
+
+
 def _pdos_of(fmu: Path) -> list[Pdo]:
     """Return the PDOs for a compensator: what is neither speed nor length is a temperature."""
     return layout([name for name in inputs_of(fmu) if name not in ("speed", "tool_length")])
@@ -167,9 +176,9 @@ def node_mapping(node_id: int, fmu: Path) -> Mapping:
     table: dict[str, object] = {
         "format": 1,
         "dbc": source.name,
-        "cycle": {"frames": "sampled", "every_ms": float(EVERY_MS)},
+        "cycle": {"frames": "sampled", "every_ms": 1e3 * usual().cycle_s},
         "frames": {
-            p.name: {"protection": "none", "late_after_ms": float(HEARTBEAT_MS)} for p in pdos
+            p.name: {"protection": "none", "late_after_ms": 1e3 * usual().timeout_s} for p in pdos
         },
     }
     for way in (RECEIVE, SEND):
@@ -236,7 +245,7 @@ def node_dictionary(node_id: int, fmu: Path) -> canopen.ObjectDictionary:
         _made("Error register", 0x1001, 0, od.UNSIGNED8, 0),
         _made("Manufacturer device name", 0x1008, 0, od.VISIBLE_STRING, "spindle-drift"),
         _of_node(_made("COB-ID EMCY", 0x1014, 0, od.UNSIGNED32, 0x80 + node_id), node_id),
-        _made("Producer heartbeat time", 0x1017, 0, od.UNSIGNED16, HEARTBEAT_MS, access="rw"),
+        _made("Producer heartbeat time", 0x1017, 0, od.UNSIGNED16, heartbeat_ms(), access="rw"),
     ]
     numbers = {"Vendor-ID": 0, "Product code": 0, "Revision number": REVISION, "Serial number": 0}
     objects += [_record("Identity object", 0x1018, od.UNSIGNED32, numbers)]

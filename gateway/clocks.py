@@ -15,12 +15,11 @@ from gateway.codec import CountedTime
 from gateway.state import OLDEST_S, Saved
 
 _BOOT = getattr(time, "CLOCK_BOOTTIME", None)
+
+
 AGREE_S = 10.0
 """By so much may the two ages of a state differ, the machine's and this computer's [s]: set on no
 data."""
-WALL_STEP_S = 2.0
-"""A time of day that moves on by so much more than this computer's clock has been set, or has seen
-time that the clock has not [s]: set on no data."""
 
 
 def steady() -> float:
@@ -143,7 +142,7 @@ class Stepper:
             return 0.0
         offset_s = self._wall() - now
         ahead_s, self._wall_offset_s = offset_s - self._wall_offset_s, offset_s
-        return ahead_s * self._speed_up if ahead_s > WALL_STEP_S else 0.0
+        return ahead_s * self._speed_up if ahead_s > self._timeout_s else 0.0
 
     def renew(self) -> None:
         """Forget everything: the next step is the first."""

@@ -16,8 +16,10 @@ from gateway.protection import Protection
 MACHINE, COMPENSATOR = "MACHINE", "COMPENSATOR"
 CYCLE = "cycle"
 ERROR, NOT_AVAILABLE, OTHER = "error", "not_available", "other"
-FAREWELLS = 2
-"""So often a node says that it leaves: one frame may be lost. Set on no data."""
+MAY_BE_LOST = 1
+"""So many cycles in a row may be lost before it matters: set on no data."""
+FAREWELLS = 1 + MAY_BE_LOST
+"""So often a node says that it leaves."""
 EXTENDED = 1 << 31
 """Marks an identifier of 29 bits in a DBC file: given by its format."""
 OFFSETS = ("dX", "dY", "dZ")

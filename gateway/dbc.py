@@ -12,8 +12,6 @@ from cantools.database.can import Database as CanDatabase
 from measurement.errors import BadInput
 
 DBC = Path(__file__).with_name("spindle_drift.dbc")
-LONGEST_TEXT = 300
-"""Of a library's complaint, so many characters are shown: set on no data."""
 
 
 def load_dbc(path: Path) -> CanDatabase:
@@ -43,8 +41,7 @@ def load_dbc(path: Path) -> CanDatabase:
 
 def printable(text: str) -> str:
     """Return a text of somebody else's in a line that a terminal can take."""
-    line = " ".join("".join(c if c.isprintable() else " " for c in text).split())
-    return line if len(line) <= LONGEST_TEXT else f"{line[:LONGEST_TEXT]} …"
+    return " ".join("".join(c if c.isprintable() else " " for c in text).split())
 
 
 def attribute(specifics: Any, name: str, default: float) -> float:

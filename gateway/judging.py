@@ -18,10 +18,6 @@ from gateway.proof import Challenges
 from gateway.reception import Cycle, Finding
 from gateway.timebase import Timebase
 
-RIVAL_S = 1.0
-"""Two intact frames of another gateway within this time count, and they do for as long [s]: set on
-no data."""
-
 
 @dataclass(frozen=True)
 class Verdict:
@@ -206,8 +202,8 @@ class Rival:
             return False
         # One such frame may be chance: a random one in 256 fits its CRC.
         if len(message.data) == frame.size and frame.protection.intact(message.data):
-            if arrived - self._heard_at <= RIVAL_S:
-                self._until = arrived + RIVAL_S
+            if arrived - self._heard_at <= self._closing.timeout_s:
+                self._until = arrived + self._closing.timeout_s
             self._heard_at = arrived
         return True
 

@@ -9,6 +9,7 @@ import contextlib
 import time
 from collections import deque
 from collections.abc import Callable, Iterable
+from math import inf
 from typing import Any
 
 import can
@@ -19,9 +20,8 @@ from gateway.timebase import CLOCK_DRIFT
 from measurement.errors import BadInput, one_line
 
 FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 8.0
-"""Back-off: the first wait before the bus is opened again, and the longest [s]. Set on no data."""
-MOST_FAILURES = 12
-"""So many frames in a row that cannot be sent mean that the bus is lost: set on no data."""
+"""Back-off: the first wait before the bus is opened again, and the longest [s]; a bus that takes no
+frame for the first is lost. Set on no data."""
 ERR_BUS_OFF = 0x40
 """The class of error frames that says the controller has left the bus: given by SocketCAN."""
 WALL_CLOCK = ("socketcan", "udp_multicast", "virtual")
@@ -78,7 +78,7 @@ class Link:
         self._fd = bool(self._options.get("fd"))
         self._bus: can.BusABC | None = None
         self._wait_s, self._next_try = FIRST_WAIT_S, 0.0
-        self._failures = 0
+        self._failing_since = inf
         self.lost = "interface_lost"
         self.waited_s, self.junk = 0.0, 0
         self._log = log
@@ -129,7 +129,7 @@ class Link:
             can_filters=self._filters,
             **self._options,
         )
-        self.lost, self._failures = "", 0
+        self.lost, self._failing_since = "", inf
 
     def close(self) -> None:
         """Leave the bus and finish the log."""
@@ -217,11 +217,12 @@ class Link:
             try:
                 self._bus.send(message)
             except (can.CanError, OSError, ValueError) as error:
-                self._failures += 1
-                if self._failures >= MOST_FAILURES:
+                # A full queue may empty itself again.
+                self._failing_since = min(self._failing_since, self._clock())
+                if self._clock() - self._failing_since >= FIRST_WAIT_S:
                     self._lose("interface_lost", one_line(error))
                 return False
-            self._failures = 0
+            self._failing_since = inf
             if self.interface in ECHOING:
                 self._echoes.append((message.arbitration_id, bytes(message.data)))
             if self._log is not None:

@@ -199,9 +199,9 @@ class GatewayNode:
         return True
 
     @property
-    def patient(self) -> bool:
-        """Whether frames that wait to be read may put off what is due: one may close a cycle."""
-        return self._every_s is None
+    def grace_s(self) -> float:
+        """So long frames that wait to be read may put off what is due, as one may close a cycle."""
+        return self._cycle_s if self._every_s is None else 0.0
 
     def tick(self, now: float, lost: str = "") -> None:
         """Do what is due at *now* when no cycle came.

@@ -27,9 +27,9 @@ from asyncua.crypto.truststore import TrustStore
 from asyncua.crypto.validator import CertificateValidator, CertificateValidatorOptions
 from asyncua.server.user_managers import UserManager
 
+from gateway.protocols.opcua import HIGH
+
 NAMESPACE = "https://spindle-drift.invalid/gateway"
-STALE_S = 3.0
-"""After this silence of the gateway all values become unknown [s]: set on no data."""
 CHANGING = (
     ua.ObjectIds.WriteRequest_Encoding_DefaultBinary,
     ua.ObjectIds.CallRequest_Encoding_DefaultBinary,
@@ -141,16 +141,16 @@ class Status:
         self._events.event.Severity = severity
         await self._events.trigger()
 
-    async def watch(self) -> None:
+    async def watch(self, stale_s: float) -> None:
         """Mark all values as unknown when the gateway no longer updates them."""
         while True:
             await asyncio.sleep(0.5)
-            if not self._stale and time.monotonic() - self._heard_at > STALE_S:
+            if not self._stale and time.monotonic() - self._heard_at > stale_s:
                 self._stale = True
                 code = ua.StatusCode(ua.StatusCodes.BadNoCommunication)
                 for node, _ in self._nodes.values():
                     await node.write_value(ua.DataValue(StatusCode=code))
-                await self.event("the gateway no longer updates its values", 900)
+                await self.event("the gateway no longer updates its values", HIGH)
 
 
 async def serve(first: dict[str, Any]) -> None:
@@ -172,7 +172,7 @@ async def serve(first: dict[str, Any]) -> None:
     await status.make(first["title"], first["variables"])
     async with server:
         print("ready", flush=True)
-        watch = asyncio.create_task(status.watch())
+        watch = asyncio.create_task(status.watch(first["stale_s"]))
         try:
             while line := await asyncio.to_thread(sys.stdin.readline):
                 news = json.loads(line)

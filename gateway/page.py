@@ -15,8 +15,6 @@ HEAD = (
     *("Frame", "Id", "Signal", "Role", "Unit", "Value = raw *", "Range", "Protection"),
     *("Late after", "If missing or not valid"),
 )
-WIDTH = 60
-"""A longer list of values makes the table too wide: set on no data."""
 
 
 def frames_text(mapping: Mapping) -> str:
@@ -27,7 +25,8 @@ def frames_text(mapping: Mapping) -> str:
     mapping : Mapping
     """
     database = mapping.database
-    lines = [aligned(HEAD, signal_rows(mapping)), "", load_text(database), ""]
+    lines = [aligned(HEAD, signal_rows(mapping)), "", *map(": ".join, named_rows(database)), ""]
+    lines += [load_text(database), ""]
     lines += mapping.unprotected()
     lines += [f"trust: {database.trust}"]
     return "\n".join(lines)
@@ -61,16 +60,11 @@ def _row(mapping: Mapping, frame: Frame, signal: Signal) -> tuple[str, ...]:
         f"{kind} {signal.name}",
         signal.unit,
         "named" if words else scaling(signal),
-        _words(signal) if words else f"{signal.low:g} to {signal.high:.10g}",
+        f"{len(signal.named)} values" if words else f"{signal.low:g} to {signal.high:.10g}",
         f"{protection.name}{counter}",
         "never" if frame.timeout_s == inf else f"{frame.timeout_s * 1e3:g} ms",
         _when(mapping, signal.name),
     )
-
-
-def _words(signal: Signal) -> str:
-    text = ", ".join(f"{raw} {word}" for word, raw in signal.named.items())
-    return text if len(text) <= WIDTH else f"{len(signal.named)} values"
 
 
 def _when(mapping: Mapping, name: str) -> str:
@@ -125,6 +119,7 @@ def named_rows(database: Database) -> list[tuple[str, ...]]:
         for signal in frame.signals.values():
             choices = dict(frame.message.get_signal_by_name(signal.key).choices or {})
             words = {raw: str(word) for raw, word in choices.items()}
+            words |= {raw: word for word, raw in signal.named.items()}
             named = {raw: word for raw, word in words.items() if word not in (ERROR, NOT_AVAILABLE)}
             if len(named) > 1:
                 rows[signal.name] = ", ".join(f"{raw} {word}" for raw, word in named.items())

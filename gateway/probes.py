@@ -14,7 +14,7 @@ from math import isfinite, isnan
 import can
 
 from gateway.codec import CountedTime, Encoder, Value, decode
-from gateway.database import Frame, key_of
+from gateway.database import MAY_BE_LOST, Frame, key_of
 from scenarios.wiring import PROBED
 
 PROBE_TIME = "probe_time"
@@ -23,9 +23,8 @@ COUNTED = 4
 """The count of probes starts anew after so many: given by its two bits in the frame."""
 MOST_TRIES = 50
 """How often a probe is sent again while the gateway does not take it: set on no data."""
-LATEST_STEPS = 2.5
-"""Inputs, or a probe, of a cycle that is further back than this many steps are not used: one of
-them may be lost. Set on no data."""
+LATEST_STEPS = MAY_BE_LOST + 1.5
+"""Inputs, or a probe, of a cycle that is further back than this many steps are not used."""
 
 
 class ProbeReceiver:

@@ -15,12 +15,10 @@ from gateway.database import MACHINE, Database, Frame, key_of
 from gateway.framelog import LOGS
 from gateway.link import Link
 from gateway.machine import AnswerReceiver
-from gateway.serving import LONGEST_WAIT_S
 from measurement.errors import BadInput, one_line
+from measurement.workers import LOOK_S
 
 READ = (*LOGS, ".mf4")
-LONGEST_PAUSE_S = 1.0
-"""A longer pause in the log is cut out [s]: set on no data."""
 
 
 def recorded(path: Path, database: Database) -> list[can.Message]:
@@ -101,11 +99,11 @@ def replay(
     while answers.last is None and clock() < until and not stopped():
         answers.hear(link, min(clock() + closing.cycle_s, until))
     sent = 0
-    pace = None if speed_up is None else _Pace(speed_up, clock)
+    pace = None if speed_up is None else _Pace(speed_up, closing.timeout_s, clock)
     for message in messages:
         due = clock() if pace is None else pace.due(message)
         while not stopped() and (left := due - clock()) > 0.0:
-            time.sleep(min(left, LONGEST_WAIT_S))
+            time.sleep(min(left, LOOK_S))
         if stopped():
             break
         link.send([message])
@@ -141,14 +139,14 @@ class _Pace:
         Monotonic time [s].
     """
 
-    def __init__(self, speed_up: float, clock: Callable[[], float]) -> None:
-        self._speed_up, self._due = speed_up, clock()
+    def __init__(self, speed_up: float, longest_s: float, clock: Callable[[], float]) -> None:
+        self._speed_up, self._longest_s, self._due = speed_up, longest_s, clock()
         self._before: float | None = None
 
     def due(self, message: can.Message) -> float:
         """Return when a frame is due [s]."""
         gap_s = 0.0 if self._before is None else max(message.timestamp - self._before, 0.0)
         self._before = message.timestamp
-        if gap_s <= LONGEST_PAUSE_S:
+        if gap_s <= self._longest_s:
             self._due += gap_s / self._speed_up
         return self._due

@@ -21,11 +21,8 @@ from gateway.state import StateFile
 from gateway.systemd import ServiceManager
 from gateway.unit import CompensatorUnit
 from measurement.errors import BadInput
+from measurement.workers import LOOK_S
 
-LONGEST_WAIT_S = 0.25
-"""Longest wait before checking whether to stop [s]: set on no data."""
-GRACE_S = 0.2
-"""How long reading waiting frames may delay what is due [s]: set on no data."""
 STATUSES = 1000
 """Most changes of status that the summary lists; older ones are dropped. Set on no data."""
 
@@ -170,7 +167,7 @@ class Service:
     ) -> None:
         saved_at, lost = begun, False
         while not self._over(node, begun):
-            message = self.link.receive(min(node.deadline() - self.clock(), LONGEST_WAIT_S))
+            message = self.link.receive(min(node.deadline() - self.clock(), LOOK_S))
             now = self.clock()
             if lost and not self.link.lost:
                 node.reconnected()
@@ -178,7 +175,7 @@ class Service:
             if not all(participant.operational for participant in self.participants):
                 message = None
             closed = message is not None and node.handle(message, now, self.link.waited_s)
-            wait = GRACE_S if message is not None and node.patient else 0.0
+            wait = node.grace_s if message is not None else 0.0
             if closed:
                 self.link.trust()
             elif now >= node.deadline() + wait:

@@ -199,7 +199,8 @@ def new_pins(name: str, inputs: Sequence[str]) -> Any:
     return pins
 
 
-def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
+def arguments_of(argv: Sequence[str] | None) -> argparse.Namespace:
+    """Return what a command line says, and the defaults for the rest."""
     parser = argparse.ArgumentParser(prog="gateway.linuxcnc.component")
     add_bus_arguments(parser)
     parser.add_argument("--name", default="thermal", help="of the component (thermal)")
@@ -214,7 +215,7 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the component until LinuxCNC ends it."""
-    args = _arguments(argv)
+    args = arguments_of(argv)
     database = as_served(args, read_database(args.dbc or DBC))
     inputs = sent_signals(database)
     pins = new_pins(args.name, inputs)

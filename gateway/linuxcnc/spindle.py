@@ -27,13 +27,13 @@ from gateway.plant import MachinePlant
 from scenarios.scenario import read_scenario
 
 SCENARIO = Path(__file__).with_name("day.toml")
-STEP_S = 0.05
-"""A step takes so long on the wall [s]: set on no data."""
 STEPS_A_LOOK = 3
 """The plant takes so many steps between two looks of the component, at most: set on no data."""
 SERVO_S, EVERY = 0.005, 10
 """The control's own cycle [s], given by the INI file; so many make a row, ten a second being
 enough."""
+STEP_S = EVERY * SERVO_S
+"""A step of the plant takes as long on the wall as a row [s]."""
 SAMPLED = (
     *("motor_x", "motor_y", "motor_z", "command_x", "command_y", "command_z", "velocity"),
     *("point", "event", "homed", "valid", "wait", "clear", "limited", "heartbeat"),

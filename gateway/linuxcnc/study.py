@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from gateway.linuxcnc.component import arguments_of
 from gateway.linuxcnc.folder import NAME, write_folder
 from gateway.linuxcnc.native_component import build_component
 from gateway.linuxcnc.nose import Nose, read_nose
@@ -21,8 +22,6 @@ GATEWAY, COMPONENT = "gateway", "component"
 KINDS = (GATEWAY, COMPONENT)
 HOLD_S = 5.0
 """Offsets are held for so long without a gateway, on the wall [s]: set on no data."""
-SLEW_UM_S = 5.0
-"""How fast an axis may be moved [um/s]: half a micrometre in a cycle of 0.1 s. Set on no data."""
 
 
 @dataclass(frozen=True)
@@ -89,18 +88,18 @@ def run_days(out: Path, kinds: Mapping[str, Path], plant: Path, plan: Plan) -> d
 
 def _begin(folder: Path, kind: str, fmu: Path, plant: Path, plan: Plan) -> subprocess.Popen[bytes]:
     module = [sys.executable, "-m"]
-    speed_up, gateway = f"{plan.speed_up:g}", []
+    speed_up, slew, gateway = f"{plan.speed_up:g}", f"{arguments_of([]).slew:g}", []
     state = str(folder / "state")
     if kind == GATEWAY:
         thermal = [*module, "gateway.linuxcnc.component", "--name", NAME, *BUS]
-        thermal += ["--offsets", plan.way, "--slew", f"{SLEW_UM_S:g}", "--speed-up", speed_up]
+        thermal += ["--offsets", plan.way, "--slew", slew, "--speed-up", speed_up]
         thermal += ["--hold", f"{HOLD_S * plan.speed_up:g}"]
         gateway = [*module, "scenarios.cli", "gateway", *BUS, "--speed-up", speed_up]
         gateway += ["--compensator", str(fmu.resolve()), "--state", state, "--state-every", "1"]
         os.mkfifo(folder / "bus")
     else:
         build_component(fmu, folder / "thermal")
-        thermal = [str(folder / "thermal"), NAME, f"{SLEW_UM_S:g}", speed_up, plan.way, state]
+        thermal = [str(folder / "thermal"), NAME, slew, speed_up, plan.way, state]
     most_s = 3.0 * plan.parts * plan.part_s + 600.0
     spindle = [*module, "gateway.linuxcnc.spindle", "--plant", str(plant), "--speed-up", speed_up]
     spindle += ["--duration", f"{most_s:g}", "--out", str(folder / "run.csv")]

@@ -47,9 +47,8 @@ STATES: dict[str, str] = {
     "compensator": "text",
     "compensator_sha256": "text",
 }
-INFO, GOOD, LOST = 100, 200, 700
-"""Severities of events, a line of the log, valid again, no longer valid: set on no data, within OPC
-UA's bands of low, low and high."""
+LOW, HIGH = 1, 667
+"""Severities of events, where the bands of low and high begin: given by OPC 10000-5."""
 
 
 @dataclass(frozen=True)
@@ -143,6 +142,8 @@ class HallStatus(Participant):
         unit: CompensatorUnit,
         say: Callable[[str], None] = lambda line: None,
     ) -> None:
+        from gateway.probes import LATEST_STEPS
+
         self._say, self._ended = say, False
         self._inputs = list(unit.inputs)
         self._outputs = [name for name in unit.output_names if name not in STATES]
@@ -168,7 +169,7 @@ class HallStatus(Participant):
         }
         files = {name: str(path) for name, path in vars(security).items()} if security else None
         first = {"url": url, "title": "Gateway", "variables": units | {"state": STATES}}
-        self._write({**first, "security": files})
+        self._write({**first, "security": files, "stale_s": LATEST_STEPS * EVERY_S})
         self._url = url
 
     def tell(
@@ -194,7 +195,7 @@ class HallStatus(Participant):
             return
         if changed[0] != self._valid and self._valid is not None:
             text = f"offsets are {'valid' if changed[0] else 'not valid'}: {state['status_text']}"
-            self.event(text, GOOD if changed[0] else LOST)
+            self.event(text, LOW if changed[0] else HIGH)
         self._sent_at, self._before, self._valid = now, changed, bool(changed[0])
         measures = {f"inputs.{name}": inputs.get(name, nan) for name in self._inputs}
         measures |= {f"outputs.{name}": outputs.get(name, nan) for name in self._outputs}
@@ -210,7 +211,7 @@ class HallStatus(Participant):
         """Send a line for people as an event."""
         self.event(line)
 
-    def event(self, text: str, severity: int = INFO) -> None:
+    def event(self, text: str, severity: int = LOW) -> None:
         """Send an event."""
         self._write({"event": text, "severity": severity})
 

@@ -214,7 +214,7 @@ def test_a_loss_of_validity_is_an_event(hall: Hall) -> None:
         return events.heard
 
     heard = patiently(listen)
-    assert any("not valid" in text and severity == 700 for text, severity in heard), heard
+    assert any("not valid" in text and severity == 667 for text, severity in heard), heard
 
 
 async def unknown(url: str) -> None:
