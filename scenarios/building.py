@@ -13,7 +13,7 @@ import re
 import sys
 import tomllib
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from html import escape
 from pathlib import Path
 from typing import Any, NoReturn
@@ -23,7 +23,7 @@ from fmu_compensator.runtime.fmi_slave import MODEL_FILE, status_meanings, varia
 from fmu_compensator.runtime.modelfile import Model, ModelFileError, parse_model
 from fmu_packaging.description import Identity
 from fmu_packaging.documentation import Page, table
-from fmu_packaging.native.build import Native, native_package
+from fmu_packaging.native.build import Fmi, Native, Part, native_package
 from fmu_packaging.native.compilers import (
     CompileError,
     Compiler,
@@ -38,9 +38,11 @@ from plant_model.fmi_slave import MACHINE_FILE, variable_name
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.native.build import native_plant
+from scenarios.arguments import add_parameters, parameters_of
 from scenarios.outputs import FMU, OTHERWISE, check_output, guarding, is_forced
 from scenarios.plugged import effect_files, error_model_files
 from scenarios.reference_runs import compensator_reference, plant_reference, with_array
+from scenarios.scenario import Settings
 from scenarios.version import version as installed_version
 
 HERE = Path(__file__).resolve().parent.parent
@@ -52,8 +54,8 @@ OnBus = Callable[[Recipe, Native, Path | None, bool], Native]
 cut or high."""
 CAN = {"low": "_can", "high": "_can_high"}
 """How the name of an FMU ends that has a terminal of this cut."""
-WORKING_DAY_S, STEP_S = 28800.0, 1.0
-"""An FMU's default experiment, eight hours in steps of a second [s]: set on no data."""
+EXPERIMENT = [Settings.model_fields[name].default for name in ("duration_s", "step_s")]
+"""An FMU's default experiment is a scenario's [s]."""
 
 
 def version() -> str:
@@ -104,8 +106,7 @@ def compensator_recipe(path: Path, name: str, native: bool = False) -> tuple[Rec
         "Axis offsets that cancel the thermal drift of a spindle, from temperatures, spindle speed "
         f"and tool length. Compensator file: {model.name}.",
         version(),
-        WORKING_DAY_S,
-        STEP_S,
+        *EXPERIMENT,
     )
     roots = ("fmu_compensator", "fmu_packaging")
     recipe = Recipe(
@@ -144,8 +145,7 @@ def plant_recipe(machine: Machine, name: str) -> tuple[Recipe, Reference]:
         "Lumped-thermal model of a machine-tool spindle: temperatures, drift of the tool tip, and "
         f"what is left after the offsets received. Machine: {machine.name}.",
         version(),
-        WORKING_DAY_S,
-        STEP_S,
+        *EXPERIMENT,
     )
     data = (json.dumps(machine.to_dict(), indent=1) + "\n").encode()
     roots, third_party = ("plant_model", "fmu_packaging"), {"numpy": ">=2.0"}
@@ -248,113 +248,150 @@ def _plant_page(machine: Machine) -> Page:
     )
 
 
-class _Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: {message}\n")
+@dataclass(frozen=True)
+class Form:
+    """How FMUs are built.
+
+    Parameters
+    ----------
+    native : bool
+        Build FMUs that need no Python, in C99.
+    fmi : {2, 3}
+        Version of FMI; 3 builds FMUs in C.
+    arrays : bool
+        With FMI 3.0: the temperatures as one array in place of a variable each.
+    all_platforms : bool
+        Of those in C: binaries for Linux, Windows and macOS, by the package ziglang.
+    leave_out : {"sources", "binaries"}, optional
+        What an FMU without Python goes without.
+    can : {"low", "high"}, optional
+        A compensator that is a node of a CAN bus (FMI-LS-BUS), in FMI 3.0: its terminal takes
+        frames as bytes (low cut, the usual one), or their signals (high cut).
+    dbc : Path, optional
+        With a bus: other frames than the gateway's.
+
+    Raises
+    ------
+    BadInput
+        For options that do not go together.
+    """
+
+    native: bool = False
+    fmi: Fmi = 2
+    arrays: bool = False
+    all_platforms: bool = False
+    leave_out: Part | None = None
+    can: str | None = None
+    dbc: Path | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse options that do not go together."""
+        for option, is_wrong, problem in (
+            ("--arrays", self.arrays and self.can, "not with --can"),
+            ("--arrays", self.arrays and self.fmi != 3, "add --fmi 3"),
+            ("--dbc", self.dbc and not self.can, "add --can"),
+            ("--all-platforms", self.all_platforms and not self.in_c, "add --native"),
+            ("--leave-out", self.leave_out and not self.in_c, "add --native"),
+        ):
+            if is_wrong:
+                raise BadInput(option, "", problem)
+
+    @property
+    def in_c(self) -> bool:
+        """Whether they need no Python: only such have FMI 3.0."""
+        return self.native or self.version == 3
+
+    @property
+    def version(self) -> Fmi:
+        """Of FMI."""
+        return 3 if self.can else self.fmi
+
+    def name(self, kind: str) -> str:
+        """Return how an FMU of a kind is called."""
+        ending = ("_native" if self.fmi == 2 else "_native_fmi3") if self.in_c else ""
+        return kind + CAN.get(self.can or "", ending + ("_arrays" if self.arrays else ""))
 
 
-def _usual_folder() -> Path:
-    """Return where FMUs go: into the checkout, or else the working folder."""
-    return HERE / "dist" if (HERE / "pyproject.toml").is_file() else Path("dist")
+@dataclass(frozen=True)
+class Job:
+    """An FMU to build, and the folder that it goes to."""
 
+    recipe: Recipe
+    reference: Reference
+    native: Native | None
+    compilers: Sequence[Compiler]
+    form: Form
+    folder: Path
 
-def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
-    parser = _Parser("build_fmu.py", description="Build the FMUs, validate them, try them out.")
-    parser.add_argument("--model", type=Path, default=DEFAULT_MODEL, help="compensator file (JSON)")
-    parser.add_argument(
-        "--machine", default=DEFAULT_MACHINE, help="shipped machine's name or machine file (TOML)"
-    )
-    parser.add_argument("--only", choices=("compensator", "plant"), help="build one of them")
-    parser.add_argument(
-        "--native", action="store_true", help="build FMUs that need no Python, in C99"
-    )
-    parser.add_argument(
-        "--fmi", type=int, choices=(2, 3), default=2, help="version of FMI (2); 3 builds --native"
-    )
-    parser.add_argument(
-        "--arrays",
-        action="store_true",
-        help="with --fmi 3: the temperatures as one array in place of a variable each",
-    )
-    parser.add_argument(
-        "--all-platforms",
-        action="store_true",
-        help="with --native: binaries for Linux, Windows and macOS, by the package ziglang",
-    )
-    parser.add_argument(
-        "--leave-out",
-        choices=("sources", "binaries"),
-        help="what an FMU without Python goes without",
-    )
-    parser.add_argument(
-        "--can",
-        nargs="?",
-        const="low",
-        choices=("low", "high"),
-        help="a compensator that is a node of a CAN bus (FMI-LS-BUS), in FMI 3.0: its terminal "
-        "takes frames as bytes (low cut, the usual one), or their signals (high cut)",
-    )
-    parser.add_argument("--dbc", type=Path, help="with --can: other frames than the gateway's")
-    parser.add_argument("--out", type=Path, default=_usual_folder(), help="folder (dist)")
-    parser.add_argument("--name", help="name of the FMU, with --only")
-    parser.add_argument(
-        "--force", action="store_true", help="write over FMUs that this program did not make"
-    )
-    parser.add_argument("--json", action="store_true", help="print the summary as JSON")
-    arguments = parser.parse_args(given)
-    if arguments.arrays and (arguments.fmi != 3 or arguments.can):
-        parser.error(f"--arrays: {'not with --can' if arguments.can else 'add --fmi 3'}")
-    _check_can(parser, arguments)
-    # Only the FMUs without Python have FMI 3.0.
-    arguments.native |= arguments.fmi == 3
-    for option in ("all_platforms", "leave_out"):
-        if getattr(arguments, option) and not arguments.native:
-            parser.error(f"--{option.replace('_', '-')}: add --native")
-    if arguments.name is not None:
-        if arguments.only is None:
-            parser.error("--name: say which FMU it names, with --only")
-        if not re.fullmatch(r"[A-Za-z]\w*", arguments.name, re.ASCII):
-            parser.error(
-                f"--name: {arguments.name!r} is not allowed: letters, digits and underscores, a "
-                "letter first"
+    def run(self) -> tuple[Package, Path, bool]:
+        """Build it, validate it, and try it out; return its file, and whether it is a new one.
+
+        Raises
+        ------
+        PublishError, NativeError, CompileError
+            If it cannot be made, or does not pass.
+        """
+        if self.native is None:
+            package = build(self.recipe)
+        else:
+            package = native_package(
+                *(self.recipe, self.native, self.compilers, self.form.version),
+                measured=True,
+                leave_out=self.form.leave_out,
+                array=self.form.arrays,
             )
-    if arguments.out.exists() and not arguments.out.is_dir():
-        parser.error(f"--out: {arguments.out} is not a folder")
-    return arguments
+        return package, *publish(package, self.folder, self.reference)
 
 
-def _check_can(parser: _Parser, arguments: argparse.Namespace) -> None:
-    if arguments.dbc is not None and not arguments.can:
-        parser.error("--dbc: add --can")
-    if arguments.can:
-        if arguments.only == "plant":
-            parser.error("--can: only the compensator has a CAN terminal")
-        arguments.only, arguments.fmi = "compensator", 3
+def job_for(
+    source: Path | Machine,
+    folder: Path,
+    form: Form,
+    *,
+    name: str | None = None,
+    on_bus: OnBus | None = None,
+) -> Job:
+    """Return what is to be done for an FMU, all checked; its folder is there then.
 
+    Parameters
+    ----------
+    source : Path or Machine
+        A compensator file or a machine.
+    folder : Path
+        For the FMU and its reference results; made if missing.
+    form : Form
+    name : str, optional
+        Of the FMU.
+    on_bus : callable, optional
+        Needed for a compensator with a CAN terminal.
 
-def _compilers(arguments: argparse.Namespace) -> list[Compiler]:
-    if not arguments.native:
-        return []
-    return compilers_for_all() if arguments.all_platforms else compilers()
-
-
-def _recipes(arguments: argparse.Namespace) -> list[tuple[Recipe, Reference]]:
-    recipes = []
-    ending = ("_native" if arguments.fmi == 2 else "_native_fmi3") if arguments.native else ""
-    ending += "_arrays" if arguments.arrays else ""
-    if arguments.only != "plant":
-        name = arguments.name or f"compensator{CAN.get(arguments.can, ending)}"
-        recipe, reference = compensator_recipe(arguments.model, name, arguments.native)
-        if arguments.can:
-            # What it would be driven with comes from a bus, and in that run there is none.
-            reference = replace(reference, profiles={})
-        recipes.append((recipe, reference))
-    if arguments.only != "compensator":
-        name = arguments.name or f"plant{ending}"
-        recipes.append(plant_recipe(read_machine(arguments.machine), name))
-    if arguments.arrays:
-        return [(recipe, with_array(reference, recipe)) for recipe, reference in recipes]
-    return recipes
+    Raises
+    ------
+    BadInput, ModelFileError, NativeError
+        If the source or the folder cannot be used, or a compiler is missing.
+    """
+    if name is not None and not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII):
+        problem = f"{name!r} is not allowed: letters, digits and underscores, a letter first"
+        raise BadInput("--name", "", problem)
+    if isinstance(source, Machine):
+        recipe, reference = plant_recipe(source, name or form.name("plant"))
+    else:
+        recipe, reference = compensator_recipe(source, name or form.name("compensator"), form.in_c)
+    if form.can:
+        # What it would be driven with comes from a bus, and in that run there is none.
+        reference = replace(reference, profiles={})
+    if form.arrays:
+        reference = with_array(reference, recipe)
+    native, found = None, list[Compiler]()
+    if form.in_c:
+        found = compilers_for_all() if form.all_platforms else compilers()
+        native = native_of(recipe, *([] if isinstance(source, Machine) else [source]))
+    if native is not None and form.can:
+        if on_bus is None or isinstance(source, Machine):
+            raise BadInput("--can", "", "only the compensator of build_fmu.py has a CAN terminal")
+        native = on_bus(recipe, native, form.dbc, form.can == "high")
+    _check_outputs(folder, recipe.identity.name)
+    return Job(recipe, reference, native, found, form, folder)
 
 
 def native_of(recipe: Recipe, model: Path = DEFAULT_MODEL, *, twin_of: str | None = None) -> Native:
@@ -387,7 +424,7 @@ def native_of(recipe: Recipe, model: Path = DEFAULT_MODEL, *, twin_of: str | Non
     )
 
 
-def check_outputs(folder: Path, name: str) -> None:
+def _check_outputs(folder: Path, name: str) -> None:
     """Check that an FMU and its reference results may be written.
 
     The reference results are ours if the FMU beside them is.
@@ -395,18 +432,23 @@ def check_outputs(folder: Path, name: str) -> None:
     Parameters
     ----------
     folder : Path
-        Where they go; need not exist.
+        Where they go; made if missing.
     name : str
         Of the FMU, without ``.fmu``.
 
     Raises
     ------
     BadInput
-        If something that this program did not make is in the way.
+        If something that this program did not make is in the way, or there can be no such folder.
     """
     target = folder / f"{name}.fmu"
-    if folder.is_dir():
-        check_output(target, FMU)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise BadInput("--out", "", f"{folder} is not a folder") from None
+    except OSError as error:
+        raise BadInput("--out", str(folder), f"cannot be made: {error.strerror}") from None
+    check_output(target, FMU)
     beside = [folder / f"{name}_{end}" for end in ("in.csv", "ref.csv", "ref.opt")]
     there = [path for path in beside if path.exists()]
     if there and not target.exists() and not is_forced():
@@ -435,20 +477,46 @@ def _line(entry: dict[str, Any]) -> str:
     return f"{line}. {entry['note']}" if entry["note"] else line
 
 
-def _natives(
-    arguments: argparse.Namespace,
-    recipes: Sequence[tuple[Recipe, Reference]],
-    on_bus: OnBus | None,
-) -> list[Native]:
-    """Return what the FMUs in C are made of; nothing where those in Python are wanted."""
-    if not arguments.native:
-        return []
-    natives = [native_of(recipe, arguments.model) for recipe, _ in recipes]
-    if not arguments.can:
-        return natives
-    if on_bus is None:
-        raise BadInput("--can", "", "say it to build_fmu.py, which knows the frames")
-    return [on_bus(recipes[0][0], natives[0], arguments.dbc, arguments.can == "high")]
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message}\n")
+
+
+def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
+    parser = _Parser("build_fmu.py", description="Build the FMUs, validate them, try them out.")
+    add = parser.add_argument
+    add("--model", type=Path, default=DEFAULT_MODEL, help="compensator file (JSON)")
+    text = "shipped machine's name or machine file (TOML)"
+    add("--machine", default=DEFAULT_MACHINE, help=text)
+    add("--only", choices=("compensator", "plant"), help="build one of them")
+    add_parameters(
+        parser, Form, *("native", "fmi", "arrays", "all_platforms", "leave_out", "dbc"),
+        can={"nargs": "?", "const": "low"},
+    )  # fmt: skip
+    # Into the checkout, or else the working folder.
+    folder = HERE / "dist" if (HERE / "pyproject.toml").is_file() else Path("dist")
+    add("--out", type=Path, default=folder, help="folder (dist)")
+    add("--name", help="name of the FMU, with --only")
+    add("--force", action="store_true", help="write over FMUs that this program did not make")
+    add("--json", action="store_true", help="print the summary as JSON")
+    return parser.parse_args(given)
+
+
+def _jobs(arguments: argparse.Namespace, on_bus: OnBus | None) -> list[Job]:
+    form = Form(**parameters_of(arguments, Form))
+    only = arguments.only or ("compensator" if form.can else None)
+    if arguments.name is not None and only is None:
+        raise BadInput("--name", "", "say which FMU it names, with --only")
+    sources: list[Path | Machine] = []
+    if only != "plant":
+        sources.append(arguments.model)
+    if only != "compensator":
+        sources.append(read_machine(arguments.machine))
+    with guarding("build_fmu", [arguments.model, arguments.machine], arguments.force):
+        return [
+            job_for(source, arguments.out, form, name=arguments.name, on_bus=on_bus)
+            for source in sources
+        ]
 
 
 def main(given: Sequence[str] | None = None, on_bus: OnBus | None = None) -> int:
@@ -457,46 +525,23 @@ def main(given: Sequence[str] | None = None, on_bus: OnBus | None = None) -> int
     Parameters
     ----------
     given : sequence of str, optional
-        The command line.
+        The command line; by default the process's own.
     on_bus : callable, optional
-        What ``--can`` does: the frames are known to the gateway, which this room does not know.
+        What ``--can`` takes frames from.
     """
     arguments = _arguments(given)
     try:
-        recipes = _recipes(arguments)
-        found = _compilers(arguments)
-        with guarding("build_fmu", [arguments.model, arguments.machine], arguments.force):
-            for recipe, _ in recipes:
-                check_outputs(arguments.out, recipe.identity.name)
-        natives = _natives(arguments, recipes, on_bus)
+        jobs = _jobs(arguments, on_bus)
     except (BadInput, ModelFileError, NativeError) as error:
         print(error, file=sys.stderr)
         return 2
-    try:
-        arguments.out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        print(f"--out: {arguments.out}: cannot be made: {error.strerror}", file=sys.stderr)
-        return 2
     entries = []
-    for place, (recipe, reference) in enumerate(recipes):
+    for job in jobs:
         try:
-            if natives:
-                package = native_package(
-                    recipe,
-                    natives[place],
-                    found,
-                    arguments.fmi,
-                    measured=True,
-                    leave_out=arguments.leave_out,
-                    array=arguments.arrays,
-                )
-            else:
-                package = build(recipe)
-            path, written = publish(package, arguments.out, reference)
+            entries.append(_summary(*job.run()))
         except (PublishError, NativeError, CompileError) as error:
-            print(f"{recipe.identity.name}.fmu is not built:\n{error}", file=sys.stderr)
+            print(f"{job.recipe.identity.name}.fmu is not built:\n{error}", file=sys.stderr)
             return 1
-        entries.append(_summary(package, path, written))
         if not arguments.json:
             print(_line(entries[-1]))
     if arguments.json:

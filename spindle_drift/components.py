@@ -8,20 +8,16 @@ import json
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import pandas as pd
 
 from fmu_compensator.runtime.modelfile import model_text
-from fmu_packaging.native.build import native_package
-from fmu_packaging.native.compilers import compilers
-from fmu_packaging.package import build
-from fmu_packaging.publish import publish
 from measurement.errors import BadInput
 from measurement.runs import read_run
-from scenarios.building import check_outputs, compensator_recipe, native_of, plant_recipe
+from plant_model.machine import Machine as MachineModel
+from scenarios.building import Form, job_for
 from scenarios.outputs import guarding
 from scenarios.runner import run_scenario as run_scenario_files
 from scenarios.scenario import read_scenario
@@ -58,7 +54,7 @@ def build_fmu(
     native : bool
         Build it without Python, in C99.
     fmi : {2, 3}
-        Version of FMI, with *native*.
+        Version of FMI; 3 builds it without Python.
     force : bool
         Whether an FMU that this library did not make may be replaced.
 
@@ -82,30 +78,16 @@ def build_fmu(
     'mine.fmu'
     """
     is_compensator = isinstance(source, Compensator) or str(source).endswith(".json")
-    if fmi != 2 and not native:
-        raise BadInput("build_fmu", "fmi", "only the FMUs without Python have FMI 3.0: add native")
     with (
         tempfile.TemporaryDirectory(prefix="spindle-drift-built-") as work,
         guarding("build_fmu", (), force),
     ):
         if is_compensator:
-            file = _file_of(source, Path(work))
-            recipe, reference = compensator_recipe(file, name or "compensator", native)
-            sources = partial(native_of, recipe, file)
+            given: Path | MachineModel = _file_of(source, Path(work))
         else:
-            machine = source if isinstance(source, Machine) else Machine(str(source))
-            recipe, reference = plant_recipe(machine.model, name or "plant")
-            sources = partial(native_of, recipe)
-        folder = Path(out)
-        check_outputs(folder, recipe.identity.name)
-        package = (
-            native_package(recipe, sources(), compilers(), fmi, measured=True)
-            if native
-            else build(recipe)
-        )
-        folder.mkdir(parents=True, exist_ok=True)
-        path, _ = publish(package, folder, reference)
-    return path
+            given = (source if isinstance(source, Machine) else Machine(str(source))).model
+        usual = "compensator" if is_compensator else "plant"
+        return job_for(given, Path(out), Form(native, fmi), name=name or usual).run()[1]
 
 
 def _file_of(source: Any, work: Path) -> Path:

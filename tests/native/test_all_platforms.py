@@ -141,7 +141,5 @@ def test_without_ziglang_one_line_says_so(
     assert build_fmu.main(arguments) == 2
     said = capsys.readouterr().err
     assert said == "--all-platforms: the package ziglang is missing: pip install ziglang\n"
-    with pytest.raises(SystemExit) as ended:
-        build_fmu.main(["--leave-out", "sources"])
-    assert ended.value.code == 2
+    assert build_fmu.main(["--leave-out", "sources"]) == 2
     assert "--leave-out: add --native" in capsys.readouterr().err
