@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import dask
 from distributed import Client, KilledWorker, WorkerPlugin, as_completed, get_worker
 from distributed.comm.core import connect
 
@@ -23,8 +24,9 @@ from scenarios.sweep.plan import Job
 from scenarios.version import PROGRAM, version
 
 OPTION = "--cluster"
-CONNECT_S, WORKER_S = 10, 60
-"""How long a cluster may take to answer, and to give its first worker [s]: set on no data."""
+PATIENCE = "distributed.comm.timeouts.connect"
+"""Dask's own setting of how long a cluster may take to answer; so long it may take to have a
+worker, too."""
 _alone = threading.Lock()  # an FMU shares its process: one case at a time, however many threads
 
 
@@ -76,11 +78,12 @@ def on_cluster(
     except (OSError, ValueError, TypeError) as error:
         said = " ".join(str(error).split())[:200]
         raise BadInput(OPTION, address, f"no Dask scheduler answers: {said}") from None
-    with Client(address, timeout=CONNECT_S, set_as_default=False) as client:
+    with Client(address, set_as_default=False) as client:
         try:
-            client.wait_for_workers(1, timeout=WORKER_S)
+            client.wait_for_workers(1, timeout=dask.config.get(PATIENCE))
         except TimeoutError:
-            raise BadInput(OPTION, address, f"no worker has joined in {WORKER_S} s") from None
+            waited = f"no worker has joined in {dask.config.get(PATIENCE)}"
+            raise BadInput(OPTION, address, waited) from None
         store = FmuStore(places, f"{PROGRAM}-{digest[:12]}")
         try:
             client.register_plugin(store)
@@ -93,7 +96,7 @@ def on_cluster(
 
 async def _knock(address: str) -> None:
     """Connect once: a client that found nobody would not go away in peace."""
-    comm = await connect(address, timeout=CONNECT_S)
+    comm = await connect(address)
     await comm.close()
 
 

@@ -20,13 +20,10 @@ from scenarios.fmu_file import Shelf
 from scenarios.sweep.case import failed, outcome_of
 from scenarios.sweep.plan import Job
 
-TRIES = 3
-"""How often a case may take its process down before it counts as failed: set on no data."""
-
 _shelf = Shelf()
 """Of a worker process."""
 
-LOST = f"its process ended {TRIES} times without a result"
+LOST = "its process ended twice without a result, the second time alone"
 
 
 def cores() -> int:
@@ -71,20 +68,11 @@ def on_cores(
             yield from ended(_one_pool(list(left.values()), places, workers))
         except BrokenProcessPool:
             # Jobs start in order, so whichever took its process down is among the first left.
-            suspects = list(left.values())[:workers]
-            yield from ended(_one_by_one(suspects, places))
-
-
-def _one_by_one(jobs: Sequence[Job], places: Mapping[str, Path]) -> Iterator[dict[str, Any]]:
-    for job in jobs:
-        for _ in range(TRIES):
-            try:
-                yield from _one_pool([job], places, 1)
-            except BrokenProcessPool:
-                continue
-            break
-        else:
-            yield failed(job, LOST)
+            for suspect in list(left.values())[:workers]:
+                try:
+                    yield from ended(_one_pool([suspect], places, 1))
+                except BrokenProcessPool:
+                    yield from ended(iter([failed(suspect, LOST)]))
 
 
 def _one_pool(

@@ -16,7 +16,7 @@ from measurement.errors import BadInput, shown
 
 OPTION = "--vary"
 MOST_CASES = 100_000
-"""Of a sweep: set on no data."""
+"""Of a sweep, all of which are checked before the first runs: set on no data."""
 
 _NUMBER = r"([-+]?(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][-+]?\d+)?)"
 _RANGE = re.compile(rf"^{_NUMBER}\.\.{_NUMBER}(?::(log|\d+))?$")

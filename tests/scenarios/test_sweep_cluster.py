@@ -20,6 +20,9 @@ from scenarios.sweep.runner import run_sweep
 from tests.patience import until
 
 pytest.importorskip("distributed")
+dask = pytest.importorskip("dask")
+
+PATIENCE = {"distributed.comm.timeouts.connect": "500ms"}
 
 CASES = 12
 
@@ -120,12 +123,12 @@ def test_a_worker_that_is_killed_loses_nothing_and_nothing_counts_twice(
         assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "local" / name).read_bytes()
 
 
-def test_no_scheduler_is_one_line(
-    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("scenarios.sweep.cluster.CONNECT_S", 0.5)
+def test_no_scheduler_is_one_line(tiny_scenario: Path, tiny_folder: Path, tmp_path: Path) -> None:
     for address in ("tcp://127.0.0.1:1", "nonsense"):
-        with pytest.raises(BadInput, match=f"^--cluster: {address}: no Dask scheduler answers"):
+        no_answer = pytest.raises(
+            BadInput, match=f"^--cluster: {address}: no Dask scheduler answers"
+        )
+        with dask.config.set(PATIENCE), no_answer:
             run_sweep(
                 request(tiny_scenario), tmp_path / "out", tiny_folder, cluster=address, quiet=True
             )
@@ -136,12 +139,9 @@ def test_a_scheduler_without_workers_is_one_line(
     tiny_scenario: Path,
     tiny_folder: Path,
     tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("scenarios.sweep.cluster.WORKER_S", 0.5)
-
     def it_has_started() -> bool:
-        with pytest.raises(BadInput) as refused:
+        with dask.config.set(PATIENCE), pytest.raises(BadInput) as refused:
             run_sweep(
                 request(tiny_scenario),
                 tmp_path / "out",
@@ -149,7 +149,7 @@ def test_a_scheduler_without_workers_is_one_line(
                 cluster=cluster.address,
                 quiet=True,
             )
-        if "no worker has joined in 0.5 s" in str(refused.value):
+        if "no worker has joined in 500ms" in str(refused.value):
             return True
         assert "no Dask scheduler answers" in str(refused.value)
         return False
