@@ -11,9 +11,6 @@ from plant_model.machine import Machine
 from plant_model.sensors import displacement_names
 from scenarios.charts import BEFORE, LINES, MEASURED, Chart, Line, Panel
 
-MOST_PANELS = 10
-"""Panels of one chart; more of them are spread over several. Set on no data."""
-
 
 def channel_charts(
     machine: Machine,
@@ -45,19 +42,9 @@ def channel_charts(
             for i, channel in enumerate(observed.channels)
             if (channel in lengths) == is_length and np.isfinite(shown.values[:, i]).any()
         ]
-        count = -(-len(panels) // MOST_PANELS)
-        each = -(-len(panels) // count) if count else 0
-        for number in range(count):
-            end = f"_{number + 1}" if count > 1 else ""
-            several = f", {number + 1} of {count}" if count > 1 else ""
-            charts.append(
-                Chart(
-                    f"{name}_{kind}{end}_{observed.run.name}",
-                    f"{title}, {kind}: {observed.run.name}{several}",
-                    note,
-                    tuple(panels[number * each : (number + 1) * each]),
-                )
-            )
+        if panels:
+            file, shown_as = f"{name}_{kind}_{observed.run.name}", f"{title}, {kind}"
+            charts.append(Chart(file, f"{shown_as}: {observed.run.name}", note, tuple(panels)))
     return charts
 
 

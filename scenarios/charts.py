@@ -6,7 +6,9 @@ files, :mod:`scenarios.report` into an interactive page, from the same descripti
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import cycle
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +18,9 @@ from scenarios.signals.base import FloatArray
 SHOWN = 4
 """Of many runs, models, numbers or lags so many are drawn or named, the first or the farthest: more
 cannot be told apart. Set on no data."""
+
+WIDTH, PANEL = 900, 230
+"""Of a chart and of each of its panels [px], a hundredth of an inch on paper: set on no data."""
 
 INTERVAL = "#9fb9d6"
 """Colour of the interval."""
@@ -84,11 +89,12 @@ class Panel:
     y_label: str
     lines: tuple[Line, ...]
     from_zero: bool = False
+    log: bool = False
 
 
 @dataclass(frozen=True)
 class Chart:
-    """Panels over one time axis.
+    """Panels over one axis.
 
     Attributes
     ----------
@@ -98,15 +104,33 @@ class Chart:
         What it shows, and what to look at.
     panels : tuple of Panel
         From top to bottom.
+    x_label : str
+        Of the axis below them.
+    x_unit : float
+        So much of the lines' *time_s* is one on that axis.
     """
 
     name: str
     title: str
     note: str
     panels: tuple[Panel, ...]
+    x_label: str = "time [h]"
+    x_unit: float = 3600.0
 
 
-def kept(values: FloatArray, most: int = 2400) -> npt.NDArray[np.intp]:
+def convergence_chart(curves: Mapping[str, Sequence[float]]) -> Chart:
+    """Return the mean squared errors of networks, by title, over the iterations of training."""
+    lines = [
+        Line(title, np.arange(len(curve), dtype=np.float64), np.asarray(curve), colour)
+        for (title, curve), colour in zip(curves.items(), cycle(LINES), strict=False)
+    ]
+    panel = Panel("mean squared error, scaled [1]", tuple(lines), log=True)
+    label = "iteration of Levenberg-Marquardt"
+    title = next(iter(curves)) if len(curves) == 1 else "How the networks converged"
+    return Chart("convergence", title, "", (panel,), label, 1.0)
+
+
+def kept(values: FloatArray, most: int = WIDTH) -> npt.NDArray[np.intp]:
     """Return which samples a drawing needs: few, and no extreme lost.
 
     The samples are cut into equal stretches; of each the smallest, the largest and the first
@@ -144,7 +168,7 @@ def kept(values: FloatArray, most: int = 2400) -> npt.NDArray[np.intp]:
     return found[found < count]
 
 
-def kept_steps(values: FloatArray, most: int = 2400) -> npt.NDArray[np.intp]:
+def kept_steps(values: FloatArray, most: int = WIDTH) -> npt.NDArray[np.intp]:
     """Return which samples a drawing of a held value needs: each one that begins a new level."""
     changes = np.flatnonzero(np.diff(values) != 0.0) + 1
     if len(changes) > most:

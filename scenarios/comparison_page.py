@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import cycle
 from pathlib import Path
 
 import numpy as np
@@ -13,13 +12,9 @@ from matplotlib.figure import Figure
 from fmu_compensator.fit.comparison import Comparison, Judged, Row
 from measurement.faults import Fault, by_column, group_line
 from measurement.units import UNITS
-from scenarios.charts import BEFORE, LINES, SHOWN, Chart, Line, Panel
+from scenarios.charts import BEFORE, LINES, SHOWN, Chart, Line, Panel, convergence_chart
 from scenarios.figures import draw, saved
-from scenarios.fit_figures import curves_figure
-from scenarios.report import AXIS, plot_html, short, write_page
-
-CONVERGENCE_PX = 320
-"""Height of the chart: set on no data."""
+from scenarios.report import short, write_page
 
 
 @dataclass(frozen=True)
@@ -129,12 +124,10 @@ def best_rows(comparison: Comparison) -> list[Row]:
 
 
 def charts_of(comparison: Comparison) -> list[Chart]:
-    """Return a chart for each judged run: what was measured and what the best models said."""
+    """Return a chart for each judged run, measured and by the best models, and convergences."""
     best = best_rows(comparison)
-    if not best:
-        return []
     charts = []
-    for number, judged in enumerate(best[0].validate[:SHOWN]):
+    for number, judged in enumerate(best[0].validate[:SHOWN] if best else ()):
         panels = tuple(
             Panel(f"{name} [{UNITS[unit].label}]", _lines(best, number, place, judged))
             for place, (name, unit) in enumerate(
@@ -143,7 +136,12 @@ def charts_of(comparison: Comparison) -> list[Chart]:
         )
         note = "Gaps: rows in which a displacement was frozen or saturated are not judged."
         charts.append(Chart(f"unseen_{number + 1}", f"Unseen run {judged.run}", note, panels))
-    return charts
+    curves = {
+        row.title: row.report["curve"]
+        for row in comparison.rows
+        if not row.uses_displacement and row.report.get("curve")
+    }
+    return [*charts, *([convergence_chart(curves)] if curves else [])]
 
 
 def _lines(best: Sequence[Row], number: int, place: int, judged: Judged) -> tuple[Line, ...]:
@@ -165,15 +163,6 @@ def _with_gaps(time_s: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.n
     return np.insert(time_s, cuts, time_s[cuts - 1]), np.insert(values, cuts, np.nan)
 
 
-def curves_of(comparison: Comparison) -> dict[str, list[float]]:
-    """Return the convergence curves of the networks, by title."""
-    return {
-        row.title: row.report["curve"]
-        for row in comparison.rows
-        if not row.uses_displacement and row.report.get("curve")
-    }
-
-
 def write_figures(comparison: Comparison, folder: Path) -> list[Path]:
     """Write the figures as PNG files and return them.
 
@@ -181,19 +170,13 @@ def write_figures(comparison: Comparison, folder: Path) -> list[Path]:
     ----------
     comparison : Comparison
     folder : Path
-        Made if missing.
 
     Returns
     -------
     list of Path
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = [draw(chart, folder) for chart in charts_of(comparison)]
-    paths.append(_draw_ranking(comparison, folder / "ranking.png"))
-    curves = curves_of(comparison)
-    if curves:
-        paths.append(saved(curves_figure(curves), folder / "convergence.png"))
-    return paths
+    ranking = _draw_ranking(comparison, folder / "ranking.png")
+    return [*(draw(chart, folder) for chart in charts_of(comparison)), ranking]
 
 
 def _draw_ranking(comparison: Comparison, path: Path) -> Path:
@@ -239,20 +222,4 @@ def write_comparison(comparison: Comparison, faults: Sequence[Fault], path: Path
         faults=[group_line(group) for group in by_column(faults)],
         charts=charts_of(comparison),
         judged=len({run.run for run in comparison.rows[0].validate}),
-        convergence=_convergence(curves_of(comparison)),
     )
-
-
-def _convergence(curves: dict[str, list[float]]) -> str:
-    if not curves:
-        return ""
-    traces = [
-        {"y": list(curve), "name": title, "mode": "lines", "line": {"color": colour, "width": 1.8}}
-        for (title, curve), colour in zip(curves.items(), cycle(LINES), strict=False)
-    ]
-    layout = {
-        "xaxis": AXIS | {"title": {"text": "iteration of Levenberg-Marquardt"}},
-        "yaxis": AXIS | {"title": {"text": "mean squared error"}, "type": "log"},
-        "hovermode": "closest",
-    }
-    return plot_html("convergence", traces, layout, CONVERGENCE_PX)

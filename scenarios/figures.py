@@ -8,10 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from measurement.overview import png_bytes
-from scenarios.charts import Chart, Line, Panel, kept, kept_steps
+from scenarios.charts import PANEL, WIDTH, Chart, Line, Panel, kept, kept_steps
 
-WIDTH_IN, PANEL_IN, DPI = 9.0, 2.3, 130
-"""Of a figure and of each panel [inch], and the dots an inch: set on no data."""
+WIDTH_IN, PANEL_IN = WIDTH / 100.0, PANEL / 100.0
 
 
 def draw(chart: Chart, folder: Path) -> Path:
@@ -21,7 +20,7 @@ def draw(chart: Chart, folder: Path) -> Path:
 
 def saved(figure: Figure, path: Path) -> Path:
     """Write a figure as a PNG and return its path; the same figure gives the same bytes."""
-    path.write_bytes(png_bytes(figure, DPI))
+    path.write_bytes(png_bytes(figure))
     return path
 
 
@@ -45,17 +44,17 @@ def draw_on(chart: Chart, figure: Figure) -> Figure:
     figure.suptitle(chart.title, fontsize=12, x=0.01, ha="left")
     axes = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
     for panel, ax in zip(chart.panels, axes, strict=True):
-        _draw_panel(panel, ax)
-    axes[-1].set_xlabel("time [h]")
+        _draw_panel(panel, ax, chart.x_unit)
+    axes[-1].set_xlabel(chart.x_label)
     _legend(figure, chart)
     return figure
 
 
-def _draw_panel(panel: Panel, ax: Axes) -> None:
+def _draw_panel(panel: Panel, ax: Axes, x_unit: float) -> None:
     for line in panel.lines:
         places = kept_steps(line.values) if line.held else kept(line.values)
         ax.plot(
-            line.time_s[places] / 3600.0,
+            line.time_s[places] / x_unit,
             line.values[places],
             color=line.colour,
             linewidth=0.7 if line.thin else 1.4,
@@ -65,6 +64,7 @@ def _draw_panel(panel: Panel, ax: Axes) -> None:
         )
     ax.set_ylabel(panel.y_label)
     ax.margins(x=0.0)
+    ax.set_yscale("log" if panel.log else "linear")
     if panel.from_zero:
         ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0] if ax.dataLim.y0 < 0.0 else 0.0))
     plain(ax)

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from scenarios.charts import LINES
-from scenarios.figures import saved
+from scenarios.charts import LINES, convergence_chart
+from scenarios.figures import draw_on, saved
 from scenarios.results import results_folder, write_table
 
 Found = Mapping[str, Any]
@@ -67,20 +67,8 @@ def _convergence(found: Found) -> Figure | None:
     if "curve" not in found:
         return None
     shape = "-".join(map(str, found["nodes"]))
-    return curves_figure({f"network {shape}, {found['iterations']} iterations": found["curve"]})
-
-
-def curves_figure(curves: Mapping[str, Sequence[float]]) -> Figure:
-    """Return the mean squared errors of networks, by title, over the iterations of training."""
-    figure = Figure(figsize=(7.0, 3.6), layout="constrained")
-    ax = figure.subplots()
-    for number, (title, curve) in enumerate(curves.items()):
-        ax.semilogy(curve, label=title, color=LINES[number % len(LINES)])
-    ax.set_xlabel("iteration of Levenberg-Marquardt")
-    ax.set_ylabel("mean squared error, scaled [1]")
-    ax.legend(frameon=False)
-    ax.grid(True, color="#e3e6ea")
-    return figure
+    title = f"network {shape}, {found['iterations']} iterations"
+    return draw_on(convergence_chart({title: found["curve"]}), Figure())
 
 
 FIGURES: Mapping[str, Callable[[Found], Figure | None]] = {

@@ -20,8 +20,6 @@ KINDS = {
     "coolant_flow": "coolant",
     "coolant_wall": "coolant",
 }
-ROUNDS = 400
-"""Of the placing: set on the machines of the library."""
 
 
 def network_svg(
@@ -101,8 +99,9 @@ def _placed(
     weight = apart**-2.0
     np.fill_diagonal(weight, 0.0)
     at = np.random.default_rng(0).normal(size=(len(names), 2)) * apart.max()
-    for _ in range(ROUNDS if len(names) > 1 else 0):
-        gap = at[:, None, :] - at[None, :, :]
+    before = np.full_like(at, np.inf)
+    while len(names) > 1 and not np.allclose(at, before):
+        gap, before = at[:, None, :] - at[None, :, :], at
         far = np.maximum(np.sqrt((gap**2).sum(axis=2)), 1e-9)
         pull = weight * apart / far
         target = (weight[:, :, None] * at[None, :, :] + pull[:, :, None] * gap).sum(axis=1)

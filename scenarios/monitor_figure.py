@@ -26,18 +26,20 @@ LABELS = {
     CHANGED: "more than promised",
     SENSOR: "a thermometer",
 }
-MOST_NAMED = 40
-"""More names of runs do not fit under the axis: set on no data."""
 
 
-def draw_monitor(report: Report, path: Path) -> None:
+def draw_monitor(report: Report, folder: Path) -> list[Path]:
     """Draw each axis' error over the promised half width, run by run, coloured by verdict.
 
     Parameters
     ----------
     report : Report
-    path : Path
-        PNG to write.
+    folder : Path
+        Where ``monitor.png`` goes.
+
+    Returns
+    -------
+    list of Path
     """
     axes = sorted({error.axis for run in report.runs for error in run.errors})
     figure = Figure(figsize=(WIDTH_IN, 1.8 + PANEL_IN * max(len(axes), 1)), layout="constrained")
@@ -64,13 +66,12 @@ def draw_monitor(report: Report, path: Path) -> None:
     if not axes:
         panels[0].text(0.5, 0.5, "the drift was not measured", ha="center", va="center")
         panels[0].set_axis_off()
-    names = [run.run for run in report.runs]
-    if axes and len(names) <= MOST_NAMED:
-        panels[-1].set_xticks(range(len(names)), names, rotation=60, ha="right", fontsize=8)
-    else:
-        panels[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
-        panels[-1].set_xlabel("run, in the order given")
     if axes:
+        # As many of them are named as fit.
+        names = {place: run.run for place, run in enumerate(report.runs)}
+        panels[-1].xaxis.set_major_locator(MaxNLocator("auto", integer=True))
+        panels[-1].xaxis.set_major_formatter(lambda at, _: names.get(at, ""))
+        panels[-1].tick_params("x", labelrotation=60)
         panels[0].set_title(
             "at each run: what is left / the drift [µm RMSE]",
             fontsize=8,
@@ -82,7 +83,7 @@ def draw_monitor(report: Report, path: Path) -> None:
     if axes:
         panels[0].plot([], [], "--", color="#b3342d", label="more is unlike training")
         figure.legend(loc="outside lower center", ncols=4, fontsize=9, frameon=False)
-    saved(figure, path)
+    return [saved(figure, folder / "monitor.png")]
 
 
 def _label(error: AxisError) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import ceil, sqrt
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -10,8 +11,6 @@ from scipy.cluster.hierarchy import dendrogram
 from fmu_compensator.fit.survey import Survey
 from scenarios.figures import saved
 
-COLUMNS = 3
-"""Of the figure of loops: set on no data."""
 MOST_NAMED = 10
 """Runs in its legend: given by matplotlib, whose colours repeat after so many."""
 
@@ -23,13 +22,11 @@ def draw_points(found: Survey, folder: Path) -> list[Path]:
     ----------
     found : Survey
     folder : Path
-        Made if missing.
 
     Returns
     -------
     list of Path
     """
-    folder.mkdir(parents=True, exist_ok=True)
     return [
         _dendrogram(found, folder / "dendrogram.png"),
         _heat_map(found, folder / "heat_map.png"),
@@ -80,7 +77,7 @@ def _heat_map(found: Survey, path: Path) -> Path:
 def _loops(found: Survey, path: Path) -> Path:
     places = range(len(found.sensors))
     count = len(places)
-    columns = min(count, COLUMNS)
+    columns = ceil(sqrt(count))
     rows = -(-count // columns)
     figure = Figure(figsize=(3.4 * columns, 3.1 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, sharey=True, squeeze=False).ravel()

@@ -14,7 +14,7 @@ import jinja2
 import markupsafe
 
 from measurement.files import write_atomically
-from scenarios.charts import Chart, Line, kept, kept_steps
+from scenarios.charts import PANEL, Chart, Line, kept, kept_steps
 from scenarios.recording import Event
 from scenarios.table import Group, number, percent
 
@@ -22,14 +22,6 @@ TEMPLATES = Path(__file__).parent / "templates"
 PLOTLY = TEMPLATES / "plotly-basic.min.js.gz"
 """plotly.js-basic-dist-min 4.1.1 from npm, MIT: a quarter of the whole.
 A page holds it as it is, and the browser unpacks it."""
-PANEL_PX, CHART_PX = 230, 80
-"""Height of a panel, and of what stands around them: set on no data."""
-PANEL_GAP = 0.15
-"""Between two panels, as a share of one: set on no data."""
-MOST_EVENTS = 200
-"""A page lists no more: set on no data."""
-POINTS = 1200
-"""Of a curve, about, one for each pixel of a page's width: set on no data."""
 CONFIG = {"responsive": True, "displaylogo": False, "displayModeBar": False}
 AXIS = {"gridcolor": "#e3e6ea", "linecolor": "#9aa1ab", "zerolinecolor": "#c6cbd2"}
 VALUES = AXIS | {"automargin": True, "exponentformat": "none", "separatethousands": True}
@@ -94,8 +86,7 @@ def write_report(
         axes=sorted({axis for group in groups for row in group.rows for axis in row.axes}),
         states=STATES,
         timelines=[
-            (label, _spans(events, end_s), end_s, *_cut(events))
-            for label, events, end_s in timelines
+            (label, _spans(events, end_s), end_s, events) for label, events, end_s in timelines
         ],
         **values,
     )
@@ -142,39 +133,24 @@ def chart_html(chart: Chart) -> markupsafe.Markup:
     shown: set[str] = set()
     traces = []
     layout: dict[str, Any] = {
-        "grid": {"rows": count, "columns": 1, "pattern": "coupled", "ygap": PANEL_GAP},
-        "xaxis": AXIS | {"showline": True, "title": {"text": "time [h]"}},
+        "grid": {"rows": count, "columns": 1, "pattern": "coupled"},
+        "xaxis": AXIS | {"showline": True, "title": {"text": chart.x_label}},
         "showlegend": len(labels) > 1,
     }
     for row, panel in enumerate(chart.panels, 1):
         number_of_axis = "" if row == 1 else str(row)
         for line in panel.lines:
             first = bool(line.label) and line.label not in shown
-            traces.append(_trace(line, first=first) | {"yaxis": f"y{number_of_axis}"})
+            trace = _trace(line, chart.x_unit, first=first)
+            traces.append(trace | {"yaxis": f"y{number_of_axis}"})
             shown.add(line.label)
         layout[f"yaxis{number_of_axis}"] = VALUES | {
             "title": {"text": panel.y_label},
             "rangemode": "tozero" if panel.from_zero else "normal",
+            "type": "log" if panel.log else "linear",
         }
-    height = PANEL_PX * count + CHART_PX + 10 * len(labels)
-    return plot_html(chart.name, traces, layout, height)
-
-
-def plot_html(
-    name: str, traces: Sequence[dict[str, Any]], layout: dict[str, Any], height: int
-) -> markupsafe.Markup:
-    """Return a figure as a part of a page that holds plotly's script.
-
-    Parameters
-    ----------
-    name : str
-        The element is called ``chart-`` and this.
-    traces, layout
-        As plotly's reference of figures has them; `LOOKS` are given.
-    height : int
-        [px].
-    """
-    element = f"chart-{name}"
+    height = PANEL * count + sum(LOOKS["margin"].values()) // 2 + 10 * len(labels)
+    element = f"chart-{chart.name}"
     figure = {"data": traces, "layout": LOOKS | layout, "config": CONFIG}
     # A "<" of a name must not end the script.
     text = json.dumps([element, figure], separators=(",", ":")).replace("<", "\\u003c")
@@ -200,16 +176,13 @@ def clock(seconds: float) -> str:
     return f"{whole // 3600}:{whole // 60 % 60:02d}:{whole % 60:02d}"
 
 
-def _cut(events: Sequence[Event]) -> tuple[list[Event], int]:
-    return list(events[:MOST_EVENTS]), max(len(events) - MOST_EVENTS, 0)
-
-
-def _trace(line: Line, *, first: bool) -> dict[str, Any]:
-    places = (kept_steps if line.held else kept)(line.values, POINTS)
+def _trace(line: Line, x_unit: float, *, first: bool) -> dict[str, Any]:
+    places = (kept_steps if line.held else kept)(line.values)
+    values = line.values[places].tolist()
     return {
         "type": "scatter",
-        "x": (line.time_s[places] / 3600.0).round(5).tolist(),
-        "y": [None if value != value else value for value in line.values[places].round(3).tolist()],
+        "x": (line.time_s[places] / x_unit).round(5).tolist(),
+        "y": [None if value != value else float(f"{value:.5g}") for value in values],
         "name": line.label,
         "legendgroup": line.label,
         "showlegend": first,
@@ -220,7 +193,7 @@ def _trace(line: Line, *, first: bool) -> dict[str, Any]:
             "shape": "hv" if line.held else "linear",
         },
         "zorder": line.rank,
-        "hovertemplate": "%{y:.2f}" + ("" if line.label else "<extra></extra>"),
+        "hovertemplate": "%{y:.4g}" + ("" if line.label else "<extra></extra>"),
     }
 
 

@@ -10,7 +10,7 @@ import contextlib
 import json
 import secrets
 import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -173,6 +173,32 @@ def write_table(
     text = json.dumps(table, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
     (folder / TABLE).write_text(text, encoding="utf-8")
     return table
+
+
+def write_findings(
+    out: Path, name: str, text: str, draw: Callable[[Path], Sequence[Path]]
+) -> list[Path]:
+    """Write the folder of a command that finds something: ``NAME.json`` and what is drawn of it.
+
+    Parameters
+    ----------
+    out : Path
+        Replaced whole or not at all.
+    name, text : str
+        What was found, as JSON.
+    draw : callable
+        Takes the folder to draw into, and returns the files.
+
+    Returns
+    -------
+    list of Path
+        The files, the JSON first.
+    """
+    with results_folder(out) as folder:
+        (folder / f"{name}.json").write_text(text + "\n", encoding="utf-8")
+        drawn = draw(folder)
+        write_table([], {name: f"{name}.json"}, folder, to_come=())
+    return [out / f"{name}.json", *(out / path.name for path in drawn)]
 
 
 def write_scenario(scenario: Scenario, folder: Path) -> None:

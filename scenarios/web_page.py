@@ -21,17 +21,13 @@ from plant_model.machine import Machine
 from scenarios.building import compensator_recipe, native_of, plant_recipe
 from scenarios.fmu_file import MODELS, member
 from scenarios.report import STATES, state_of, write_page
+from scenarios.scenario import read_scenario
 from scenarios.views import MACHINES
 from scenarios.wiring import TOOL_LENGTH, Variables, Wiring, shared_starts, wire
 
 SPEED = "speed"
-AROUND_K = 15.0
-"""How far a slider moves a temperature from its start [K], as halls and coolants do: set on no
-data."""
-DAY = (0.33, 0.67, 1.0, 0.5, 0.83, 0.17, 1.0, 0.67)
-"""A day's work, shares of the highest speed, an hour each: given by the scenario step_speed."""
-HIGHEST_SHARE = 0.6
-"""The highest speed of the day, as a share of the machine's: set on no data."""
+DAY = "step_speed"
+"""The scenario whose speeds are the day's work, an hour each."""
 ABOUT = (
     "Machine {machine}, compensator {compensator}. The sources are those of the FMUs in C, "
     "compiled to WebAssembly; with the same inputs they give the FMUs' numbers. "
@@ -172,10 +168,8 @@ def _controls(
     sliders[TOOL_LENGTH] = (0.0, model.limits.tool_length_mm[1], 5.0)
     titles = {name: name.replace("_", " ").capitalize() for name in inputs}
     titles |= {hall: "Hall", SPEED: "Speed", TOOL_LENGTH: "Tool length"}
-    speeds = []
-    if SPEED in inputs:
-        highest = HIGHEST_SHARE * float(inputs[SPEED].high or 0.0)
-        speeds = [round(share * highest, -2) for share in DAY]
+    day = read_scenario(DAY).settings.signals[SPEED]["values"]
+    speeds = [min(speed, sliders[SPEED][1]) for speed in day if SPEED in inputs]
     return {
         "sliders": sliders,
         "titles": titles,
@@ -188,8 +182,4 @@ def _controls(
 
 def _slider(entry: Variable) -> tuple[float, float, float]:
     low, high = float(entry.low or 0.0), float(entry.high or 0.0)
-    if entry.unit == "degC":
-        start = float(entry.start or 0.0)
-        return max(low, start - AROUND_K), min(high, start + AROUND_K), 0.5
-    step = 10.0 ** (len(str(int(high - low))) - 3)
-    return low, high, max(step, 0.1)
+    return low, high, max(10.0 ** (len(str(int(high - low))) - 3), 0.1)

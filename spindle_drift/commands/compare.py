@@ -16,13 +16,12 @@ from tqdm import tqdm
 from fmu_compensator.fit.comparison import Comparison
 from measurement.errors import BadInput
 from measurement.faults import HANDLING, faults_text
-from measurement.files import write_atomically
 from scenarios.arguments import add_json, add_parameters, add_results, parameters_of
 from scenarios.comparison_page import ranking_text, write_comparison, write_figures
 from scenarios.grey_options import add_choice_options, choice_options, named_values
 from scenarios.outputs import FOLDER
 from scenarios.presets import add_as
-from scenarios.results import results_folder, write_table
+from scenarios.results import write_findings
 from spindle_drift.comparisons import compare
 
 NAME = "compare"
@@ -96,15 +95,16 @@ def run(args: argparse.Namespace) -> int:
     lines += [*(f"  {line}" for line in found.doubts), "", *_noted(found.results)]
     lines += ["", ranking_text(found.results)]
     if args.out is not None:
-        with results_folder(args.out) as folder:
-            figures = write_figures(found.results, folder)
-            written = [
-                write_atomically(folder / "comparison.json", text + "\n"),
+        written = write_findings(
+            args.out,
+            "comparison",
+            text,
+            lambda folder: [
                 write_comparison(found.results, found.faults, folder / "report.html"),
-                *figures,
-            ]
-            write_table([], {"comparison": "comparison.json"}, folder, to_come=())
-        lines += ["", "wrote " + ", ".join(str(args.out / path.name) for path in written)]
+                *write_figures(found.results, folder),
+            ],
+        )
+        lines += ["", "wrote " + ", ".join(map(str, written))]
     print(text if args.json else "\n".join(lines))
     return 0
 

@@ -6,6 +6,7 @@ import argparse
 import json
 import math
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
     from measurement.files import json_ready
     from measurement.runs import Run
     from scenarios.monitor_figure import draw_monitor
-    from scenarios.results import results_folder, write_table
+    from scenarios.results import write_findings
     from spindle_drift.compensators import Compensator
 
     compensator = Compensator.load(args.compensator)
@@ -54,10 +55,7 @@ def run(args: argparse.Namespace) -> int:
         report = compensator.monitor(args.runs, machine=args.machine, on_run=count)
     text = json.dumps(json_ready(asdict(report), 6), indent=1, ensure_ascii=False, allow_nan=False)
     if args.out is not None:
-        with results_folder(args.out) as folder:
-            (folder / "monitor.json").write_text(text + "\n", encoding="utf-8")
-            draw_monitor(report, folder / "monitor.png")
-            write_table([], {"monitor": "monitor.json"}, folder, to_come=())
+        write_findings(args.out, "monitor", text, partial(draw_monitor, report))
     if args.json:
         print(text)
     else:

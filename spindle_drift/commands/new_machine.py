@@ -28,10 +28,6 @@ QUESTIONS = {
 }
 """What is asked; a belt's power only if it is said."""
 
-HALVINGS = 12
-"""Steps of the search for a bearing's temperature at most; it is within a degree after six or
-seven. Set on the machines of the library."""
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
@@ -124,14 +120,13 @@ def _running(answers: Answers, columns: Columns | None, path: Path) -> dict[str,
     from plant_model.machine_file import machine_from_table
 
     running = dict.fromkeys(BEARINGS, CLASS_VALUES["running_temperature"].value)
-    for _ in range(HALVINGS):
+    tried: list[dict[str, float]] = []
+    while running not in tried:  # there are only so many whole degrees
+        tried.append(running)
         table = tomllib.loads(page_text(answers, columns, running))
         warm = bearing_temperatures(machine_from_table(expanded(table, path), path))
         halfway = {name: (running[name] + warm[name]) / 2.0 for name in running}
-        closer = {name: min(float(round(value)), HOT) for name, value in halfway.items()}
-        if closer == running:
-            break
-        running = closer
+        running = {name: min(float(round(value)), HOT) for name, value in halfway.items()}
     return running
 
 

@@ -7,17 +7,18 @@ from __future__ import annotations
 
 import argparse
 import json
+from functools import partial
 from typing import Any
 
 from fmu_compensator.fit.loops import Loop
 from fmu_compensator.fit.survey import Survey, survey
-from measurement.files import write_atomically
 from scenarios.arguments import add_json, add_parameters, add_results, add_runs
+from scenarios.charts import SHOWN
 from scenarios.grey_options import add_grey_options, grey_options
 from scenarios.outputs import FOLDER
 from scenarios.points_figures import draw_points
 from scenarios.presets import add_as, preset
-from scenarios.results import results_folder, write_table
+from scenarios.results import write_findings
 from spindle_drift._inputs import as_runs
 from spindle_drift.surveys import points
 
@@ -25,8 +26,6 @@ NAME = "points"
 HELP = "show which temperatures are alike, and which tell most of the drift"
 READS = ("runs", "machine")
 WRITES = {"out": FOLDER}
-SHOWN_SUBSETS = 8
-"""So many of the subsets are listed: set on no data."""
 COLUMN = 14
 """Width of a column: given by its heads."""
 GROUPINGS = "grey|hierarchical|fuzzy|NAME,NAME..."
@@ -65,11 +64,8 @@ def run(args: argparse.Namespace) -> int:
     text = json.dumps(surveyed.to_dict(), indent=1, allow_nan=False)
     lines = _report(surveyed)
     if args.out is not None:
-        with results_folder(args.out) as folder:
-            paths = [write_atomically(folder / "points.json", text + "\n")]
-            paths += draw_points(surveyed, folder)
-            write_table([], {"points": "points.json"}, folder, to_come=())
-        lines.append("wrote " + ", ".join(str(args.out / path.name) for path in paths))
+        paths = write_findings(args.out, "points", text, partial(draw_points, surveyed))
+        lines.append("wrote " + ", ".join(map(str, paths)))
     print(text if args.json else "\n".join(lines))
     return 0
 
@@ -100,12 +96,12 @@ def _report(survey: Survey) -> list[str]:
     lines += ["", f"Combinations of them, best adjusted R2 first (of {len(survey.subsets)})"]
     unseen = f"unseen [{survey.unit}]"
     lines.append(f"{'multiple R':>11}{'adj. R2':>9}{unseen:>{COLUMN}}  temperatures")
-    for subset in survey.subsets[:SHOWN_SUBSETS]:
+    for subset in survey.subsets[:SHOWN]:
         lines.append(_subset(survey, subset))
     if len(survey.run_names) == 1:
         return [*lines, "unseen: needs a second run, to be predicted from the first"]
     best = min(survey.subsets, key=lambda subset: (subset.held_out_rmse, len(subset.columns)))
-    if best not in survey.subsets[:SHOWN_SUBSETS]:
+    if best not in survey.subsets[:SHOWN]:
         lines.append(_subset(survey, best) + "  <- best on unseen runs")
     return lines
 

@@ -15,8 +15,6 @@ NAME = "replay"
 HELP = "drive a compensator with measured runs"
 READS = ("compensator", "runs", "machine")
 WRITES = {"out": FOLDER}
-LONGEST_MM = 10_000.0
-"""Longer is no tool [mm]: set on no data."""
 SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0}
 LENGTHS = {"um": 1.0, "mm": 1000.0}
 
@@ -47,14 +45,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Replay, write the folder, print the table."""
-    from measurement.errors import BadInput
+    from measurement.errors import checked
     from scenarios.replay_runner import run_replay
+    from scenarios.scenario import Replay
     from scenarios.table import as_text
 
-    length = args.tool_length_mm
-    if length is not None and not -LONGEST_MM <= length <= LONGEST_MM:
-        problem = f"{length:g} is not allowed: -{LONGEST_MM:g} to {LONGEST_MM:g} mm"
-        raise BadInput("--tool-length", "", problem)
+    checked(Replay, {"tool_length_mm": args.tool_length_mm}, "--tool-length")
     table, groups, notes = run_replay(
         args.compensator,
         args.runs,

@@ -18,7 +18,7 @@ from measurement.rig import Rig
 from measurement.runs import Run, read_run
 from scenarios.arguments import add_json, add_parameters, add_results, add_runs
 from scenarios.outputs import FOLDER
-from scenarios.results import results_folder, write_table
+from scenarios.results import write_findings
 from spindle_drift.machines import Machine
 from spindle_drift.recordings import rig_for, summary
 
@@ -50,9 +50,9 @@ def run(args: argparse.Namespace) -> int:
     summaries = [summary(entry, machine=machine, ambient=args.ambient) for entry in runs]
     tables = json.dumps([entry.to_dict() for entry in summaries], indent=2, allow_nan=False)
     if args.out is not None:
-        with results_folder(args.out) as folder:
-            _write(folder, tables, runs, summaries, rigs)
-            write_table([], {"summary": "summary.json"}, folder, to_come=())
+        write_findings(
+            args.out, "summary", tables, lambda folder: _draw(folder, runs, summaries, rigs)
+        )
     if args.json:
         print(tables)
     else:
@@ -64,19 +64,16 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _write(
-    folder: Path,
-    tables: str,
-    runs: list[Run],
-    summaries: list[Summary],
-    rigs: list[Rig | None],
-) -> None:
+def _draw(
+    folder: Path, runs: list[Run], summaries: list[Summary], rigs: list[Rig | None]
+) -> list[Path]:
     names = _file_names([entry.name for entry in runs])
     every = list(zip(names, runs, summaries, rigs, strict=True))
     hidden = len(every) < 4 or not sys.stderr.isatty()
-    for name, entry, table, rig in tqdm(every, desc="figures", disable=hidden):
+    return [
         write_atomically(folder / name, png_bytes(draw_overview(entry, table, rig)))
-    write_atomically(folder / "summary.json", tables + "\n")
+        for name, entry, table, rig in tqdm(every, desc="figures", disable=hidden)
+    ]
 
 
 def _file_names(names: list[str]) -> list[str]:
