@@ -154,8 +154,8 @@ class AddedChange:
         return self.change.put_into(machine, self.numbers)
 
     def base(self, machine: Machine) -> Machine:
-        """Return the machine with the change: of a number that nobody knew the prior is wide."""
-        return self.put_into(machine)
+        """Return the machine with the change, its numbers at the middle of their usual ranges."""
+        return self.change.put_into(machine, {**self.numbers, **self.change.centre()})
 
     def marked(self, position: int, observed: Observations) -> Observations:
         """Return the observations as they are."""
@@ -171,11 +171,9 @@ class AddedChange:
 
     def size_cost(self) -> float:
         """Return what its size costs beyond what is usual of its kind."""
-        points = [point[self.change.first] for point in self.change.points()]
-        if len(points) < 2:
-            return 0.0
+        low, high = self.change.usual(self.change.first)
         value = self.numbers[self.change.first]
-        return heavy_tail(value, min(points), max(points), log=True)
+        return heavy_tail(value, low, high, log=True) if low < high else 0.0
 
 
 @dataclass(frozen=True)

@@ -98,6 +98,20 @@ class Change(ABC):
             One of `points`, or what `read` gave.
         """
 
+    def usual(self, number: str) -> tuple[float, float]:
+        """Return the smallest and the largest of a number's `points`: its usual range."""
+        tried = [point[number] for point in self.points()]
+        return min(tried), max(tried)
+
+    def possible(self, number: str) -> tuple[float, float]:
+        """Return the range of a number's prior: nobody knows it, so it is wide."""
+        low, high = self.usual(number)
+        return low / TIMES_USUAL, high * TIMES_USUAL
+
+    def centre(self) -> dict[str, float]:
+        """Return the middle of the prior of what calibration moves, wherever the search begins."""
+        return {name: float(np.sqrt(np.prod(self.usual(name)))) for name in self.parameters()}
+
     def parameters(self) -> dict[str, str]:
         """Return the full names of its numbers in the machine with it; none if it has none."""
         return {}
@@ -212,18 +226,9 @@ def with_item(machine: Machine, item: Item, effect: str) -> Machine:
     return replace(machine, items=items, effects=effects)
 
 
-def free(value: float, unit: str, ends: tuple[float, float] | None = None) -> Parameter:
-    """Return a number that calibration may move: nobody knows it, so its range is wide.
-
-    Parameters
-    ----------
-    value : float
-        Positive.
-    unit : str
-    ends : tuple of float, optional
-        Of its range; from 0 to `TIMES_USUAL` times the value if not given.
-    """
-    low, high = ends or (0.0, TIMES_USUAL * value)
+def free(value: float, unit: str, ends: tuple[float, float]) -> Parameter:
+    """Return a positive number that calibration may move, its range between two ends."""
+    low, high = ends
     return Parameter(min(max(value, low), high), unit, low, high, SOURCE, calibrate=True)
 
 

@@ -22,7 +22,6 @@ from gap_finder.kinds.base import (
     with_item,
 )
 from gap_finder.reference import LAGS_MIN
-from plant_model.effects.base import TIMES_USUAL
 from plant_model.machine import Item, Machine, Node
 from plant_model.parameters import Parameter
 
@@ -110,9 +109,8 @@ class CoarsePart(Change):
             if self._is_surface(item):
                 other = replace(self._on_far_side(item), name=f"{item.name}_far")
                 grown = with_item(grown, other, "surface_convection")
-        fast, slow = (self._conductance(delay) for delay in (LAGS_MIN[0], LAGS_MIN[-1]))
-        ends = slow / TIMES_USUAL, TIMES_USUAL * fast
-        return joined(grown, (name, self._far), free(numbers[self.first], "W/K", ends))
+        path = free(numbers[self.first], "W/K", self.possible(self.first))
+        return joined(grown, (name, self._far), path)
 
     def _near(self, item: Item) -> Item:
         """Return an item as it is afterwards: half of a surface; another link may have moved."""

@@ -62,7 +62,7 @@ class ConductanceWithMotion(PathChange):
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with this link."""
-        g = free(numbers[self.first], "W/K")
+        g = free(numbers[self.first], "W/K", self.possible(self.first))
         refs = {"between": self.place[:2], "driven_by": self.place[2:]}
         item = Item("links", self._name, "stirred", refs, {"conductance": g})
         return with_item(machine, item, "stirred_film")

@@ -59,4 +59,4 @@ class HeatPath(PathChange):
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with this path."""
-        return joined(machine, self.place, free(numbers[self.first], "W/K"))
+        return joined(machine, self.place, free(numbers[self.first], "W/K", self.possible(self.first)))

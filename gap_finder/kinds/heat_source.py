@@ -68,7 +68,7 @@ class HeatSource(Change):
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with this source."""
-        given = {"power": free(numbers[self.first], "W")}
+        given = {"power": free(numbers[self.first], "W", self.possible(self.first))}
         refs: dict[str, tuple[str, ...]] = {"node": self.place[:1]}
         kind = "steady_heat"
         if len(self.place) > 1:

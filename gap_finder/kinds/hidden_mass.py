@@ -18,7 +18,6 @@ from gap_finder.kinds.base import (
     taken_names,
 )
 from gap_finder.reference import LAGS_MIN
-from plant_model.effects.base import TIMES_USUAL
 from plant_model.machine import Machine, Node
 
 MASSES = (0.5, 2.0)
@@ -75,8 +74,8 @@ class HiddenMass(PathChange):
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with this mass."""
         (part,) = (node for node in machine.nodes if node.name == self.place[0])
-        ends = self.capacity / TIMES_USUAL, self.capacity * TIMES_USUAL
-        mass = free(numbers["capacity"], "J/K", ends)
+        mass = free(numbers["capacity"], "J/K", self.possible("capacity"))
         behind = Node(self._mass, mass, part.start, part.start_share)
         grown = replace(machine, nodes=(*machine.nodes, behind))
-        return joined(grown, (part.name, self._mass), free(numbers[self.first], "W/K"))
+        path = free(numbers[self.first], "W/K", self.possible(self.first))
+        return joined(grown, (part.name, self._mass), path)

@@ -68,7 +68,7 @@ class MovesAxis(Change):
         ways = {name: fixed(0.0, "1") for name in AXES.values()}
         ways[AXES[self.place[1]]] = fixed(self.way, "1")
         given = {
-            "length": free(numbers[self.first], "mm"),
+            "length": free(numbers[self.first], "mm", self.possible(self.first)),
             "expansion": fixed(EXPANSION, "1e-6/K"),
             **ways,
         }

@@ -23,6 +23,7 @@ from gap_finder.kinds.base import (
     taken_names,
 )
 from gap_finder.linearise import simulate_at
+from plant_model.effects.base import TIMES_USUAL
 from plant_model.machine import Machine, Node
 from plant_model.parameters import FloatArray
 
@@ -83,8 +84,14 @@ class SensorPlace(Change):
         )
         grown = replace(machine, nodes=nodes, sensors=sensors)
         grown = joined(grown, (self._tip, self.of), fixed(CONTACT_W_PER_K, "W/K"))
+        ends = self.possible(self.first)
         value = CONTACT_W_PER_K * _odds(numbers[self.first])
-        return joined(grown, (self._tip, other), free(value, "W/K"))
+        return joined(grown, (self._tip, other), free(value, "W/K", ends))
+
+    def possible(self, number: str) -> tuple[float, float]:
+        """Return the range of the tip's contact."""
+        low, high = (CONTACT_W_PER_K * _odds(share) for share in self.usual(number))
+        return low / TIMES_USUAL, high * TIMES_USUAL
 
     def read(self, machine: Machine) -> dict[str, float]:
         """Return the share that it reads of the other part."""
