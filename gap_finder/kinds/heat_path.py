@@ -59,4 +59,5 @@ class HeatPath(PathChange):
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with this path."""
-        return joined(machine, self.place, free(numbers[self.first], "W/K", self.possible(self.first)))
+        g = free(numbers[self.first], "W/K", self.possible(self.first))
+        return joined(machine, self.place, g)

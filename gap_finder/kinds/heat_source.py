@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import chain, product
+from itertools import chain
 from typing import ClassVar, Self
 
-from gap_finder.kinds.base import CalibratedRun, Change, free, with_item
+from gap_finder.kinds.base import CalibratedRun, Change, fixed, free, with_item
 from plant_model.machine import Item, Machine
 
 SIZES_W = (20.0, 200.0)
 """Usual powers, which are tried: the answer is in proportion to them [W]. Set on no data."""
-
-EXPONENTS = (1.0, 2.0)
-"""Tried with an input: given by the laws of a friction that speed does not change, and of a viscous
-one [1]."""
 
 
 @dataclass(frozen=True)
@@ -55,23 +51,19 @@ class HeatSource(Change):
         return "heat_in_" + "_by_".join(self.place)
 
     def points(self) -> list[dict[str, float]]:
-        """Return a small and a large power, with each exponent if an input drives it."""
-        if len(self.place) == 1:
-            return [{self.first: size} for size in SIZES_W]
-        pairs = product(SIZES_W, EXPONENTS)
-        return [{self.first: size, "exponent": exponent} for size, exponent in pairs]
+        """Return a small and a large power."""
+        return [{self.first: size} for size in SIZES_W]
 
     def parameters(self) -> dict[str, str]:
-        """Return the power, and the exponent if an input drives it."""
-        names = [self.first, "exponent"][: len(self.place)]
-        return {name: f"sources.{self._name}.{name}" for name in names}
+        """Return the power, at the top of the input's range if one drives it."""
+        return {self.first: f"sources.{self._name}.power"}
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
-        """Return the machine with this source."""
+        """Return the machine with this source, in proportion to what drives it."""
         given = {"power": free(numbers[self.first], "W", self.possible(self.first))}
         refs: dict[str, tuple[str, ...]] = {"node": self.place[:1]}
         kind = "steady_heat"
         if len(self.place) > 1:
-            given["exponent"] = free(numbers["exponent"], "1", (0.7, 2.5))
+            given["exponent"] = fixed(1.0, "1")
             refs["driven_by"], kind = self.place[1:], "driven_heat"
         return with_item(machine, Item("sources", self._name, kind, refs, given), "plain_heat")
