@@ -227,9 +227,9 @@ def with_item(machine: Machine, item: Item, effect: str) -> Machine:
 
 
 def free(value: float, unit: str, ends: tuple[float, float]) -> Parameter:
-    """Return a positive number that calibration may move, its range between two ends."""
-    low, high = ends
-    return Parameter(min(max(value, low), high), unit, low, high, SOURCE, calibrate=True)
+    """Return a number that calibration may move, its range between two ends or as far as it is."""
+    low, high = min(ends[0], value), max(ends[1], value)
+    return Parameter(value, unit, low, high, SOURCE, calibrate=True)
 
 
 def fixed(value: float, unit: str) -> Parameter:

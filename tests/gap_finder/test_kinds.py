@@ -10,6 +10,7 @@ import pytest
 
 from gap_finder.candidates import with_effect
 from gap_finder.design import all_sensitivities
+from gap_finder.hypotheses import AddedChange
 from gap_finder.keys import has_its_drivers
 from gap_finder.kinds import CalibratedRun, Change, kinds
 from gap_finder.linearise import modelled, simulate_at
@@ -133,6 +134,21 @@ def test_a_change_is_written_read_back_and_stepped(
     stepper = PlantStepper(grown)
     stepper.reset({"ambient": 21.0, "coolant_inlet": 21.0, "speed": 0.0, "torque": 0.0}, {})
     assert np.isfinite(stepper.state()["start"]).all()
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if name != "start_state"])
+def test_its_prior_is_the_same_wherever_the_search_begins(
+    name: str, known: list[CalibratedRun]
+) -> None:
+    machine = known[0].machine
+    change = changes_of(name, known)[0]
+    begun = [AddedChange(change, change.scaled(one, 0.2), ()) for one in change.points()]
+    first, *rest = [one.base(machine).parameters for one in begun]
+    assert all(one == first for one in rest)
+    low, high = change.possible(change.first)
+    number = first[change.parameters()[change.first]]
+    assert (number.low, number.high) == (low, high)
+    assert number.value == pytest.approx(np.sqrt(low * high), rel=0.4)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -27,7 +27,9 @@ def test_driven_heat_is_a_power_of_its_input(
     exponent: float, share: float, jig_borer_lumps: Machine
 ) -> None:
     one = HeatSource(("rotor", "speed"))
-    grown = one.put_into(jig_borer_lumps, {"power": 80.0, "exponent": exponent})
+    grown = one.put_into(jig_borer_lumps, {"power": 80.0}).with_values(
+        {"sources.heat_in_rotor_by_speed.exponent": exponent}, beyond=True
+    )
     top = next(entry for entry in jig_borer_lumps.inputs if entry.name == "speed").high
     inputs = {entry.name: np.array([0.0]) for entry in jig_borer_lumps.inputs}
     inputs["speed"] = np.array([0.25 * top])
@@ -58,9 +60,7 @@ def test_a_stirred_film_is_there_in_motion_only(jig_borer_lumps: Machine) -> Non
 
 
 def test_both_have_a_form_in_c_and_take_part_in_every_step(jig_borer_lumps: Machine) -> None:
-    grown = HeatSource(("rotor", "speed")).put_into(
-        jig_borer_lumps, {"power": 80.0, "exponent": 1.5}
-    )
+    grown = HeatSource(("rotor", "speed")).put_into(jig_borer_lumps, {"power": 80.0})
     film = ConductanceWithMotion(("rotor", "stator", "speed"))
     grown = film.put_into(grown, {"conductance": 10.0})
     assert equations_of(grown, []).levels == equations_of(jig_borer_lumps, []).levels
