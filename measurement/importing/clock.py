@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import datetime as dt
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
@@ -253,9 +253,9 @@ def _told(time_s: float, dated: bool) -> str:
     return str(pd.Timestamp(time_s, unit="s")) if dated else f"{time_s:g} s"
 
 
-def _all(cells: list[Cell], kind: object) -> bool:
+def _all(cells: list[Cell], kind: Callable[[Cell], bool]) -> bool:
     some = [cell for cell in cells[:20] if not is_missing(cell)]
-    return bool(some) and all(kind(cell) for cell in some)  # type: ignore[operator]
+    return bool(some) and all(map(kind, some))
 
 
 def _is_of_day(cell: Cell) -> bool:

@@ -131,7 +131,7 @@ def _workbook(path: Path) -> list[Sheet]:
     left_out: list[BadInput] = []
     for name, rows in tables:
         cells: list[list[Cell]] = [list(row) for row in rows]
-        if sum(any(not _is_missing(cell) for cell in row) for row in cells) < 2:
+        if sum(any(not is_missing(cell) for cell in row) for row in cells) < 2:
             continue  # an empty sheet, or a lone title
         try:
             sheets.append(_sheet(path, name, cells))
@@ -181,7 +181,7 @@ def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
     empty = [
         at
         for at in range(width)
-        if not named[at].text and all(_is_missing(cell) for cell in columns[at])
+        if not named[at].text and all(is_missing(cell) for cell in columns[at])
     ]
     for at, entry in enumerate(named):
         if not entry.text and at not in empty:
@@ -269,7 +269,7 @@ def _texts(row: Sequence[Cell]) -> list[str]:
 
 def _trimmed(row: Sequence[Cell]) -> list[Cell]:
     cells = list(row)
-    while cells and _is_missing(cells[-1]):
+    while cells and is_missing(cells[-1]):
         cells.pop()
     return cells
 
@@ -287,13 +287,9 @@ def _is_blank(cell: Cell) -> bool:
     return cell is None or (isinstance(cell, str) and not cell.strip())
 
 
-def _is_missing(cell: Cell) -> bool:
-    return cell is None or (isinstance(cell, str) and cell.strip().casefold() in MISSING)
-
-
 def is_missing(cell: Cell) -> bool:
     """Return whether a cell says that there is no value."""
-    return _is_missing(cell)
+    return cell is None or (isinstance(cell, str) and cell.strip().casefold() in MISSING)
 
 
 def _usual_filled(rows: Sequence[Sequence[Cell]]) -> int:
@@ -309,7 +305,7 @@ def _usual_filled(rows: Sequence[Sequence[Cell]]) -> int:
 def _numeric_columns(rows: Sequence[Sequence[Cell]]) -> set[int]:
     """Return which columns hold numbers or times in most rows of the second half."""
     later = [row for row in rows[len(rows) // 2 :] if _filled(row)][:HEAD_LINES]
-    said = [(at, cell) for row in later for at, cell in enumerate(row) if not _is_missing(cell)]
+    said = [(at, cell) for row in later for at, cell in enumerate(row) if not is_missing(cell)]
     spoken, values = Counter(at for at, _ in said), Counter(at for at, c in said if _is_value(c))
     return {at for at, count in spoken.items() if 2 * values[at] > count}
 
@@ -319,7 +315,7 @@ def _is_data(row: Sequence[Cell], numeric: set[int], fewest: int) -> bool:
     have them further down.
     """
     filled = [cell for cell in row if not _is_blank(cell)]
-    said = [cell for at, cell in enumerate(row) if at in numeric and not _is_missing(cell)]
+    said = [cell for at, cell in enumerate(row) if at in numeric and not is_missing(cell)]
     values = sum(_is_value(cell) for cell in said)
     return len(filled) >= fewest and 2 * values > len(said)
 
