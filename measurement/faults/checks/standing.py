@@ -53,6 +53,10 @@ UNUSUALLY = 3.0
 """So many times longer than it does otherwise, or than its usual stretch in the run [1]. Set on the
 planted faults."""
 
+SAME_CLASS = 1.5
+"""Standstills that differ by less than this factor are of one kind, and do not judge each other
+[1]: two faults are two. Set on no data."""
+
 
 class Standing(Check):
     """Channels that show exactly the same reading while the machine moves."""
@@ -91,28 +95,19 @@ def _thermometers(runs: Sequence[Run]) -> Iterator[Fault]:
     """Find thermometers that stand still while the others move, unlike at other times."""
     witnesses = Witnesses(runs)
     for column in dict.fromkeys(name for run in runs for name in run.temperatures):
-        having = [run for run in runs if column in run.frame]
-        resolution = resolution_of(having, column)
-        everything = np.concatenate([valid(run, column)[1] for run in having])
-        ends = _ends(everything)
-        coarse = bool(ends) and np.ptp(everything) < STEPS * resolution
-        longest = {id(run): _lengths(run, column).max(initial=0.0) for run in having}
-        noisy = _repeats(having, column, ends) < 0.5  # or noise would move it
-        clipped = {id(run) for run in having if noisy and _stands_at(run, column, ends)}
-        for place, run in enumerate(runs):
-            if column not in run.frame:
-                continue
-            # It may have been read more coarsely in this run than in the others.
-            step = max(resolution, resolution_of([run], column))
-            elsewhere = [
-                longest[id(other)]
-                for other in having
-                # A noisy channel that stands at its extreme in several runs ends there.
-                if other is not run and not (id(other) in clipped and id(run) in clipped)
-            ]
-            usual = float(np.median(elsewhere)) if ends and elsewhere else 0.0
-            at_end = id(run) in clipped and len(clipped) > 1
-            habits = _Habits(column, step, ends, usual, coarse, noisy, at_end)
+        having = {place: run for place, run in enumerate(runs) if column in run.frame}
+        resolution = resolution_of(list(having.values()), column)
+        span = float(np.ptp(np.concatenate([valid(run, column)[1] for run in having.values()])))
+        longest = {place: _lengths(run, column).max(initial=0.0) for place, run in having.items()}
+        for place, run in having.items():
+            elsewhere = [longest[other] for other in having if other != place and span > 0.0]
+            habits = _Habits(
+                column,
+                # It may have been read more coarsely in this run than in the others.
+                max(resolution, resolution_of([run], column)),
+                float(np.median(elsewhere or [0.0])),
+                0.0 < span < STEPS * resolution,
+            )
             for fault in _stands(run, place, habits, witnesses):
                 yield replace(fault, place=place)
 
@@ -121,33 +116,28 @@ def _thermometers(runs: Sequence[Run]) -> Iterator[Fault]:
 class _Habits:
     """What is usual for a thermometer over all runs.
 
-    Its resolution [K], its lowest and highest reading [degC], for how long it stands still in other
-    runs [s], whether its readings span too few steps to be judged by that, whether noise moves it,
-    and whether it stands at an end of its range in several runs.
+    Its resolution [K], for how long it stands still in other runs [s], and whether its readings
+    span too few steps to be judged by that.
     """
 
     column: str
     resolution: float
-    ends: tuple[float, ...]
     usual_s: float
     coarse: bool
-    noisy: bool
-    clipped: bool
 
 
 def _stands(run: Run, place: int, habits: _Habits, witnesses: Witnesses) -> Iterator[Fault]:
     """Find where one thermometer stands wrongly in one run."""
-    column, resolution = habits.column, habits.resolution
+    column, enough = habits.column, max(MOVING_K, STEPS * habits.resolution)
     rows, values = valid(run, column)
     time = run.time_s[rows]
-    lengths, firsts = np.sort(_lengths(run, column)), stretches(values)[0]
+    lengths = _lengths(run, column)
     for first, last in _long(time, values, 2 * FEWEST_SAMPLES):
         start, end = int(rows[first]), int(rows[last])
         length = float(time[last] - time[first])
-        rest = _below(lengths, length)
+        rest = lengths[lengths < length / SAME_CLASS]
         habit = max(float(rest.max(initial=0.0)), habits.usual_s)
         dropped = _dropped(time, values, first)
-        enough = max(MOVING_K, STEPS * resolution)
         why = ""
         if dropped:
             why = f"after a leap of {dropped:+.3g} K"
@@ -161,13 +151,8 @@ def _stands(run: Run, place: int, habits: _Habits, witnesses: Witnesses) -> Iter
                 why = f"while the others say that it moved by {told:.1f} K"
         if why:
             dead = last == len(values) - 1 and (first == 0 or dropped)
-            # What noise moves comes to the end of the range again and again.
-            again = values[firsts] == values[first]
-            ended = values[first] in habits.ends and not dropped and habits.noisy
-            ended = ended and (habits.clipped or again.sum() > 1)
-            kind = "dead" if dead else "saturated" if ended else "frozen"
             text = f"exactly {values[first]:g} degC {why}"
-            yield _fault(run, column, kind, start, end, text)
+            yield _fault(run, column, "dead" if dead else "frozen", start, end, text)
 
 
 def _fault(run: Run, column: str, kind: str, start: int, end: int, text: str) -> Fault:
@@ -193,26 +178,6 @@ def _lengths(run: Run, column: str) -> FloatArray:
     return np.asarray(found[lasts > firsts])
 
 
-def _below(lengths: FloatArray, length: float) -> FloatArray:
-    """Return the other stretches' lengths, without those of the same class: two faults are two."""
-    return np.asarray(lengths[lengths < length / 1.5])
-
-
-def _ends(values: FloatArray) -> tuple[float, ...]:
-    if not values.size or np.ptp(values) == 0.0:
-        return ()
-    return float(values.min()), float(values.max())
-
-
-def _stands_at(run: Run, column: str, ends: tuple[float, ...]) -> bool:
-    """Return whether a channel's longest stretch in a run is at one of its ends."""
-    _, values = valid(run, column)
-    if not values.size or not ends:
-        return False
-    firsts, lasts = stretches(values)
-    return bool(values[firsts[np.argmax(lasts - firsts)]] in ends)
-
-
 def _dropped(time: FloatArray, values: FloatArray, first: int) -> float:
     """Return the leap [K] with which a reading came to stand still; 0 if it came there slowly."""
     if not first or time[first] - time[first - 1] > GAP_INTERVALS * np.median(np.diff(time)):
@@ -224,17 +189,6 @@ def _dropped(time: FloatArray, values: FloatArray, first: int) -> float:
         if odds[at - 1] > 0.0 and abs(leap) > BY_ITSELF["degC"]:
             return leap
     return 0.0
-
-
-def _repeats(runs: Sequence[Run], column: str, ends: Sequence[float]) -> float:
-    """Return how often a reading that is not at the channel's *ends* repeats the one before [1]."""
-    same = count = 0
-    for run in runs:
-        values = valid(run, column)[1]
-        inside = ~np.isin(values[1:], ends)
-        same += int(np.sum((np.diff(values) == 0.0) & inside))
-        count += int(inside.sum())
-    return same / max(count, 1)
 
 
 def _half_moved(run: Run, column: str, start: int, end: int) -> float:
