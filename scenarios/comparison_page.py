@@ -29,6 +29,10 @@ class TargetCell:
         Predictive ability on the judged runs [%].
     largest : float
         Largest error on the judged runs [um, urad].
+    alone : float
+        RMSE of the judged runs by the error model alone [um, urad].
+    counts : float
+        Share of its prediction that counts beside the Gaussian [%].
     """
 
     train: float
@@ -36,6 +40,8 @@ class TargetCell:
     median: float
     eta: float
     largest: float
+    alone: float
+    counts: float
 
 
 @dataclass(frozen=True)
@@ -63,6 +69,9 @@ def table_of(comparison: Comparison) -> list[TableRow]:
 def _cells(comparison: Comparison, row: Row) -> list[TargetCell]:
     train, unseen = comparison.figures(row.train), comparison.figures(row.validate)
     each = [comparison.figures([run]) for run in row.validate]
+    alone = comparison.figures(row.alone) if row.alone else {}
+    counts = 100.0 * np.mean(row.counts, axis=0) if row.counts else np.empty(0)
+    shares = dict(zip(comparison.targets, counts, strict=False))
     return [
         TargetCell(
             train[name]["rmse"],
@@ -70,6 +79,8 @@ def _cells(comparison: Comparison, row: Row) -> list[TargetCell]:
             float(np.median([figures[name]["rmse"] for figures in each])),
             100.0 * unseen[name]["eta"],
             unseen[name]["max_abs"],
+            alone[name]["rmse"] if alone else np.nan,
+            float(shares.get(name, np.nan)),
         )
         for name in comparison.targets
     ]
@@ -89,14 +100,16 @@ def ranking_text(comparison: Comparison) -> str:
     comparison : Comparison
     """
     head = f"{'':<44}" + "".join(
-        f"{f'{name} [{unit}]':>30}"
+        f"{f'{name} [{unit}]':>46}"
         for name, unit in zip(comparison.targets, comparison.units, strict=True)
     )
     columns = "".join(
-        f"{'fit':>8}{'unseen':>8}{'median':>8}{'eta%':>6}" for _ in comparison.targets
+        f"{'fit':>8}{'unseen':>8}{'median':>8}{'eta%':>6}{'alone':>8}{'counts%':>8}"
+        for _ in comparison.targets
     )
     lines = [
-        "RMSE on training runs, on unseen runs (all samples), median over unseen runs; eta unseen",
+        "RMSE on training runs, on unseen runs (all samples), median over unseen runs; eta unseen;",
+        "the error model alone on unseen runs, and the share of it that counts beside the Gaussian",
         head,
         f"{'':<44}{columns}  90% interval holds [%]",
     ]
@@ -111,6 +124,7 @@ def ranking_text(comparison: Comparison) -> str:
 def _line(line: TableRow) -> str:
     cells = "".join(
         f"{short(c.train):>8}{short(c.unseen):>8}{short(c.median):>8}{c.eta:>6.0f}"
+        + ("" if np.isnan(c.alone) else f"{short(c.alone):>8}{c.counts:>8.0f}").rjust(16)
         for c in line.cells
     )
     coverage = f"  {line.coverage}" if line.coverage else ""

@@ -9,6 +9,7 @@ from typing import Any
 
 from tqdm import tqdm
 
+from fmu_compensator.fit.fitting import USUAL_MODEL
 from measurement.errors import BadInput
 from scenarios.fit_found import told
 
@@ -66,6 +67,10 @@ def report(table: dict[str, Any], path: Path) -> list[str]:
     lines.append(f"temperatures used: {', '.join(table['chosen'])}")
     model = table["error_model"]
     lines += told(model["kind"], model["targets"], figures["fit"])
+    if model["kind"] != USUAL_MODEL and "mean_share" in table["gaussian"]:
+        shares = zip(model["targets"], table["gaussian"]["mean_share"], strict=True)
+        counted = ", ".join(f"{name} {100 * share:.0f} %" for name, share in shares)
+        lines.append(f"share of {model['kind']} that counts beside the Gaussian: {counted}")
     promised = promise(figures, len(provenance["runs"]))
     return [promised[0], *lines, *promised[1:], f"wrote {path}"]
 

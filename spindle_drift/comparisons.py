@@ -35,8 +35,9 @@ class Comparison:
     Attributes
     ----------
     table : DataFrame
-        For each model its title, and for each target the RMSE on training and on unseen runs and
-        the share of the unseen drift that it predicts; best first, baselines included.
+        For each model its title, and for each target the RMSE on training and on unseen runs, the
+        share of the unseen drift that it predicts, the RMSE of the error model alone and the share
+        of it that counts beside the Gaussian; best first, baselines included.
     left_out : dict of str to str
         Models that the runs cannot carry, and why.
     notes : list of str
@@ -189,6 +190,9 @@ def _ranking(models: Sequence[Mapping[str, Any]], targets: Sequence[str]) -> pd.
             row[f"{target}_training"] = entry["train"][target]["rmse"]
             row[f"{target}_unseen"] = entry["validate"][target]["rmse"]
             row[f"{target}_predicted"] = entry["validate"][target]["eta"]
+            if "alone" in entry:
+                row[f"{target}_alone"] = entry["alone"][target]["rmse"]
+                row[f"{target}_counts"] = entry["counts"][target]
         rows[entry["name"]] = row
     return pd.DataFrame.from_dict(rows, orient="index")
 

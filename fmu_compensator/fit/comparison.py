@@ -15,6 +15,7 @@ import numpy as np
 from fmu_compensator.fit.columns import MeasuredColumns, shown_targets, unit_of
 from fmu_compensator.fit.contestants import NO_MODEL, ONE_STEP, Contestant, held
 from fmu_compensator.fit.data import Prepared, prepare
+from fmu_compensator.fit.fitting import USUAL_MODEL
 from fmu_compensator.fit.installed import COVERAGE, Installed
 from fmu_compensator.fit.splits import Split
 from fmu_compensator.fit.training import Array, TrainingRun
@@ -66,6 +67,10 @@ class Row:
         Temperatures of the last fit.
     coverage : list of float
         Wanted coverage of the prediction interval, then measured per target; empty without one.
+    alone : list of Judged
+        The judged runs by the error model alone; empty where there is none, or no Gaussian on it.
+    counts : list of array (m,)
+        In each split, the share of the error model's prediction that counts [1].
     """
 
     name: str
@@ -76,6 +81,8 @@ class Row:
     report: dict[str, Any] = field(default_factory=dict)
     chosen: list[str] = field(default_factory=list)
     coverage: list[float] = field(default_factory=list)
+    alone: list[Judged] = field(default_factory=list)
+    counts: list[Array] = field(default_factory=list)
 
     def score(self) -> float:
         """Return the unseen error over that of no model, mean over the targets [1]."""
@@ -135,6 +142,9 @@ class Comparison:
             wanted, *found = row.coverage
             shares = dict(zip(self.targets, found, strict=True))
             table["interval"] = {"coverage_wanted": wanted, "coverage_measured": shares}
+        if row.alone:
+            table["alone"] = self.figures(row.alone)
+            table["counts"] = dict(zip(self.targets, np.mean(row.counts, axis=0), strict=True))
         if "curve" in row.report:
             table["convergence"] = row.report["curve"]
         plain: dict[str, Any] = _plain(table)
@@ -269,8 +279,8 @@ class _Bench:
     def judge(self, entrant: Contestant, rows: Sequence[Row], places: list[int]) -> None:
         """Fit a contestant and add what it predicts to its rows.
 
-        Judged is what `fit` would install, the Gaussian included; one step ahead it is the error
-        model by itself, as the studies do it.
+        Judged is what `fit` would install, the Gaussian included; beside it, and one step ahead,
+        the error model alone, as the studies do it.
         """
         if entrant.recipe is None:
             self._baseline(rows, places)
@@ -285,6 +295,11 @@ class _Bench:
                 continue
             row.report = fitted.report()
             row.chosen = [train.sensors[index] for index in chosen]
+            if free and recipe.kind != USUAL_MODEL:
+                row.counts.append(installed.gaussian.share[places])
+                for run in validate.runs:
+                    whole = recipe.rows(run, chosen)
+                    row.alone += _judged(whole, fitted.predict(whole), places, None)
             for runs, judged in ((train.runs, row.train), (validate.runs, row.validate)):
                 for run in runs:
                     if free:

@@ -1,10 +1,11 @@
 r"""The one Gaussian model of drift: its scales by marginal likelihood, its weights by conditioning.
 
 .. math::
-    y(t) = m(t) + \Phi(t) w + b(t) + e, \qquad
+    y(t) = a\,m(t) + \Phi(t) w + b(t) + e, \qquad
     w \sim N(0, g \Sigma), \quad b \sim \text{random walk}, \quad e \sim N(0, \Sigma)
 
-m is the mean function (an error model, or nothing), Phi holds the rises of the thermometers and
+m is the mean function (an error model, or nothing) and a the share of it that runs which it was not
+fitted to bear out, between 0 and 1 for each target. Phi holds the rises of the thermometers and
 their first-order lags, b starts at zero and grows by rho^2 Sigma an hour, times a size of its own
 in every run. All targets share g, rho and the sizes, so one number says how well known a sample is,
 and Sigma turns it into um and urad. Weights are those of independent Gaussians of one scale: no
@@ -61,16 +62,19 @@ class Sample:
         Time for which the walk has gone on [h].
     features : array (n, p)
         Rises and their lags [K].
-    missed : array (n, m)
-        Targets less the mean function [um, urad].
+    targets : array (n, m)
+        [um, urad]
+    mean : array (n, m)
+        What the mean function says of them, fitted to other runs [um, urad].
     """
 
     hours: Array
     features: Array
-    missed: Array
+    targets: Array
+    mean: Array
 
-    def whitened(self, walk: float) -> tuple[Array, Array, float]:
-        """Return features and targets without correlation in time, and the log determinant.
+    def whitened(self, walk: float) -> tuple[Array, Array, Array, float]:
+        """Return all three without correlation in time, and the log determinant.
 
         Parameters
         ----------
@@ -80,10 +84,11 @@ class Sample:
         covariance = walk**2 * np.minimum.outer(self.hours, self.hours)
         covariance[np.diag_indices(len(self.hours))] += 1.0
         root = cholesky(covariance, lower=True, check_finite=False)
-        both = np.column_stack([self.features, self.missed])
-        white = solve_triangular(root, both, lower=True, check_finite=False)
-        size = self.features.shape[1]
-        return white[:, :size], white[:, size:], 2.0 * float(np.log(np.diag(root)).sum())
+        width, targets = self.features.shape[1], self.targets.shape[1]
+        all_three = np.column_stack([self.features, self.targets, self.mean])
+        white = solve_triangular(root, all_three, lower=True, check_finite=False)
+        features, measured, mean = np.split(white, [width, width + targets], axis=1)
+        return features, measured, mean, 2.0 * float(np.log(np.diag(root)).sum())
 
 
 @dataclass(frozen=True)
@@ -104,6 +109,8 @@ class Gaussian:
         Sigma [um^2, um urad, urad^2].
     rows : float
         So many rows stand behind Sigma.
+    share : array (m,)
+        a [1].
     """
 
     weights: Array
@@ -112,10 +119,17 @@ class Gaussian:
     walk: float
     spread: Array
     rows: float
+    share: Array
 
     @classmethod
-    def fit(cls, samples: Sequence[Sample]) -> Gaussian:
+    def fit(cls, samples: Sequence[Sample], share: Array | None = None) -> Gaussian:
         """Return the model of some runs' samples.
+
+        Parameters
+        ----------
+        samples : sequence of Sample
+        share : array (m,), optional
+            a where it is given; else the most likely one.
 
         Raises
         ------
@@ -126,15 +140,22 @@ class Gaussian:
         if not samples:
             raise BadInput("training runs", "", "no row has all temperatures and displacements")
         sizes = np.ones(len(samples))
+        likely = np.zeros(samples[0].targets.shape[1])
         for _ in range(ROUNDS):
-            evidence = _Evidence.best(samples, sizes)
+            evidence = _Evidence.best(samples, sizes, likely if share is None else share)
             found = evidence.posterior()
+            likely = evidence.likely_share()
             sizes = np.array([found.size_of(sample) for sample in samples])
         return found
 
+    def missed(self, sample: Sample) -> Array:
+        """Return what neither the mean function nor the weights explain, shape (n, m)."""
+        explained = self.share * sample.mean + sample.features @ self.weights
+        return np.asarray(sample.targets - explained)
+
     def size_of(self, sample: Sample) -> float:
         """Return how large a run's random walk is, over the usual: the mode of Student's t [1]."""
-        left = (sample.missed - sample.features @ self.weights) / np.sqrt(np.diag(self.spread))
+        left = self.missed(sample) / np.sqrt(np.diag(self.spread))
         grid = np.arange(0.0, sample.hours[-1] + 0.25, 0.5)
         steps = np.diff([np.interp(grid, sample.hours, column) for column in left.T], prepend=0.0)
         squares = float((steps**2).sum(axis=1).mean()) / (0.5 * self.walk**2 + 1.0)
@@ -151,7 +172,8 @@ class Gaussian:
         floor = SMALLEST_NOISE**2 * np.eye(len(self.spread))  # stands beside what runs show
         squares, rows = self.rows * (self.spread - floor), self.rows
         for sample in samples:
-            features, missed, _ = sample.whitened(self.walk * self.size_of(sample))
+            features, measured, mean, _ = sample.whitened(self.walk * self.size_of(sample))
+            missed = measured - self.share * mean
             inside, total = inside + features.T @ features, total + features.T @ missed
             squares, rows = squares + missed.T @ missed, rows + len(missed)
         covariance = np.linalg.inv(inside)
@@ -163,9 +185,13 @@ class Gaussian:
 
 @dataclass(frozen=True)
 class _Evidence:
-    """What all runs say at one size of the walk: the rest is in closed form."""
+    """What all runs say at one size of the walk: the rest is in closed form.
+
+    The last columns of ``cross`` and ``squares`` are the mean function's, the first the targets'.
+    """
 
     walk: float
+    share: Array
     gram: Array
     cross: Array
     squares: Array
@@ -173,31 +199,32 @@ class _Evidence:
     determinant: float
 
     @classmethod
-    def best(cls, samples: Sequence[Sample], sizes: Array) -> _Evidence:
+    def best(cls, samples: Sequence[Sample], sizes: Array, share: Array) -> _Evidence:
         """Return that of the walk at which the marginal likelihood is largest."""
         known: dict[float, _Evidence] = {}
 
         def cost(log_walk: float) -> float:
-            found = known[log_walk] = cls.of(samples, sizes, float(np.exp(log_walk)))
+            found = known[log_walk] = cls.of(samples, sizes, share, float(np.exp(log_walk)))
             return found.cost(found.log_scale)
 
         best = minimize_scalar(cost, bounds=(-4.0, 6.0), method="bounded", options={"xatol": 0.05})
         return known[float(best.x)]
 
     @classmethod
-    def of(cls, samples: Sequence[Sample], sizes: Array, walk: float) -> _Evidence:
+    def of(cls, samples: Sequence[Sample], sizes: Array, share: Array, walk: float) -> _Evidence:
         """Return the sums over the whitened runs."""
-        width, targets = samples[0].features.shape[1], samples[0].missed.shape[1]
-        gram, cross = np.zeros((width, width)), np.zeros((width, targets))
-        squares, determinant = np.zeros((targets, targets)), 0.0
+        width, columns = samples[0].features.shape[1], 2 * len(share)
+        gram, cross = np.zeros((width, width)), np.zeros((width, columns))
+        squares, determinant = np.zeros((columns, columns)), 0.0
         for sample, size in zip(samples, sizes, strict=True):
-            features, missed, more = sample.whitened(walk * size)
+            features, measured, mean, more = sample.whitened(walk * size)
+            both = np.hstack([measured, mean])
             gram += features.T @ features
-            cross += features.T @ missed
-            squares += missed.T @ missed
+            cross += features.T @ both
+            squares += both.T @ both
             determinant += more
         rows = sum(len(sample.hours) for sample in samples)
-        return cls(walk, gram, cross, squares, rows, determinant)
+        return cls(walk, share, gram, cross, squares, rows, determinant)
 
     @cached_property
     def eigen(self) -> tuple[Array, Array]:
@@ -205,13 +232,29 @@ class _Evidence:
         values, vectors = np.linalg.eigh(self.gram)
         return np.maximum(values, 0.0), vectors
 
-    def spread(self, scale: float) -> Array:
-        """Return Sigma, most likely at a prior variance of the weights."""
+    @cached_property
+    def less_mean(self) -> Array:
+        """What takes the mean function's share from the targets, shape (2 m, m)."""
+        return np.vstack([np.eye(len(self.share)), -np.diag(self.share)])
+
+    def unexplained(self, scale: float) -> Array:
+        """Return the squares that the weights leave, of targets and mean function, (2 m, 2 m)."""
         values, vectors = self.eigen
         along = vectors.T @ self.cross
-        explained = along.T @ (along * (scale / (1.0 + scale * values))[:, None])
-        found = (self.squares - explained) / self.rows
+        return np.asarray(
+            self.squares - along.T @ (along * (scale / (1.0 + scale * values))[:, None])
+        )
+
+    def spread(self, scale: float) -> Array:
+        """Return Sigma, most likely at a prior variance of the weights."""
+        found = self.less_mean.T @ self.unexplained(scale) @ self.less_mean / self.rows
         return np.asarray(found + SMALLEST_NOISE**2 * np.eye(len(found)))
+
+    def likely_share(self) -> Array:
+        """Return the mean function's most likely share of each target, shape (m,); 0 of none."""
+        left, count = self.unexplained(float(np.exp(self.log_scale))), len(self.share)
+        of_mean = np.diag(left)[count:]
+        return np.clip(np.diag(left[:count, count:]) / np.where(of_mean > 0.0, of_mean, 1.0), 0, 1)
 
     def cost(self, log_scale: float) -> float:
         """Return minus the log marginal likelihood, Sigma profiled out, with the weak prior."""
@@ -235,9 +278,10 @@ class _Evidence:
         scale = float(np.exp(self.log_scale))
         values, vectors = self.eigen
         shrunk = scale / (1.0 + scale * values)
-        weights = vectors @ (shrunk[:, None] * (vectors.T @ self.cross))
-        covariance = (vectors * shrunk) @ vectors.T
-        return Gaussian(weights, covariance, scale, self.walk, self.spread(scale), float(self.rows))
+        weights = vectors @ (shrunk[:, None] * (vectors.T @ self.cross @ self.less_mean))
+        covariance, rows = (vectors * shrunk) @ vectors.T, float(self.rows)
+        spread = self.spread(scale)
+        return Gaussian(weights, covariance, scale, self.walk, spread, rows, self.share)
 
 
 def directions(model: Gaussian, samples: Sequence[Sample]) -> Array:
@@ -293,7 +337,9 @@ def spread_rows(hours: Array, known: NDArray[np.bool_]) -> NDArray[np.int_]:
     return np.asarray(rows[np.unique(np.searchsorted(hours[rows], wanted).clip(0, len(rows) - 1))])
 
 
-def sample_of(run: TrainingRun, rises: Array, missed: Array, settled_h: float = 0.0) -> Sample:
+def sample_of(
+    run: TrainingRun, rises: Array, targets: Array, mean: Array, settled_h: float = 0.0
+) -> Sample:
     """Return what a run says of the weights.
 
     Parameters
@@ -302,12 +348,12 @@ def sample_of(run: TrainingRun, rises: Array, missed: Array, settled_h: float = 
         Its rows with all inputs.
     rises : array (n, k)
         Of its thermometers [K].
-    missed : array (n, m)
-        Targets less the mean function; NaN where not measured [um, urad].
+    targets, mean : array (n, m)
+        What was measured, NaN where it was not, and what the mean function says [um, urad].
     settled_h : float
         For how long the walk had gone on at the first row: 0 where targets start at zero [h].
     """
     hours = (run.time_s - run.time_s[0]) / 3600.0 if len(run.time_s) else run.time_s
-    rows = spread_rows(hours, np.asarray(np.isfinite(missed).all(axis=1)))
+    rows = spread_rows(hours, np.asarray(np.isfinite(targets + mean).all(axis=1)))
     features = rises_and_lags(run.time_s, rises)
-    return Sample(hours[rows] + settled_h, features[rows], missed[rows])
+    return Sample(hours[rows] + settled_h, features[rows], targets[rows], mean[rows])

@@ -33,10 +33,6 @@ DEVIATIONS = float(student.ppf(0.5 + COVERAGE / 2.0, DEGREES))
 """Half width of the interval in standard deviations [1]."""
 RMS_OF_HALF_WIDTH = math.sqrt(DEGREES / (DEGREES - 2.0)) / DEVIATIONS
 """Root mean square of what an interval promises to be left, over its half width [1]."""
-FEWEST_FOR_PARTS = 4
-"""With fewer runs a mean function of the others is too unlike the one that is installed: set on
-two runs of the simulated jig borer, where it did worse than no compensation. What it left of its
-own runs is used, and the interval is then too narrow for a flexible mean function."""
 
 
 @dataclass(frozen=True)
@@ -100,40 +96,52 @@ class Installed:
         chosen, choice = recipe.choose(prepared, runs)
         fitted = recipe.fit(prepared, runs, chosen)
         rows = [run.history(chosen) for run in runs]
-        missed = [run.targets - fitted.predict(run) for run in rows]
-        # A mean function fitted to other runs shows the Gaussian what it leaves in unseen ones.
-        if len(runs) >= FEWEST_FOR_PARTS:
-            for part in range(FOLDS):
-                others = [run for at, run in enumerate(runs) if at % FOLDS != part]
-                by_others = recipe.fit(prepared, others, chosen)
-                for at in range(part, len(runs), FOLDS):
-                    missed[at] = rows[at].targets - by_others.predict(rows[at])
-        usual, constant, settled_h = None, np.zeros(len(prepared.targets)), 0.0
+        means = [fitted.predict(run) for run in rows]
+        # Fitted to other runs it shows the Gaussian how far it is right in unseen ones. From one
+        # run alone nothing shows that, and the interval is too narrow for a flexible one.
+        for part in range(min(FOLDS, len(runs)) if len(runs) > 1 else 0):
+            others = [run for at, run in enumerate(runs) if at % FOLDS != part]
+            by_others = recipe.fit(prepared, others, chosen)
+            for at in range(part, len(runs), FOLDS):
+                means[at] = by_others.predict(rows[at])
+        usual, settled_h = None, 0.0
+        level = level_of_mean = np.zeros(len(prepared.targets))
         if recipe.input_form == "absolute":
             usual = np.mean(np.vstack([run.inputs for run in rows]), axis=0)
-            constant = np.nanmean(np.vstack(missed), axis=0)
+            level = np.nanmean(np.vstack([run.targets for run in rows]), axis=0)
+            level_of_mean = np.nanmean(np.vstack(means), axis=0)
             settled_h = max(float(np.ptp(run.time_s)) for run in rows) / 3600.0
         samples = [
-            sample_of(row, rises_of(run, row, chosen, usual), left - constant, settled_h)
-            for run, row, left in zip(runs, rows, missed, strict=True)
+            sample_of(
+                row,
+                rises_of(run, row, chosen, usual),
+                row.targets - level,
+                mean - level_of_mean,
+                settled_h,
+            )
+            for run, row, mean in zip(runs, rows, means, strict=True)
         ]
+        # One that takes measurements in a way of its own goes on from them: all of it counts.
+        whole = np.ones(len(level)) if fitted.uses_measured else None
+        gaussian = Gaussian.fit(samples, whole)
         return cls(
             recipe,
             chosen,
             choice,
             fitted,
-            Gaussian.fit(samples),
+            gaussian,
             samples,
             usual,
-            constant,
+            level - gaussian.share * level_of_mean,
             settled_h,
         )
 
     def sample(self, run: PreparedRun) -> Sample:
         """Return what a further run says of the weights."""
         rows = run.history(self.chosen)
-        missed = rows.targets - self.fitted.predict(rows) - self.constant
-        return sample_of(rows, rises_of(run, rows, self.chosen, self.usual), missed, self.settled_h)
+        rises = rises_of(run, rows, self.chosen, self.usual)
+        targets = rows.targets - self.constant
+        return sample_of(rows, rises, targets, self.fitted.predict(rows), self.settled_h)
 
     def predict(self, run: PreparedRun) -> tuple[TrainingRun, Array, Array]:
         """Return a run's rows with all inputs, what is predicted for them, and the half widths.
@@ -161,7 +169,8 @@ class Installed:
         return self._values(rows, rises_and_lags(rows.time_s, rises))
 
     def _values(self, rows: TrainingRun, features: Array) -> Array:
-        return self.fitted.predict(rows) + self.constant + features @ self.gaussian.weights
+        mean = self.gaussian.share * self.fitted.predict(rows)
+        return mean + self.constant + features @ self.gaussian.weights
 
     @cached_property
     def seen(self) -> Array:
@@ -175,6 +184,7 @@ class Installed:
             "reference": OF_START if self.usual is None else OF_FIXED,
             **({} if self.usual is None else {"usual": listed(self.usual)}),
             "constant": listed(self.constant),
+            "mean_share": listed(model.share),
             "settled_h": self.settled_h,
             "lags_s": list(LAGS_S),
             "weights": listed(model.weights.T),

@@ -134,7 +134,7 @@ def _unseen(
 
 
 def sample_of_run(model: Model, run: PreparedRun, chosen: Sequence[int]) -> Sample:
-    """Return what a new run says of the weights: its rows less the error model's prediction.
+    """Return what a new run says of the weights.
 
     Parameters
     ----------
@@ -146,9 +146,10 @@ def sample_of_run(model: Model, run: PreparedRun, chosen: Sequence[int]) -> Samp
     """
     table = model.table["gaussian"]
     rows = run.history(chosen)
-    missed = rows.targets - _mean(model, rows) - np.array(table["constant"])
+    targets = rows.targets - np.array(table["constant"])
     usual = np.array(table["usual"]) if "usual" in table else None
-    return sample_of(rows, rises_of(run, rows, chosen, usual), missed, table["settled_h"])
+    rises = rises_of(run, rows, chosen, usual)
+    return sample_of(rows, rises, targets, _mean(model, rows), table["settled_h"])
 
 
 def _mean(model: Model, rows: TrainingRun) -> Array:
@@ -179,6 +180,7 @@ def gaussian_of(table: Mapping[str, Any]) -> Gaussian:
         float(np.sqrt(table["walk_per_h"])),
         np.diag(np.square(table["spread"])),
         table["rows"],
+        np.array(table.get("mean_share", [1.0] * len(table["constant"]))),
     )
 
 

@@ -107,7 +107,7 @@ def data_sources(model: Model, variables: Sequence[Variable], name: str, guid: s
         f"const struct geometry_data model_geometry = {geometry};",
         f"const struct gaussian_data model_gaussian = {gaussian};",
         f"const struct spare_data model_spare = {spare};",
-        f"const bool model_corrects_itself = {_literal(model.new_error_model().corrects_itself)};",
+        f"const bool model_uses_measured = {_literal(model.new_error_model().uses_measured)};",
         "#ifdef NO_HEAP /* a controller asks for none */",
         "const struct derivatives *const model_derivatives = NULL;",
         "#else",
@@ -229,7 +229,8 @@ def _geometry(model: Model, tree: _Tree) -> str:
 
 
 def _gaussian(table: Mapping[str, Any], tree: _Tree) -> str:
-    weights = zip(table["weights"], table["constant"], strict=True)
+    constant = table["constant"]
+    weights = zip(table["weights"], constant, strict=True)
     seen = [[*row, 0.0] for row in table["seen"]]
     tables = [seen[at : at + MOST_PROBES] for at in range(0, len(seen), MOST_PROBES)]
     values: dict[str, object] = {
@@ -240,6 +241,7 @@ def _gaussian(table: Mapping[str, Any], tree: _Tree) -> str:
         "usual": table["usual"] if table["reference"] == OF_FIXED else [],
         "lags_s": table["lags_s"],
         "spread": table["spread"],
+        "mean_share": table.get("mean_share", [1.0] * len(constant)),
         "weights": _in_lanes([[*row, constant] for row, constant in weights]),
         "seen": [number for some in tables for number in _in_lanes(some)],
     }

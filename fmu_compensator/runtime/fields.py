@@ -278,8 +278,10 @@ class Fields:
             before.add(value)
         return values
 
-    def numbers(self, key: str, length: int, limit: float = LARGEST) -> list[float]:
-        """Return a list of *length* numbers within plus and minus *limit*.
+    def numbers(
+        self, key: str, length: int, limit: float = LARGEST, low: float | None = None
+    ) -> list[float]:
+        """Return a list of *length* numbers from *low*, or minus *limit*, to *limit*.
 
         Parameters
         ----------
@@ -288,9 +290,11 @@ class Fields:
             How many there must be.
         limit : float
             Largest absolute value.
+        low : float, optional
+            Smallest value.
         """
-        values = self.items(key, "numbers", length, length)
-        return [self._as_number(f"{key}.{i}", v, -limit, limit) for i, v in enumerate(values)]
+        values, low = self.items(key, "numbers", length, length), -limit if low is None else low
+        return [self._as_number(f"{key}.{i}", v, low, limit) for i, v in enumerate(values)]
 
     def matrix(
         self, key: str, rows: int, columns: int, limit: float = LARGEST

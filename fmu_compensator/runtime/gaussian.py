@@ -27,14 +27,14 @@ class Gaussian:
     r"""Weights, random walk and noise as one Gaussian, conditioned on the training.
 
     .. math::
-        y = m + W x + b, \qquad
+        y = a m + W x + b, \qquad
         \mathrm{var}(y) = \Sigma\,(1 + \rho^2 t + g\,|x|^2 - \sum_i (d_i \cdot x^+)^2)
 
-    m is the error model's prediction, x the rises and their first-order lags, b a random walk since
-    the start, and x+ = (x, 1) with b's place last. Rows d of training end in 0. A measurement adds
-    one row and moves W and b: the Kalman update of both. The novelty is the part of the variance
-    that is the weights', g |x|^2 less what training saw of it; inputs are new where it is the
-    larger part.
+    m is the error model's prediction, a its share of each target, x the rises and their first-order
+    lags, b a random walk since the start, and x+ = (x, 1) with b's place last. Rows d of training
+    end in 0. A measurement adds one row and moves W and b: the Kalman update of both. The novelty
+    is the part of the variance that is the weights', g |x|^2 less what training saw of it; inputs
+    are new where it is the larger part.
 
     Parameters
     ----------
@@ -44,6 +44,8 @@ class Gaussian:
         The fixed temperatures [degC]; not used with "start".
     constant : list of float, one per target
         The drift at the reference [um, urad].
+    mean_share : list of float, one per target
+        a: how much of the error model's prediction counts, 0 to 1 [1]; 1 where it is missing.
     settled_h : float
         For how long the walk has gone on at the first sample [h]; 0 with "start".
     lags_s : list of float
@@ -69,6 +71,7 @@ class Gaussian:
         reference: str,
         usual: list[float],
         constant: list[float],
+        mean_share: list[float],
         settled_h: float,
         lags_s: list[float],
         weights: list[list[float]],
@@ -80,7 +83,7 @@ class Gaussian:
         coverage: float,
     ) -> None:
         self.fixed = reference == OF_FIXED
-        self.usual, self.spread = usual, spread
+        self.usual, self.spread, self.mean_share = usual, spread, mean_share
         self.deviations, self.coverage = deviations, coverage
         self._constant, self._settled_h = constant, settled_h
         self._lags_s, self._learnt, self._scale, self._seen = lags_s, weights, scale, seen
@@ -114,6 +117,9 @@ class Gaussian:
             reference,
             fields.numbers("usual", inputs, 1e4) if reference == OF_FIXED else [0.0] * inputs,
             fields.numbers("constant", targets),
+            fields.numbers("mean_share", targets, 1.0, low=0.0)
+            if fields.has("mean_share")
+            else [1.0] * targets,
             fields.number("settled_h", 0.0, LARGEST),
             lags_s,
             fields.matrix("weights", targets, width),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import isfinite, sqrt
-from operator import add
+from operator import add, mul
 from typing import Any
 
 from fmu_compensator.runtime.fields import LARGEST
@@ -74,7 +74,7 @@ class Prediction:
         if not all(map(isfinite, measured)):
             return
         values = [min(max(value, -LARGEST), LARGEST) for value in measured]
-        if self._error_model.corrects_itself:
+        if self._error_model.uses_measured:
             self._measured = values
             return
         self.gaussian.take([a - b for a, b in zip(values, self.targets, strict=True)])
@@ -104,7 +104,8 @@ class Prediction:
         mean = self._error_model.predict(inputs, elapsed_s, speed, measured)
         gaussian, limits, geometry = self.gaussian, self.model.limits, self.model.geometry
         gaussian.step(rises, elapsed_s)
-        self.targets = targets = list(map(add, mean, gaussian.added))
+        counted = map(mul, gaussian.mean_share, mean)
+        self.targets = targets = list(map(add, counted, gaussian.added))
         x, y, z = drift = geometry.drift(targets, tool_length)
         self.pose = geometry.pose(targets)
         share, saturated = limits.share, limits.saturated

@@ -91,7 +91,7 @@ class Spare:
         """
         precision = fields.matrix("precision", inputs, inputs)
         _check_precision(fields, precision)
-        growth = _not_negative(fields, "growth", inputs)
+        growth = fields.numbers("growth", inputs, low=0.0)
         spare = cls(
             precision,
             growth,
@@ -387,14 +387,6 @@ class Spare:
             self._extra,
             self._lasting,
         )
-
-
-def _not_negative(fields: Fields, key: str, length: int) -> list[float]:
-    values = fields.numbers(key, length)
-    for index, value in enumerate(values):
-        if value < 0.0:
-            raise fields.refusal(f"{key}.{index}", f"{value:g} is not allowed: at least 0")
-    return values
 
 
 def _check_precision(fields: Fields, precision: list[list[float]]) -> None:

@@ -100,7 +100,6 @@ class AutoregressiveMovingAverage(ErrorModel):
     """
 
     uses_measured = True
-    corrects_itself = True
     remembers = ("_started", "_waiting", "_age", "_measured", "_series")
 
     def __init__(self, step_s: float, series: list[Series]) -> None:

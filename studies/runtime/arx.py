@@ -27,7 +27,6 @@ class AutoregressiveExogenous(ErrorModel):
     """
 
     uses_measured = True
-    corrects_itself = True
     remembers = ("_started", "_age", "_last", "_drift")
 
     def __init__(

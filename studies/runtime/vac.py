@@ -52,7 +52,6 @@ class VectorAngleCosine(ErrorModel):
         self._settle_s, self._blend_s, self._memory_s = settle_s, blend_s, memory_s
         self._targets = len(weights[CONDITIONS[0]])
         self.uses_measured = bool(prior) or any(model.uses_measured for model in models)
-        self.corrects_itself = self.uses_measured
         self._started, self._speed, self._since = False, 0.0, 0.0
         self._parts = [[0.0] * self._targets for _ in models]
         self._blended = [[0.0] * len(models) for _ in range(self._targets)]

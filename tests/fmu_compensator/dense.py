@@ -28,7 +28,7 @@ class Dense:
     def of(cls, scale: float, walk: float, samples: list[Sample]) -> Dense:
         found = cls(scale, walk)
         for run, one in enumerate(samples):
-            for row in zip(one.hours, one.features, one.missed, strict=True):
+            for row in zip(one.hours, one.features, one.targets, strict=True):
                 found.measured(run, *row)
         return found
 
@@ -95,5 +95,5 @@ def drawn(
     steps = np.sqrt(step_s / 3600.0) * random.standard_normal((rows, targets))
     bias = walk * size * np.cumsum(steps, axis=0)
     white = random.standard_normal((rows, targets))
-    missed = features[1:] @ weights + noise * (bias + white)
-    return Sample(time_s[1:] / 3600.0, features[1:], missed)
+    measured = features[1:] @ weights + noise * (bias + white)
+    return Sample(time_s[1:] / 3600.0, features[1:], measured, np.zeros_like(measured))

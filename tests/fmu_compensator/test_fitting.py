@@ -311,7 +311,7 @@ def test_measured_lathe_runs_unseen(lathe_runs: list[Path]) -> None:
     assert "PT10" not in table["chosen"]
     unseen = table["provenance"]["figures"]["unseen"]
     for axis in ("X", "Z"):
-        assert unseen["like"][axis]["model"] < 0.7 * unseen["like"][axis]["no_model"]
+        assert unseen["like"][axis]["model"] < 0.75 * unseen["like"][axis]["no_model"]
 
 
 def test_processes_side_by_side_give_the_same_file_and_the_same_refusal(rig: FivePointRig) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fmu_compensator.fit import gaussian as fitting
-from fmu_compensator.fit.gaussian import Gaussian, directions
+from fmu_compensator.fit.gaussian import Gaussian, Sample, directions
 from fmu_compensator.runtime.fields import Fields, ModelFileError
 from fmu_compensator.runtime.gaussian import Gaussian as Installed
 from tests.fmu_compensator.dense import LAGS_S, Array, Dense, drawn
@@ -64,6 +64,30 @@ def test_the_scales_are_the_likeliest() -> None:
         assert cost(scale * model.scale, walk * model.walk) > best
 
 
+def with_mean(sample: Sample, seed: int, *shares: float) -> Sample:
+    """Return a run whose mean function says something that bears a share on each target."""
+    steps = np.random.default_rng(seed).normal(0.0, 2.0, sample.targets.shape)
+    mean = np.cumsum(steps, axis=0)
+    return replace(sample, targets=sample.targets + np.array(shares) * mean, mean=mean)
+
+
+@pytest.mark.usefixtures("walks_alike")
+def test_a_mean_function_counts_as_far_as_runs_that_it_was_not_fitted_to_bear_it_out() -> None:
+    runs = [with_mean(one, seed, 0.6, -0.4) for seed, one in enumerate(SAMPLES)]
+    model = Gaussian.fit(runs)
+    assert model.share == pytest.approx([0.6, 0.0], abs=0.1)
+    assert Gaussian.fit(SAMPLES).share.tolist() == [0.0, 0.0]  # it says nothing
+
+    def cost(share: float) -> float:
+        left = [replace(one, targets=one.targets - [share, 0.0] * one.mean) for one in runs]
+        return Dense.of(model.scale, model.walk, left).cost()
+
+    best = cost(model.share[0])
+    assert best < cost(model.share[0] + 0.02)
+    assert best < cost(model.share[0] - 0.02)
+    assert Gaussian.fit(runs, np.ones(2)).share.tolist() == [1.0, 1.0]
+
+
 def test_a_run_that_wanders_teaches_less(monkeypatch: pytest.MonkeyPatch) -> None:
     runs = [*SAMPLES, *FURTHER, drawn(5, WEIGHTS, walk=WALK, size=30.0)]
 
@@ -90,7 +114,7 @@ def test_an_update_needs_no_old_run_and_no_order() -> None:
     assert in_turn.spread == pytest.approx(whole.spread)
     anew = Gaussian.fit([*SAMPLES, *FURTHER])  # at scales of its own, which are nearly the same
     assert whole.spread == pytest.approx(anew.spread, rel=0.3, abs=0.1)
-    exact = [replace(one, missed=one.features @ model.weights) for one in FURTHER]
+    exact = [replace(one, targets=one.features @ model.weights) for one in FURTHER]
     for _ in range(20):
         model = model.updated(exact)
     assert (np.diag(model.spread) >= fitting.SMALLEST_NOISE**2).all()
@@ -115,6 +139,7 @@ def installed(model: Gaussian) -> Installed:
         "start",
         [0.0] * INPUTS,
         [0.0, 0.0],
+        [1.0, 1.0],
         0.0,
         list(LAGS_S),
         model.weights.T.tolist(),

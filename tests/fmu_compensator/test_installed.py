@@ -132,6 +132,6 @@ def test_the_interval_holds_what_it_promises_of_runs_drawn_from_the_model() -> N
     for one in runs(100, 100):
         variance = 1.0 + model.walk**2 * one.hours + model.novelty(one.features)
         half = DEVIATIONS * np.sqrt(variance)[:, None] * spread
-        inside.append(np.mean(np.abs(one.missed - one.features @ model.weights) <= half))
+        inside.append(np.mean(np.abs(model.missed(one)) <= half))
     # A few runs tell the size of the walk within a factor; the interval is rather too wide.
     assert COVERAGE - 0.05 < np.mean(inside) < COVERAGE + 0.08

@@ -144,6 +144,14 @@ double compensator_variance(const struct compensator *self, size_t axis)
     return variance + (model_spare.precision == NULL ? 0.0 : self->spared->extra[axis]);
 }
 
+void compensator_mean(struct compensator *self, const struct sample *sample, double *mean)
+{
+    self->error_model->kind->predict(self->error_model, self->mean, sample, mean);
+    for (size_t target = 0; target < model_target_count; target++) {
+        mean[target] *= model_gaussian.mean_share[target];
+    }
+}
+
 /* Puts down the wanted offsets, the pose and the half widths for a good sample. */
 static void predict(struct compensator *self, const struct input *input)
 {
@@ -157,7 +165,7 @@ static void predict(struct compensator *self, const struct input *input)
         double start = usual == NULL ? self->sensors[place].reference : usual[place];
         self->rises[place] = self->readings[place] - start;
     }
-    self->error_model->kind->predict(self->error_model, self->mean, &sample, now->targets);
+    compensator_mean(self, &sample, now->targets);
     gaussian_step(&self->gaussian, self->learnt, self->rises, now->unmodelled);
     for (size_t target = 0; target < model_target_count; target++) {
         now->targets[target] += self->learnt->added[target];
@@ -189,8 +197,8 @@ static void take(struct compensator *self, const double *measured)
         now->measured[target] = value;
         self->missed[target] = value - now->targets[target];
     }
-    now->has_measured = model_corrects_itself;
-    if (!model_corrects_itself) {
+    now->has_measured = model_uses_measured;
+    if (!model_uses_measured) {
         gaussian_take(&self->gaussian, self->learnt, self->missed);
     }
 }

@@ -66,6 +66,9 @@ void compensator_make(struct setup *setup, struct compensator *self);
 /* Starts over: no reference, no offsets; the output is that before the first sample. */
 void compensator_reset(struct compensator *self, struct content *content);
 
+/* Puts down what the error model says of a sample, as far as it counts [um, urad]. */
+void compensator_mean(struct compensator *self, const struct sample *sample, double *mean);
+
 /* Returns the variance of the drift along an axis [um^2]. */
 double compensator_variance(const struct compensator *self, size_t axis);
 

@@ -10,12 +10,11 @@
    their variance does. A prediction is a constant and a weighted sum: its own derivative. */
 static double targets_moved(struct compensator *self)
 {
-    const struct error_model *model = self->error_model;
     struct sample sample = {self->readings, 0.0, 0.0, NULL};
     memset(self->readings, 0, model_chosen_count * sizeof(double));
-    model->kind->predict(model, self->mean, &sample, self->missed);
+    compensator_mean(self, &sample, self->missed);
     sample.inputs = self->rises;
-    model->kind->predict(model, self->mean, &sample, self->moved);
+    compensator_mean(self, &sample, self->moved);
     for (size_t target = 0; target < model_target_count; target++) {
         self->moved[target] -= self->missed[target];
     }

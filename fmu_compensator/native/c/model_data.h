@@ -44,6 +44,7 @@ struct gaussian_data {
     double settled_h, scale, walk_per_h, deviations;
     const double *usual; /* NULL: rises count from the first reading */
     const double *lags_s, *spread;
+    const double *mean_share; /* of the error model's prediction [1] */
     const double *weights, *seen; /* in lanes: of the targets; tables of what training saw */
 };
 
@@ -77,7 +78,7 @@ extern const bool model_takes_rises; /* temperatures minus their first valid rea
 extern const struct limits model_limits;
 extern const struct geometry_data model_geometry;
 extern const struct field model_error_model;
-extern const bool model_corrects_itself; /* the error model takes measured targets its own way */
+extern const bool model_uses_measured; /* the error model takes measured targets its own way */
 extern const struct derivatives compensator_derivatives; /* where that is linear in its inputs */
 extern const struct gaussian_data model_gaussian;
 extern const struct spare_data model_spare;

@@ -63,9 +63,8 @@ class ErrorModel(Remembering, ABC):
     Attributes
     ----------
     uses_measured : bool
-        Whether it gets better with measured targets at run time, every sample or now and then.
-    corrects_itself : bool
-        Whether it does so in a way of its own; else the Gaussian that stands on it does.
+        Whether it takes measured targets in at run time, in a way of its own; else the Gaussian
+        that stands on it does.
     linear : bool
         Whether a prediction is a constant and a weighted sum of this sample's inputs: then the FMU
         in C gives derivatives.
@@ -77,7 +76,6 @@ class ErrorModel(Remembering, ABC):
     """
 
     uses_measured: bool = False
-    corrects_itself: bool = False
     linear: ClassVar[bool] = False
     c_twin: ClassVar[str] = ""
     other_fits: ClassVar[tuple[str, ...]] = ()

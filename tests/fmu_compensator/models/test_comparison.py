@@ -52,6 +52,12 @@ def test_the_json_form_and_the_ranking() -> None:
     assert rows["no_model"]["score"] == pytest.approx(1.0)
     assert rows["mlr"]["score"] < 0.05
     assert len(steps) == len(entrants)
+    # Beside what is installed stands the error model alone, and how much of it counts.
+    assert ["alone" in row for row in rows.values()] == ["counts" in row for row in rows.values()]
+    assert {name for name, row in rows.items() if "alone" in row} == {"mlr", "arma"}
+    assert rows["mlr"]["alone"]["yaw"]["rmse"] != rows["mlr"]["validate"]["yaw"]["rmse"]
+    assert all(0.0 <= share <= 1.0 for share in rows["mlr"]["counts"].values())
+    assert set(rows["arma"]["counts"].values()) == {1.0}  # it takes measurements in its own way
     # One step ahead flatters whoever does it.
     one_step = rows["persistence_one_step"]["validate"]["elongation"]["rmse"]
     assert one_step < 0.05 * rows["persistence"]["validate"]["elongation"]["rmse"]
