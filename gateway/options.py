@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import json
 import math
 import signal
 import sys
@@ -18,6 +17,7 @@ from gateway.database import COMPENSATOR, Database
 from gateway.framelog import LARGEST_MB, FrameLog
 from gateway.link import Link
 from measurement.errors import BadInput
+from scenarios.assignments import options_of
 
 
 def add_number(
@@ -274,28 +274,3 @@ def stop_flag(hung_up: Callable[[], bool] = lambda: False) -> Iterator[Callable[
 
     with on_signals(("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT"), stop):
         yield lambda: asked
-
-
-def options_of(texts: Sequence[str]) -> dict[str, Any]:
-    """Return further settings of an interface from ``name=value`` texts; numbers become numbers.
-
-    Parameters
-    ----------
-    texts : sequence of str
-        As the command line has them.
-
-    Raises
-    ------
-    BadInput
-        For a text without an equals sign.
-    """
-    found: dict[str, Any] = {}
-    for text in texts:
-        name, mark, value = text.partition("=")
-        if not mark or not name.strip():
-            raise BadInput("--option", "", f"{text!r} is not of the form NAME=VALUE")
-        try:
-            found[name.strip()] = json.loads(value)
-        except ValueError:
-            found[name.strip()] = value
-    return found

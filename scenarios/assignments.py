@@ -2,37 +2,56 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
+from collections.abc import Callable
 from typing import Any
 
 from measurement.errors import BadInput
 
 
-def assignment(text: str, option: str = "--set") -> tuple[str, Any]:
-    """Return key and value of ``key=value``; the value is TOML, or else a plain text.
+def from_toml(text: str) -> Any:
+    """Return a value as a scenario file has it: a number, truth value, text, list or table."""
+    return tomllib.loads(f"value = {text}")["value"]
+
+
+def assignment(
+    text: str,
+    option: str = "--set",
+    form: str = "KEY=VALUE",
+    read: Callable[[str], Any] = from_toml,
+) -> tuple[str, Any]:
+    """Return key and value of ``key=value``; a value that cannot be read is a plain text.
 
     Parameters
     ----------
     text : str
         As it stands on the command line.
-    option : str
-        Which option it belongs to, for the refusal.
-
-    Returns
-    -------
-    key : str
-    value
-        A number, truth value, text, list or table.
+    option, form : str
+        Which option it belongs to, and how that is shown, for the refusal.
+    read : callable
+        Makes the value.
 
     Raises
     ------
     BadInput
         If there is no key or no equals sign.
     """
-    key, mark, value = text.partition("=")
-    if not mark or not key.strip():
-        raise BadInput(option, "", f"{text!r} is not of the form KEY=VALUE")
+    key, mark, value = (part.strip() for part in text.partition("="))
+    if not mark or not key:
+        raise BadInput(option, "", f"{text!r} is not of the form {form}")
     try:
-        return key.strip(), tomllib.loads(f"value = {value}")["value"]
-    except (tomllib.TOMLDecodeError, RecursionError, ValueError):
-        return key.strip(), value.strip()
+        return key, read(value)
+    except (RecursionError, ValueError):
+        return key, value
+
+
+def options_of(texts: list[str], form: str = "NAME=VALUE") -> dict[str, Any]:
+    """Return what each ``--option NAME=VALUE`` says, by name; the value is JSON or a word.
+
+    Raises
+    ------
+    BadInput
+        For a text without a name or an equals sign.
+    """
+    return dict(assignment(text, "--option", form, json.loads) for text in texts)

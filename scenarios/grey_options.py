@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import json
-from collections.abc import Iterator, Sequence
 from typing import Any
 
 from fmu_compensator.fit.survey import survey
-from measurement.errors import BadInput, shown
 from scenarios.arguments import add_parameters, defaults, parameters_of
 
 FORMS = "initial|mean|interval"
@@ -61,42 +58,3 @@ def choice_options(args: argparse.Namespace) -> dict[str, Any]:
     """Return what the choice of temperatures goes by, score and its target included."""
     target = {} if args.target is None else {"target": args.target}
     return grey_options(args) | target
-
-
-def named_values(command: str, given: Sequence[str], form: str) -> Iterator[tuple[str, Any]]:
-    """Yield name and value of each ``--option NAME=VALUE``.
-
-    Parameters
-    ----------
-    command : str
-        For the refusal.
-    given : sequence of str
-        As the command line has them.
-    form : str
-        What they must be like; with as many dots in the name as it has.
-
-    Raises
-    ------
-    BadInput
-        For the first that is not of the form.
-    """
-    for text in given:
-        name, equals, value = text.partition("=")
-        *_, last = parts = name.split(".")
-        if not equals or len(parts) != len(form.split(".")) or not last.isidentifier():
-            raise BadInput(command, "--option", f"{shown(text)} is not allowed: must be {form}")
-        yield name, option_value(value)
-
-
-def option_value(text: str) -> Any:
-    """Return the value of an option: JSON, or the word that it is.
-
-    Parameters
-    ----------
-    text : str
-        What stands behind the equals sign.
-    """
-    try:
-        return json.loads(text)
-    except ValueError:
-        return text

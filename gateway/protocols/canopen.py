@@ -60,7 +60,7 @@ class CanOpen(Adapter):
             return None
         from gateway.canopen_node import CanOpenNode
         from gateway.canopen_pdo import node_dictionary
-        from gateway.options import options_of
+        from scenarios.assignments import options_of
 
         bus = {"interface": self.args.interface, "channel": self.args.channel}
         return CanOpenNode(

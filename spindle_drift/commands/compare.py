@@ -17,8 +17,9 @@ from fmu_compensator.fit.comparison import Comparison
 from measurement.errors import BadInput
 from measurement.faults import HANDLING, faults_text
 from scenarios.arguments import add_json, add_parameters, add_results, parameters_of
+from scenarios.assignments import options_of
 from scenarios.comparison_page import ranking_text, write_comparison, write_figures
-from scenarios.grey_options import add_choice_options, choice_options, named_values
+from scenarios.grey_options import add_choice_options, choice_options
 from scenarios.outputs import FOLDER
 from scenarios.presets import add_as
 from scenarios.results import write_findings
@@ -112,8 +113,11 @@ def run(args: argparse.Namespace) -> int:
 def _options(args: argparse.Namespace) -> dict[str, dict[str, Any]]:
     """Return the options of the models by name."""
     found: dict[str, dict[str, Any]] = {}
-    for name, value in named_values("compare", args.option, "MODEL.NAME=VALUE"):
-        model, _, option = name.partition(".")
+    form = "MODEL.NAME=VALUE"
+    for name, value in options_of(args.option, form).items():
+        model, dot, option = name.partition(".")
+        if not dot:
+            raise BadInput("--option", "", f"{name!r} is not of the form {form}")
         found.setdefault(model, {})[option] = value
     return found
 

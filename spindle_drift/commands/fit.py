@@ -18,9 +18,10 @@ from scenarios.arguments import (
     add_runs,
     parameters_of,
 )
+from scenarios.assignments import options_of
 from scenarios.fit_figures import draw_fit
 from scenarios.fit_text import bar, check_jobs, report
-from scenarios.grey_options import add_choice_options, choice_options, named_values
+from scenarios.grey_options import add_choice_options, choice_options
 from scenarios.outputs import COMPENSATOR_FILE, FOLDER
 from scenarios.presets import add_as
 from spindle_drift.compensators import fit
@@ -103,7 +104,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _options(given: list[str]) -> dict[str, Any]:
     """Return the options of the error model by name."""
-    options = dict(named_values("fit", given, "NAME=VALUE"))
+    options = options_of(given)
     if taken := next(iter(options.keys() & RESERVED), None):
         problem = f"{taken} is not allowed: must be NAME=VALUE of the model"
         raise BadInput("fit", "--option", problem)

@@ -15,11 +15,11 @@ from gateway.control import OffsetFollower
 from gateway.database import COMPENSATOR, MACHINE, Database
 from gateway.dbc import DBC
 from gateway.machine import AnswerReceiver
-from gateway.options import options_of
 from gateway.reception import Cycle
 from gateway.state import StateFile
 from gateway.unit import CompensatorUnit
 from measurement.errors import BadInput
+from scenarios.assignments import options_of
 from scenarios.cli import main
 from tests.gateway.bench import WARM, Bench
 from tests.scenarios.tiny_fmus import COMPENSATOR as TINY_COMPENSATOR

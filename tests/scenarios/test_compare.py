@@ -135,7 +135,7 @@ def test_fit_takes_options_of_the_model(
     layers = json.loads(out.read_text())["error_model"]["layers"]
     assert len(layers[0]["biases"]) == 3
     for wrong, told in (
-        ("hidden", "must be NAME=VALUE"),
+        ("hidden", "is not of the form NAME=VALUE"),
         ("rig=1", "must be NAME=VALUE"),
         ("turbo=1", "turbo: is not a known option"),
     ):
