@@ -23,8 +23,8 @@ class TargetCell:
 
     Attributes
     ----------
-    train, unseen, median : float
-        RMSE of the training runs, of the judged runs, and the median over judged runs [um, urad].
+    unseen, median : float
+        RMSE of the judged runs, and the median over them [um, urad].
     eta : float
         Predictive ability on the judged runs [%].
     largest : float
@@ -35,7 +35,6 @@ class TargetCell:
         Share of its prediction that counts beside the Gaussian [%].
     """
 
-    train: float
     unseen: float
     median: float
     eta: float
@@ -67,14 +66,13 @@ def table_of(comparison: Comparison) -> list[TableRow]:
 
 
 def _cells(comparison: Comparison, row: Row) -> list[TargetCell]:
-    train, unseen = comparison.figures(row.train), comparison.figures(row.validate)
+    unseen = comparison.figures(row.validate)
     each = [comparison.figures([run]) for run in row.validate]
     alone = comparison.figures(row.alone) if row.alone else {}
     counts = 100.0 * np.mean(row.counts, axis=0) if row.counts else np.empty(0)
     shares = dict(zip(comparison.targets, counts, strict=False))
     return [
         TargetCell(
-            train[name]["rmse"],
             unseen[name]["rmse"],
             float(np.median([figures[name]["rmse"] for figures in each])),
             100.0 * unseen[name]["eta"],
@@ -100,15 +98,15 @@ def ranking_text(comparison: Comparison) -> str:
     comparison : Comparison
     """
     head = f"{'':<44}" + "".join(
-        f"{f'{name} [{unit}]':>46}"
+        f"{f'{name} [{unit}]':>38}"
         for name, unit in zip(comparison.targets, comparison.units, strict=True)
     )
     columns = "".join(
-        f"{'fit':>8}{'unseen':>8}{'median':>8}{'eta%':>6}{'alone':>8}{'counts%':>8}"
+        f"{'unseen':>8}{'median':>8}{'eta%':>6}{'alone':>8}{'counts%':>8}"
         for _ in comparison.targets
     )
     lines = [
-        "RMSE on training runs, on unseen runs (all samples), median over unseen runs; eta unseen;",
+        "RMSE on unseen runs (all samples), the median over the runs, and eta;",
         "the error model alone on unseen runs, and the share of it that counts beside the Gaussian",
         head,
         f"{'':<44}{columns}  90% interval holds [%]",
@@ -123,7 +121,7 @@ def ranking_text(comparison: Comparison) -> str:
 
 def _line(line: TableRow) -> str:
     cells = "".join(
-        f"{short(c.train):>8}{short(c.unseen):>8}{short(c.median):>8}{c.eta:>6.0f}"
+        f"{short(c.unseen):>8}{short(c.median):>8}{c.eta:>6.0f}"
         + ("" if np.isnan(c.alone) else f"{short(c.alone):>8}{c.counts:>8.0f}").rjust(16)
         for c in line.cells
     )
