@@ -32,7 +32,7 @@ import numpy as np
 from gateway.codec import Sender, Value, decode
 from gateway.database import COMPENSATOR, MACHINE, Database
 from gateway.mapping import read_database
-from gateway.options import options_of
+from scenarios.assignments import options_of
 
 ROOT = Path(__file__).resolve().parents[1]
 PING, PONG = 0x300, 0x301
