@@ -146,7 +146,8 @@ def main() -> int:
         print(f"{args.data}: holds {len(runs)} runs named by date; two or more are needed")
         return 2
     print(f"{len(runs)} runs. What is wrong with them:\n{faults_text(find_faults(runs))}\n")
-    targets = [f"{name}_um" for name in prepare(runs[:1], rig_of(runs)).targets]
+    names = prepare(runs[:1], rig_of(runs)).targets
+    targets = [name.removeprefix("disp_").upper() for name in names]
     heads = [f"{name} {kind}" for name in targets for kind in ("unseen", "100 given")]
     rows = []
     with ProcessPoolExecutor(args.jobs) as pool:
