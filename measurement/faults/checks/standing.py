@@ -96,8 +96,10 @@ def _thermometers(runs: Sequence[Run]) -> Iterator[Fault]:
     witnesses = Witnesses(runs)
     for column in dict.fromkeys(name for run in runs for name in run.temperatures):
         having = {place: run for place, run in enumerate(runs) if column in run.frame}
-        resolution = resolution_of(list(having.values()), column)
-        span = float(np.ptp(np.concatenate([valid(run, column)[1] for run in having.values()])))
+        readings = np.concatenate([valid(run, column)[1] for run in having.values()])
+        if not len(readings):
+            continue
+        resolution, span = resolution_of(list(having.values()), column), float(np.ptp(readings))
         longest = {place: _lengths(run, column).max(initial=0.0) for place, run in having.items()}
         for place, run in having.items():
             elsewhere = [longest[other] for other in having if other != place and span > 0.0]

@@ -102,6 +102,7 @@ def test_gaps_that_are_not_bridged_are_said() -> None:
         "r", "T1_degC", "missing", 0.0, 29 * 60.0, "10.0% of the samples are missing"
     )
     assert found(warm_up(S1_um=math.nan)) == [("missing", "S1_um")]
+    assert found(warm_up(T1_degC=math.nan)) == [("missing", "T1_degC")]
 
 
 def test_pauses_of_the_record_are_counted() -> None:
