@@ -81,7 +81,7 @@ FITTING = [
     _option("an empty choice of points", f"{FIT} --points ,", "is not allowed"),
     _option("an unknown input form", f"{FIT} --input-form rises", "'rises' is not allowed"),
     _option("an option that the model lacks", f"{FIT} --option depth=3", "depth"),
-    _option("an option without a value", f"{FIT} --option depth", "must be NAME=VALUE"),
+    _option("an option without a value", f"{FIT} --option depth", "is not of the form NAME=VALUE"),
     _option("a tool that ends before it begins", f"{FIT} --tool-length 200 100", "200 100"),
     _option("a tool of a kilometre", f"{FIT} --tool-length 0 1000000", "is not allowed"),
     _option("a date that is none", f"{FIT} --created 2026-13-40", "2026-13-40"),

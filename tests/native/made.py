@@ -248,7 +248,6 @@ def gaussian(random: Random, inputs: int, targets: int, fixed: bool) -> Table:
         "reference": "fixed" if fixed else "start",
         **({"usual": row(random, inputs, 18.0, 24.0)} if fixed else {}),
         "constant": row(random, targets),
-        **({"mean_share": row(random, targets, 0.0, 1.0)} if count != 1 else {}),
         "settled_h": random.choice([0.0, 8.0]),
         "lags_s": lags,
         "weights": matrix(random, targets, width, 2.0),
@@ -259,6 +258,7 @@ def gaussian(random: Random, inputs: int, targets: int, fixed: bool) -> Table:
         "rows": 100.0,
         "deviations": 2.35,
         "coverage": 0.9,
+        **({"mean_share": row(random, targets, 0.0, 1.0)} if count != 1 else {}),
     }
 
 
