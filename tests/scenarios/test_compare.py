@@ -27,7 +27,7 @@ def test_compare_prints_a_ranking_and_writes_page_and_figures(
     out = tmp_path / "compared"
     code = main(
         ["compare", "--train", *runs[:3], "--validate", runs[3], "--models", "mlr,bp,arx",
-         "--out", str(out)]
+         "--option", "bp.iterations=5", "--out", str(out)]
     )  # fmt: skip
     assert code == 0
     text = capsys.readouterr().out

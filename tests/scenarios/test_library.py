@@ -143,7 +143,7 @@ def test_a_compensator_that_needs_what_nobody_gives_is_refused(
 def test_a_machine_file_is_built_into_a_plant(shipped: Path, tmp_path: Path) -> None:
     import plant_model
 
-    machine = Path(plant_model.__file__).parent / "machines" / "jig_borer.toml"
+    machine = Path(plant_model.__file__).parent / "machines" / "jig_borer_lumps.toml"
     argv = ["run", "iso230_3", "--fmu-dir", str(shipped), "--out", str(tmp_path / "out")]
     assert main([*argv, "--plant", str(machine), "--set", "duration_s=60", "--quiet"]) == 0
     table = json.loads((tmp_path / "out" / "table.json").read_text())
