@@ -69,8 +69,7 @@ def _cells(comparison: Comparison, row: Row) -> list[TargetCell]:
     unseen = comparison.figures(row.validate)
     each = [comparison.figures([run]) for run in row.validate]
     alone = comparison.figures(row.alone) if row.alone else {}
-    counts = 100.0 * np.mean(row.counts, axis=0) if row.counts else np.empty(0)
-    shares = dict(zip(comparison.targets, counts, strict=False))
+    counts = comparison.counted(row) if row.alone else {}
     return [
         TargetCell(
             unseen[name]["rmse"],
@@ -78,7 +77,7 @@ def _cells(comparison: Comparison, row: Row) -> list[TargetCell]:
             100.0 * unseen[name]["eta"],
             unseen[name]["max_abs"],
             alone[name]["rmse"] if alone else np.nan,
-            float(shares.get(name, np.nan)),
+            100.0 * counts.get(name, np.nan),
         )
         for name in comparison.targets
     ]

@@ -144,11 +144,15 @@ class Comparison:
             table["interval"] = {"coverage_wanted": wanted, "coverage_measured": shares}
         if row.alone:
             table["alone"] = self.figures(row.alone)
-            table["counts"] = dict(zip(self.targets, np.mean(row.counts, axis=0), strict=True))
+            table["counts"] = self.counted(row)
         if "curve" in row.report:
             table["convergence"] = row.report["curve"]
         plain: dict[str, Any] = _plain(table)
         return plain
+
+    def counted(self, row: Row) -> dict[str, float]:
+        """Return how much of the error model counts, by target, mean over the splits [1]."""
+        return dict(zip(self.targets, np.mean(row.counts, axis=0), strict=True))
 
     def figures(self, judged: Sequence[Judged]) -> dict[str, dict[str, float]]:
         """Return the figures of merit of each target, over all rows of some runs.

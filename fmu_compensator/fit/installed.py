@@ -96,14 +96,16 @@ class Installed:
         chosen, choice = recipe.choose(prepared, runs)
         fitted = recipe.fit(prepared, runs, chosen)
         rows = [run.history(chosen) for run in runs]
-        means = [fitted.predict(run) for run in rows]
         # Fitted to other runs it shows the Gaussian how far it is right in unseen ones. From one
         # run alone nothing shows that, and the interval is too narrow for a flexible one.
-        for part in range(min(FOLDS, len(runs)) if len(runs) > 1 else 0):
-            others = [run for at, run in enumerate(runs) if at % FOLDS != part]
-            by_others = recipe.fit(prepared, others, chosen)
-            for at in range(part, len(runs), FOLDS):
-                means[at] = by_others.predict(rows[at])
+        by_others = [fitted]
+        if len(runs) > 1:
+            parts = [
+                [run for at, run in enumerate(runs) if at % FOLDS != part]
+                for part in range(min(FOLDS, len(runs)))
+            ]
+            by_others = [recipe.fit(prepared, others, chosen) for others in parts]
+        means = [by_others[at % FOLDS].predict(run) for at, run in enumerate(rows)]
         usual, settled_h = None, 0.0
         level = level_of_mean = np.zeros(len(prepared.targets))
         if recipe.input_form == "absolute":

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from fmu_compensator.fit.data import Prepared, PreparedRun, left_out, prepare
+from fmu_compensator.fit.error_models.base import predicted
 from fmu_compensator.fit.gaussian import Gaussian, Sample, directions, sample_of
 from fmu_compensator.fit.installed import listed, rises_of
 from fmu_compensator.fit.promise import RunLeft, followed, judge_runs
 from fmu_compensator.fit.ranges import limits_table, sensor_table
 from fmu_compensator.fit.run_conditions import ranges_of
-from fmu_compensator.fit.training import Array, TrainingRun
 from fmu_compensator.runtime.modelfile import Model, model_text, parse_model
 from measurement.doubts import doubt_lines
 from measurement.errors import BadInput
@@ -148,21 +148,8 @@ def sample_of_run(model: Model, run: PreparedRun, chosen: Sequence[int]) -> Samp
     rows = run.history(chosen)
     targets = rows.targets - np.array(table["constant"])
     usual = np.array(table["usual"]) if "usual" in table else None
-    rises = rises_of(run, rows, chosen, usual)
-    return sample_of(rows, rises, targets, _mean(model, rows), table["settled_h"])
-
-
-def _mean(model: Model, rows: TrainingRun) -> Array:
-    """Return what the file's error model predicts, row by row."""
-    error_model = model.new_error_model()
-    steps = np.diff(rows.time_s, prepend=rows.time_s[:1])
-    speed = rows.speed.tolist()
-    return np.array(
-        [
-            error_model.predict(inputs, float(step), turning)
-            for inputs, step, turning in zip(rows.inputs.tolist(), steps, speed, strict=True)
-        ]
-    ).reshape(-1, rows.targets.shape[1])
+    rises, mean = rises_of(run, rows, chosen, usual), predicted(model.new_error_model(), rows)
+    return sample_of(rows, rises, targets, mean, table["settled_h"])
 
 
 def gaussian_of(table: Mapping[str, Any]) -> Gaussian:

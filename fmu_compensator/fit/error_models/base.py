@@ -12,6 +12,7 @@ import numpy as np
 
 from fmu_compensator.fit.training import Array, TrainingRun
 from fmu_compensator.runtime.error_models import error_models
+from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields
 
 
@@ -106,12 +107,7 @@ class FittedModel(ABC):
         """
         fields, width = Fields(self.table(), self.kind()), run.inputs.shape[1]
         model = error_models()[self.kind()].from_fields(fields, width, run.targets.shape[1])
-        elapsed = np.diff(run.time_s, prepend=run.time_s[:1]).tolist()
-        told: list[list[float] | None] = [None] * len(elapsed)
-        if measured is not None:
-            told[1:] = [row.tolist() if np.isfinite(row).all() else None for row in measured[:-1]]
-        rows = zip(run.inputs.tolist(), elapsed, run.speed.tolist(), told, strict=True)
-        return np.array([model.predict(*row) for row in rows]).reshape(run.targets.shape)
+        return predicted(model, run, measured)
 
     @abstractmethod
     def table(self) -> dict[str, Any]:
@@ -120,3 +116,20 @@ class FittedModel(ABC):
     def report(self) -> dict[str, Any]:
         """Return diagnostics of the fit for the file's provenance, as JSON can carry them."""
         return {}
+
+
+def predicted(model: ErrorModel, run: TrainingRun, measured: Array | None = None) -> Array:
+    """Return what a fresh model of the runtime predicts for a run, row by row, (n, m) [um, urad].
+
+    Parameters
+    ----------
+    model : ErrorModel
+    run, measured
+        As `FittedModel.predict` has them.
+    """
+    elapsed = np.diff(run.time_s, prepend=run.time_s[:1]).tolist()
+    told: list[list[float] | None] = [None] * len(elapsed)
+    if measured is not None:
+        told[1:] = [row.tolist() if np.isfinite(row).all() else None for row in measured[:-1]]
+    rows = zip(run.inputs.tolist(), elapsed, run.speed.tolist(), told, strict=True)
+    return np.array([model.predict(*row) for row in rows]).reshape(run.targets.shape)
