@@ -121,7 +121,7 @@ def _time_scale(run: Run) -> tuple[float, str]:
     return (3600.0, "h") if run.time_s[-1] - run.time_s[0] > _LONG_S else (60.0, "min")
 
 
-def _minutes(run: Run) -> FloatArray:
+def _on_axis(run: Run) -> FloatArray:
     scaled: FloatArray = run.time_s / _time_scale(run)[0]
     return scaled
 
@@ -129,7 +129,7 @@ def _minutes(run: Run) -> FloatArray:
 def _line(axes: Axes, run: Run, values: FloatArray, **style: Any) -> None:
     """Draw a signal; a line bridges single missing samples, not pauses or longer gaps."""
     there = ~np.isnan(values)
-    time, drawn, shown = run.time_s[there], values[there], _minutes(run)[there]
+    time, drawn, shown = run.time_s[there], values[there], _on_axis(run)[there]
     if time.size > 1:
         cuts = np.flatnonzero(np.diff(time) > GAP_INTERVALS * np.median(np.diff(time))) + 1
         shown, drawn = np.insert(shown, cuts, np.nan), np.insert(drawn, cuts, np.nan)
@@ -140,7 +140,7 @@ def _draw_speed(axes: Axes, run: Run, summary: Summary, rig: Rig | None) -> None
     speeds, feeds = run.of_unit("rpm"), run.of_unit("mm_min")
     for name, style in zip(speeds, _STYLES, strict=False):
         values = run.frame[name].to_numpy()
-        axes.step(_minutes(run), values, where="post", color="#333333", linestyle=style)
+        axes.step(_on_axis(run), values, where="post", color="#333333", linestyle=style)
     if speeds:
         axes.set_ylabel("speed [r/min]")
         axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
@@ -149,7 +149,7 @@ def _draw_speed(axes: Axes, run: Run, summary: Summary, rig: Rig | None) -> None
     for name, style in zip(feeds, _STYLES[1:], strict=False):
         colour = "#a05a00"
         values = run.frame[name].to_numpy()
-        other.step(_minutes(run), values, where="post", color=colour, linestyle=style)
+        other.step(_on_axis(run), values, where="post", color=colour, linestyle=style)
         label = f"{split_column(name)[0]}" + (" (right)" if speeds else "")
         handles.append(Line2D([], [], color=colour, linestyle=style, label=label))
     if feeds:
