@@ -6,21 +6,16 @@ from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
+from scipy.stats import norm
 
 from measurement.faults.series import valid
-from measurement.resampling import LAG_S
+from measurement.resampling import FINEST_K, LAG_S, WRONG
 from measurement.runs import FloatArray, Run
 
 GRID_S = 300.0
 """Readings are compared on a grid of this step [s]: set on no data."""
 WINDOW = int(LAG_S / GRID_S)
 """Changes over so many rows of the grid are compared."""
-PENALTY = 0.02
-"""Of the ridge regression, against the others' mean square change [1]. Set on the planted
-faults."""
-SURE = 3.0
-"""What the others say counts if it is so many times its own error [1]. Set on the planted
-faults."""
 
 
 class Witnesses:
@@ -79,7 +74,8 @@ class Witnesses:
             return 0.0
         weights, error = _learnt(x, y)
         moved = float(np.ptp(np.r_[0.0, np.cumsum(wanted @ weights)]))
-        return moved if moved >= SURE * error * np.sqrt(len(wanted)) else 0.0
+        sure = float(norm.isf(WRONG / 2.0)) * error * np.sqrt(len(wanted))
+        return moved if moved >= sure else 0.0
 
 
 def _learnt(x: FloatArray, y: FloatArray) -> tuple[FloatArray, float]:
@@ -93,9 +89,9 @@ def _learnt(x: FloatArray, y: FloatArray) -> tuple[FloatArray, float]:
 
 
 def _ridge(x: FloatArray, y: FloatArray) -> FloatArray:
-    gram = x.T @ x
-    penalty = PENALTY * np.trace(gram) + 1e-9
-    return np.asarray(np.linalg.solve(gram + penalty * np.eye(len(gram)), x.T @ y))
+    # What the readings of both ends leave open of a change damps the weights.
+    errors = 2.0 * FINEST_K**2 * len(x) * np.eye(x.shape[1])
+    return np.asarray(np.linalg.solve(x.T @ x + errors, x.T @ y))
 
 
 def _on(grid: FloatArray, run: Run, column: str) -> FloatArray:

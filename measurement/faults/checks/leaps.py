@@ -17,6 +17,7 @@ from measurement.faults.fault import LEFT_OUT, Fault
 from measurement.faults.leaping import BESIDE, Moves, moves_of
 from measurement.faults.series import FEWEST_SAMPLES, LASTS, lengths_of, stretches, unit_of
 from measurement.faults.switches import near_switch, switched_after
+from measurement.resampling import WRONG
 from measurement.runs import Run
 from measurement.units import split_column
 
@@ -25,9 +26,6 @@ BY_ITSELF = {"degC": 3.0, "um": 25.0}
 band, a bearing that slips. Set on the planted faults."""
 SWITCHED = {"degC": 15.0, "um": float("inf")}
 """And by this much where something is [K, um]. Set on the planted faults."""
-MANY = 0.02
-"""A channel with more spikes than this share of its samples is not used at all [1]: set on no
-data."""
 
 
 class Leaps(Check):
@@ -85,7 +83,7 @@ def _of_channel(
 def _spikes(run: Run, column: str, moves: Moves, spikes: Mapping[int, float]) -> Iterator[Fault]:
     """Return one fault for each reading that leaps away, or one for all where they are many."""
     unit, count = unit_of(column), len(moves.values)
-    if len(spikes) > max(2.0, MANY * count):
+    if len(spikes) > max(2.0, WRONG * count):
         most = max(map(abs, spikes.values()))
         text = f"{len(spikes)} readings leap away and come back, by up to {most:.3g} {unit}"
         yield _fault(run, column, "spikes", moves, range(count), f"{text}: it is not used")
