@@ -24,18 +24,13 @@ of next to nothing says nothing, and one such sample would outweigh all the othe
 data."""
 
 
-def figures_of_merit(
-    measured: npt.ArrayLike, predicted: npt.ArrayLike, *, near_zero: float | None = None
-) -> dict[str, float]:
+def figures_of_merit(measured: npt.ArrayLike, predicted: npt.ArrayLike) -> dict[str, float]:
     """Return the figures of merit of a prediction; residual e = measured - predicted.
 
     Parameters
     ----------
     measured, predicted : array, same shape
         The measured quantity y and its prediction [unit].
-    near_zero : float, optional
-        MAPE leaves out samples with abs(y) below this; by default ``NEAR_ZERO_SHARE`` of the
-        largest abs(y) [unit].
 
     Returns
     -------
@@ -67,9 +62,7 @@ def figures_of_merit(
         return dict.fromkeys(names, math.nan) | counts
     error = np.abs(y - yhat)
     sse = float(np.sum(error**2))
-    if near_zero is None:
-        near_zero = NEAR_ZERO_SHARE * float(np.abs(y).max())
-    counted = (np.abs(y) >= near_zero) & (y != 0.0)
+    counted = (np.abs(y) >= NEAR_ZERO_SHARE * float(np.abs(y).max())) & (y != 0.0)
     return {
         "max_abs": float(error.max()),
         "min_abs": float(error.min()),
