@@ -13,13 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from measurement.doubts.readings import ASTRAY_PER_K
-from measurement.doubts.warming import FEWEST_RUNS, WARMS_K, rises
-from measurement.resampling import FINEST_K, LAG_S, WRONG, FloatArray
+from measurement.doubts.warming import FEWEST_RUNS, rises
+from measurement.resampling import FINEST_K, LAG_S, WARMS_K, WRONG, FloatArray
 from measurement.runs import Run
-
-SHARED_DEGREES = 4.0
-"""The scatter of all thermometers counts as much as so many runs of each [1]: set on no
-data."""
 
 
 def swapped(runs: Sequence[Run]) -> list[tuple[str, str]]:
@@ -61,8 +57,9 @@ def _swap(missed: FloatArray, usual: FloatArray) -> tuple[int, int] | None:
         What is left of each in its own place in the other runs [K].
     """
     count = len(missed)
-    degrees = len(usual) + SHARED_DEGREES
-    shared = SHARED_DEGREES * float(np.median(usual)) ** 2
+    # The scatter of all thermometers counts as one run more of each.
+    degrees = len(usual) + 1.0
+    shared = float(np.median(usual)) ** 2
     scale = np.sqrt((shared + (usual**2).sum(axis=0)) / degrees + FINEST_K**2)
     log = -0.5 * (degrees + 1) * np.log1p((missed / scale[:, None]) ** 2 / degrees)
     # A thermometer that fits nowhere is astray, and not swapped.

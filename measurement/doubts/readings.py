@@ -13,8 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from measurement.doubts.warming import WARMS_K
-from measurement.resampling import WRONG, FloatArray
+from measurement.resampling import WARMS_K, WRONG, FloatArray
 from measurement.runs import TIME, Run
 
 

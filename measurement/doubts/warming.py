@@ -9,8 +9,6 @@ import numpy as np
 from measurement.resampling import FloatArray
 from measurement.runs import Run
 
-WARMS_K = 3.0
-"""Less warming than this says nothing of a machine [K]: set on no data."""
 FEWEST_RUNS = 3
 """From so many runs on the others say what is usual, given by arithmetic: one against one is
 no majority."""

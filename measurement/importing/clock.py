@@ -30,8 +30,8 @@ EPOCH_S = (5e8, 5e9)
 """Numbers of a clock without a unit between these are seconds since 1970: 1985 to 2128, set on no
 data."""
 MOST_S_OF_A_STAMP = 60.0
-"""Rows that share a time stamp are spread over it if the next comes within this time [s]: set on no
-data."""
+"""Rows that share a time stamp are spread over it if the next comes within this time [s]: given by
+stamps of hours and minutes, the coarsest that a clock writes."""
 
 
 @dataclass(frozen=True)

@@ -15,14 +15,12 @@ from measurement.errors import BadInput
 from measurement.importing.joining import Log, padded
 from measurement.importing.mapping import Mapping
 from measurement.importing.stamps import DAY_S
-from measurement.resampling import FloatArray
+from measurement.resampling import WARMS_K, FloatArray
 from measurement.runs import TIME, Run
 from measurement.warm import WARM_START
 
-FEWEST_ROWS = 3
-MOVES_K = 1.0
-"""A run in which no thermometer rises by this much over the others has warmed nothing [K], and one
-of fewer rows is none: set on no data."""
+FEWEST_ROWS = 2
+"""A run has a beginning and an end: given by arithmetic."""
 
 
 @dataclass(frozen=True)
@@ -179,4 +177,4 @@ def _warms(rows: pd.DataFrame) -> bool:
         return False
     middle = np.median(filled, axis=1, keepdims=True) if filled.shape[1] > 1 else filled[:1]
     apart = filled - middle
-    return bool((apart.max(axis=0) - apart[0]).max() >= MOVES_K)
+    return bool((apart.max(axis=0) - apart[0]).max() >= WARMS_K)

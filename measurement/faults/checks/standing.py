@@ -28,24 +28,20 @@ from measurement.faults.series import (
     valid,
 )
 from measurement.faults.witnesses import Witnesses
-from measurement.resampling import FINEST_K, GAP_INTERVALS
+from measurement.resampling import FINEST_K, GAP_INTERVALS, WARMS_K
 from measurement.runs import FloatArray, Run
 from measurement.units import split_column
 
 FROZEN_S = 900.0
 """A channel that is exactly constant for longer is looked at [s]. Thermal drift that goes on leaves
 a sensor's resolution step within a quarter of an hour. Set on the planted faults."""
-MOVING_K = 2.0
-"""A temperature that changes by this much in the meantime says that the machine is not at rest [K].
-Set on measured runs: in a good record with steps of 0.25 um the growth stood still for up to 107
-min while temperatures moved by at most 0.9 K; while known frozen channels stood still they moved by
-3 K and more."""
 MOVING_UM = 5.0
-"""So does another displacement that changes by this much [um]: beyond any resolution step. A
-displacement that comes back from a standstill this far away has moved unseen. Set on no data."""
+"""Another displacement that changes by this much in the meantime says that the machine is not at
+rest [um]: beyond any resolution step. A displacement that comes back from a standstill this far
+away has moved unseen. Set on no data."""
 
 STEPS = 3
-"""A thermometer stands wrongly if half of the others move by `MOVING_K` and by this many steps of
+"""A thermometer stands wrongly if half of the others move by `WARMS_K` and by this many steps of
 its resolution [1], so many must its own readings span over all runs, or if the others say that it
 moved so far itself; and it must stand `UNUSUALLY` long. Set on standstills planted into the lathe's
 odd runs."""
@@ -130,7 +126,7 @@ class _Habits:
 
 def _stands(run: Run, place: int, habits: _Habits, witnesses: Witnesses) -> Iterator[Fault]:
     """Find where one thermometer stands wrongly in one run."""
-    column, enough = habits.column, max(MOVING_K, STEPS * habits.resolution)
+    column, enough = habits.column, max(WARMS_K, STEPS * habits.resolution)
     rows, values = valid(run, column)
     time = run.time_s[rows]
     lengths = _lengths(run, column)
@@ -209,7 +205,7 @@ def _what_moved(run: Run, name: str, start: int, end: int) -> str | None:
     """Return in words what moved most between two samples, or None if all stood still."""
     part = run.frame.iloc[start : end + 1]
     for others, enough, unit in (
-        (run.temperatures, MOVING_K, "K"),
+        (run.temperatures, WARMS_K, "K"),
         ([other for other in lengths_of(run) if other != name], MOVING_UM, "um"),
     ):
         moved = {other: _spread(part[other].to_numpy()) for other in others}

@@ -120,7 +120,7 @@ CASES = {
         ("Zeit [s];T1;T2\n0;20;21\n1;20;21\n2;20;21\n",),
         "column T1: no column can be placed: it has no unit; by its name and values perhaps degC",
     ),
-    "too short": Bad((table(elapsed(2), clock="Zeit [s]"),), "has no run of 3 rows or more"),
+    "too short": Bad((table(elapsed(1), clock="Zeit [s]"),), "has no run of 2 rows or more"),
     "overlapping logs": Bad((LOCAL, LOCAL), "overlaps 0.csv in time, with the same columns"),
     "dates beside a count": Bad(
         (LOCAL, table(elapsed(), clock="t [s]", header=["Öl [°C]"], values=signals()[:, :1])),
