@@ -14,11 +14,6 @@ from measurement.faults.switches import near_switch
 from measurement.resampling import LAG_S
 from measurement.runs import FloatArray, Run
 
-SETTLING_S = 3600.0
-"""A thermometer has run away if it moves by `FAR_K` against the middle of all others in `LAG_S`,
-without a switch in that time or so long before it [s], while no other goes the share `LASTS` of
-its way: heat warms the neighbours. Set on the planted faults."""
-
 
 class Runaways(Check):
     """Heat comes with a switch, and warms the neighbours: a broken sensor goes alone."""
@@ -33,7 +28,7 @@ class Runaways(Check):
             return
         table = run.frame[names].interpolate(limit_direction="both").to_numpy()
         known = np.flatnonzero(np.isfinite(table).all(axis=0)).tolist()
-        moving = np.r_[0, np.cumsum(near_switch(run, after_s=SETTLING_S))]
+        moving = np.r_[0, np.cumsum(near_switch(run, after_s=LAG_S))]
         back = np.searchsorted(time, time - LAG_S)
         quiet = moving[1:] == moving[back]
         for place in known if len(known) >= 3 else []:

@@ -49,10 +49,6 @@ UNUSUALLY = 3.0
 """So many times longer than it does otherwise, or than its usual stretch in the run [1]. Set on the
 planted faults."""
 
-SAME_CLASS = 1.5
-"""Standstills that differ by less than this factor are of one kind, and do not judge each other
-[1]: two faults are two. Set on no data."""
-
 
 class Standing(Check):
     """Channels that show exactly the same reading while the machine moves."""
@@ -133,7 +129,7 @@ def _stands(run: Run, place: int, habits: _Habits, witnesses: Witnesses) -> Iter
     for first, last in _long(time, values, 2 * FEWEST_SAMPLES):
         start, end = int(rows[first]), int(rows[last])
         length = float(time[last] - time[first])
-        rest = lengths[lengths < length / SAME_CLASS]
+        rest = lengths[lengths < length]
         habit = max(float(rest.max(initial=0.0)), habits.usual_s)
         dropped = _dropped(time, values, first)
         why = ""
