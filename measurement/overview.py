@@ -27,9 +27,6 @@ _TEMPERATURE_COLOURS = (
     *("#e377c2", "#7f7f7f", "#bcbd22", "#17becf", "#393b79", "#ad494a"),
 )
 _STYLES: tuple[Any, ...] = ("-", "--", ":")  # Any, since matplotlib wants its own list of literals
-_LONG_S = 12 * 3600.0
-"""From here on the time axis counts hours, and minutes as faults are told in before [s]: set on no
-data."""
 _LEGEND_ROWS = 13
 """Of a legend beside a panel: set on no data."""
 
@@ -75,9 +72,8 @@ def draw_overview(
         axes.set_axisbelow(True)
         axes.spines[["top", "right"]].set_visible(False)
         _mark_first_hour(axes, run, summary, named=axes is grid[0, 0])
-    scale, unit = _time_scale(run)
-    grid[-1, 0].set_xlabel(f"time [{unit}]")
-    grid[-1, 0].set_xlim(run.time_s[0] / scale, max(run.time_s[-1], run.time_s[0] + 1) / scale)
+    grid[-1, 0].set_xlabel("time [min]")
+    grid[-1, 0].set_xlim(run.time_s[0] / 60.0, max(run.time_s[-1], run.time_s[0] + 1) / 60.0)
     known = any(segment.state != "unknown" for segment in summary.segments)
     figure.suptitle(f"{run.name}: {summary.test}" if known else run.name, fontsize=12)
     return figure
@@ -117,19 +113,10 @@ def png_bytes(figure: Figure, dpi: int = 110) -> bytes:
     return stream.getvalue()
 
 
-def _time_scale(run: Run) -> tuple[float, str]:
-    return (3600.0, "h") if run.time_s[-1] - run.time_s[0] > _LONG_S else (60.0, "min")
-
-
-def _on_axis(run: Run) -> FloatArray:
-    scaled: FloatArray = run.time_s / _time_scale(run)[0]
-    return scaled
-
-
 def _line(axes: Axes, run: Run, values: FloatArray, **style: Any) -> None:
     """Draw a signal; a line bridges single missing samples, not pauses or longer gaps."""
     there = ~np.isnan(values)
-    time, drawn, shown = run.time_s[there], values[there], _on_axis(run)[there]
+    time, drawn, shown = run.time_s[there], values[there], run.time_s[there] / 60.0
     if time.size > 1:
         cuts = np.flatnonzero(np.diff(time) > GAP_INTERVALS * np.median(np.diff(time))) + 1
         shown, drawn = np.insert(shown, cuts, np.nan), np.insert(drawn, cuts, np.nan)
@@ -140,7 +127,7 @@ def _draw_speed(axes: Axes, run: Run, summary: Summary, rig: Rig | None) -> None
     speeds, feeds = run.of_unit("rpm"), run.of_unit("mm_min")
     for name, style in zip(speeds, _STYLES, strict=False):
         values = run.frame[name].to_numpy()
-        axes.step(_on_axis(run), values, where="post", color="#333333", linestyle=style)
+        axes.step(run.time_s / 60.0, values, where="post", color="#333333", linestyle=style)
     if speeds:
         axes.set_ylabel("speed [r/min]")
         axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
@@ -149,7 +136,7 @@ def _draw_speed(axes: Axes, run: Run, summary: Summary, rig: Rig | None) -> None
     for name, style in zip(feeds, _STYLES[1:], strict=False):
         colour = "#a05a00"
         values = run.frame[name].to_numpy()
-        other.step(_on_axis(run), values, where="post", color=colour, linestyle=style)
+        other.step(run.time_s / 60.0, values, where="post", color=colour, linestyle=style)
         label = f"{split_column(name)[0]}" + (" (right)" if speeds else "")
         handles.append(Line2D([], [], color=colour, linestyle=style, label=label))
     if feeds:
@@ -190,11 +177,10 @@ def _draw_displacements(axes: Axes, run: Run, summary: Summary, rig: Rig | None)
             linewidth=1.3,
             label=f"{signal} ({place})" if place else signal,
         )
-    scale, _ = _time_scale(run)
     for number, (start, end) in enumerate(_suspect(summary)):
         axes.axvspan(
-            start / scale,
-            end / scale,
+            start / 60.0,
+            end / 60.0,
             color="#d62728",
             alpha=0.12,
             linewidth=0,
@@ -254,7 +240,7 @@ def _mark_first_hour(axes: Axes, run: Run, summary: Summary, *, named: bool) -> 
     at = start + FIRST_S
     if at >= run.time_s[-1]:
         return
-    place = at / _time_scale(run)[0]
+    place = at / 60.0
     axes.axvline(place, color="#888888", linewidth=0.9, linestyle=(0, (4, 3)))
     if named:
         axes.annotate(
