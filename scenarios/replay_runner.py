@@ -16,6 +16,7 @@ from tqdm import tqdm
 from fmu_compensator.fit.advice import advice
 from fmu_compensator.monitoring.sensors import WORTH_SHARE
 from fmu_compensator.runtime.compensator import AT_ZERO, WAITING
+from fmu_packaging.reference import DECIMALS
 from measurement.doubts import doubt_lines
 from measurement.errors import BadInput
 from measurement.faults import (
@@ -45,7 +46,6 @@ from scenarios.replay import (
 )
 from scenarios.report import write_report
 from scenarios.results import (
-    DIGITS,
     REPORT,
     check_folder,
     results_folder,
@@ -141,7 +141,7 @@ def run_replay(
         files = {}
         for entry, name in zip(replays, names, strict=True):
             files[entry.run.name] = f"results_{name}.csv"
-            write_run(entry.frame.round(DIGITS), folder / f"results_{name}.csv")
+            write_run(entry.frame.round(DECIMALS), folder / f"results_{name}.csv")
         charts = [
             chart_of(entry, f"drift_{name}") for entry, name in zip(replays, names, strict=True)
         ]

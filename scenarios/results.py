@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from fmu_packaging.reference import DECIMALS
 from measurement.errors import BadInput
 from measurement.files import FULL
 from measurement.runs import write_run
@@ -30,8 +31,6 @@ from scenarios.table import Group, as_list
 from scenarios.views import seen
 
 REPORT = "report.html"
-DIGITS = 6
-"""Decimals of the numbers in ``results.csv``, far below every sensor's noise: set on no data."""
 
 
 @contextlib.contextmanager
@@ -106,7 +105,7 @@ def write_recordings(recordings: Sequence[Recording], folder: Path) -> dict[str,
         end = "" if first is None else f"_{recording.case.name}"
         rows = recorded(recording)
         names = {"results": f"results{end}.csv"}
-        numbers = rows.round(DIGITS)
+        numbers = rows.round(DECIMALS)
         write_run(numbers.replace([np.inf, -np.inf], np.nan), folder / names["results"])
         run = machine_run(recording, rows)
         if first is None or not run.equals(first):
@@ -140,7 +139,7 @@ def machine_run(recording: Recording, rows: pd.DataFrame) -> pd.DataFrame:
     ]
     columns = {name: rows[name].to_numpy() for name in ["time_s", *commands]}
     columns |= {name: seen(rows, name) for name in recording.sensors}
-    return pd.DataFrame(columns).round(DIGITS)
+    return pd.DataFrame(columns).round(DECIMALS)
 
 
 def write_table(

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from fmu_packaging.reference import DECIMALS
 from measurement.files import json_ready
 from measurement.rig import AXES
 from scenarios.cosimulation import simulate
 from scenarios.fmu import FmuError
 from scenarios.fmu_file import Shelf
-from scenarios.results import DIGITS
 from scenarios.sweep.plan import Job
 from scenarios.table import group_of
 
@@ -88,5 +88,5 @@ def failed(job: Job, problem: str) -> dict[str, Any]:
 
 
 def _curve(frame: pd.DataFrame, name: str, chosen: np.ndarray) -> list[float | None]:
-    values = np.round(frame[name].to_numpy(dtype=np.float64)[chosen], DIGITS)
+    values = np.round(frame[name].to_numpy(dtype=np.float64)[chosen], DECIMALS)
     return list(json_ready(values.tolist()))

@@ -9,9 +9,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy.stats import norm
 
+from fmu_packaging.reference import DECIMALS
+from measurement.resampling import WRONG
 from scenarios.charts import SHOWN
-from scenarios.results import DIGITS
 from scenarios.signals.base import FloatArray
 from scenarios.sweep.plan import Plan
 
@@ -19,9 +21,6 @@ PERCENTILES = (5, 50, 95)
 """Of a quantity over the cases: as is usual, set on no data."""
 FIGURES = ("before_max_um", "before_mean_um", "after_max_um", "after_mean_um")
 GAIN = "improvement_percent"
-CHANCE = 3.0
-"""A rank correlation is told if it is so many times what chance alone gives, 1 / sqrt(n - 1) for n
-independent cases: set on no data."""
 
 
 def case_table(plan: Plan, outcomes: Mapping[int, dict[str, Any]]) -> pd.DataFrame:
@@ -58,7 +57,7 @@ def case_table(plan: Plan, outcomes: Mapping[int, dict[str, Any]]) -> pd.DataFra
     columns = [*head_names, "axis", *FIGURES, GAIN, "valid_percent", "problem"]
     frame = pd.DataFrame(rows, columns=columns)
     numbers = [*FIGURES, GAIN, "valid_percent"]
-    frame[numbers] = frame[numbers].astype("float64").round(DIGITS)
+    frame[numbers] = frame[numbers].astype("float64").round(DECIMALS)
     return frame
 
 
@@ -92,7 +91,7 @@ def over_time(plan: Plan, outcomes: Mapping[int, dict[str, Any]]) -> pd.DataFram
             bands = np.nanpercentile(np.stack(curves), PERCENTILES, axis=0)
             stem = name.removesuffix("_um")
             columns |= {
-                f"{stem}_p{percentile}_um": np.round(band, DIGITS)
+                f"{stem}_p{percentile}_um": np.round(band, DECIMALS)
                 for percentile, band in zip(PERCENTILES, bands, strict=True)
             }
         parts.append(pd.DataFrame(columns))
@@ -158,10 +157,11 @@ def _plain(value: Any) -> Any:
 def _correlations(rows: pd.DataFrame, labels: Mapping[str, bool]) -> dict[str, float]:
     """Return Spearman's rank correlation of the mean error left with each number that varies.
 
-    Only where it is more than chance. Points of the grid share their draws, so a number that is
-    drawn has as many independent cases as repeats.
+    Only where it is more than chance, which tells any of them in one sweep of a hundred. Points of
+    the grid share their draws: a number that is drawn has as many independent cases as repeats.
     """
     left = rows["after_mean_um"]
+    chance = float(norm.isf(WRONG / 2.0 / max(len(labels), 1)))
     found = {}
     for label, drawn in labels.items():
         column = rows[label]
@@ -170,7 +170,7 @@ def _correlations(rows: pd.DataFrame, labels: Mapping[str, bool]) -> dict[str, f
             continue
         if pd.api.types.is_numeric_dtype(column):
             value = float(column.astype(float).corr(left, method="spearman"))
-            if abs(value) >= CHANCE / math.sqrt(count - 1):
+            if abs(value) >= chance / math.sqrt(count - 1):
                 found[label] = round(value, 3)
     return dict(sorted(found.items(), key=lambda entry: -abs(entry[1])))
 
