@@ -20,8 +20,6 @@ COUNT_UM = 0.01
 PATIENCE = 10
 """So many looks a control gets to take what it was given, before it counts as dropped: set on no
 data."""
-STANDS_MM = 1e-6
-"""A command that changes by less does not move the axis [mm]: set on no data."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +89,7 @@ class AxisOffset:
             # What it held before and holds no more, it has absorbed.
             self._absorbed_um += self._before_um - seen.request_um
             self._stands_at, self._taken = seen.command_mm, True
-        elif abs(seen.command_mm - self._stands_at) > STANDS_MM:
+        elif abs(seen.command_mm - self._stands_at) > COUNT_UM / 1e3:
             self._absorbed_um = 0.0
         self.in_force_um = seen.request_um + self._absorbed_um
         if self._asked and seen.request_um == self._held_um:

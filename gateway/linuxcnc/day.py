@@ -29,9 +29,6 @@ TOOLS = (
 """Tool and spindle speed of each part of the day [rpm]: set on no data."""
 LIMIT_MM = 300.0
 """The soft limit of Z [mm]: given by the INI file."""
-FADE_S = 8.0
-"""The bus stays away for so long after offsets were given up [s]: at 5 um/s they are zero then. Set
-on the day's own run."""
 DWELL_S = 0.4
 """At the bottom of a hole [s]: set on no data."""
 ABORT, STOP, KILLED, KNOWN_PLACE = "abort", "E-stop", "component killed", "at a known place"
@@ -165,7 +162,7 @@ class Day:
         (self._session.folder / "bus").write_text("down\n")
         self._session.sleep(self._hold_s)
         self.note("offsets given up")
-        self._session.sleep(FADE_S)
+        self._session.wait(lambda: self._session.signal("moved") == 0.0, "offsets stay")
         self.note("bus back")
         (self._session.folder / "bus").write_text("up\n")
         self._followed()

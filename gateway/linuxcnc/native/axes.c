@@ -3,7 +3,6 @@
 #include <math.h>
 
 #define PATIENCE 10    /* looks that a control gets to take what it was given */
-#define STANDS_MM 1e-6 /* a command that changes by less does not move the axis */
 
 void axis_begin(struct axis_offset *self, double slew_um_s, double request_um, int32_t counts)
 {
@@ -27,7 +26,7 @@ void axis_step(
         self->absorbed_um += self->before_um - request_um;
         self->stands_at_mm = command_mm;
         self->taken = true;
-    } else if (fabs(command_mm - self->stands_at_mm) > STANDS_MM) {
+    } else if (fabs(command_mm - self->stands_at_mm) > COUNT_UM / 1e3) {
         self->absorbed_um = 0.0;
     }
     self->in_force_um = request_um + self->absorbed_um;
