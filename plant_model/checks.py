@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.sparse.csgraph import breadth_first_order
 
+from measurement.resampling import FINEST_K
 from plant_model.drawing.class_values import CLASS_VALUES
 from plant_model.drawing.known import CLASS
 from plant_model.idle import still_axes, unused_inputs
@@ -22,9 +23,6 @@ CELL = re.compile(r"^(shaft|housing)_\d+(_(xp|yp|xm|ym|a[\d_]+))?$")
 
 HOT, WARM_BEARING = 120.0, 90.0
 """No part of a spindle is meant to be warmer, no bearing to run warmer [degC]: set on no data."""
-
-STILL = 0.2
-"""A heated part that warms by less at full speed hardly takes part [K]: set on no data."""
 
 SLOWEST_H = 30.0
 """No part of a machine tool takes longer to follow what is around it [h]: set on no data."""
@@ -342,7 +340,7 @@ def _slow_or_hot(look: _Look, parts: tuple[Part, ...]) -> list[str]:
                 f"{part.name} takes {part.hours:.0f} h to follow what is around it: its mass may be"
                 " ten times too large, or a joint or surface is missing."
             )
-        if part.heat > 1.0 and part.warm < look.warm.min() + STILL:
+        if part.heat > 1.0 and part.warm < look.warm.min() + FINEST_K:
             found.append(f"{part.name} takes up {part.heat:.0f} W and hardly warms.")
     return found
 

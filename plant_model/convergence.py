@@ -19,9 +19,7 @@ from plant_model.simulate import Simulation, simulate
 from plant_model.warm_up import warm_up
 
 FINER = (0.5, 1.0, 2.0, 3.0)
-AROUND = 12
-"""How many times the page's cells are tried [1], and sectors with which its own are compared, where
-it has fewer: set on no data."""
+"""How many times the page's cells are tried [1]: set on no data."""
 
 
 @dataclass(frozen=True)
@@ -68,9 +66,8 @@ def convergence(name_or_path: str | Path) -> list[Fineness]:
         raise BadInput(path, "", "is in lumps: only a page of a drawing has cells to count")
     cells = table.get("cells", {})
     usual, longest = Mesh(Drawing(table, path)).sectors, float(cells.get("longest", 40.0))
-    around = max(usual, AROUND) if usual > 1 else 1
     plans = [(finer, usual) for finer in FINER]
-    plans += [(FINER[-1], around)] if around != usual else []
+    plans += [(FINER[-1], 2 * usual)] if usual > 1 else []
     seen: list[tuple[int, FloatArray, FloatArray]] = []
     done: list[tuple[float, int]] = []
     for finer, sectors in plans:

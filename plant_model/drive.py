@@ -18,10 +18,6 @@ SWITCH = 0.01
 """A change of a held input by more than this share of its range is an instant of the grid [1]:
 set on no data."""
 
-MOST_LEVELS = 200
-"""More levels than this of an input that conductances depend on are rounded onto so many: set
-on no data."""
-
 
 class DriveError(ValueError):
     """Inputs that cannot drive the machine."""
@@ -229,10 +225,10 @@ def _step_means(time: FloatArray, values: FloatArray, grid: FloatArray) -> Float
 
 
 def levels_of(values: FloatArray, span: float) -> FloatArray:
-    """Return an input as conductances see it: rounded if it takes very many levels."""
-    if len(np.unique(values)) <= MOST_LEVELS:
+    """Return an input as conductances see it: in halves of a switch if it takes more levels."""
+    width = SWITCH / 2.0 * span
+    if len(np.unique(values)) * width <= span:
         return values
-    width = span / MOST_LEVELS
     return np.asarray(np.round(values / width) * width)
 
 

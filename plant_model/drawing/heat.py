@@ -17,9 +17,6 @@ from plant_model.drawing.spindle import add_gap
 USUAL_DIAMETER = 70.0
 """Mean diameter of the bearings that class values are for [mm], given by what their sources say."""
 
-INNER_MASS = 0.5
-"""Inner ring with half of the rolling elements, of a bearing's mass [1]: set on no data."""
-
 
 def add_heat(sheet: Sheet) -> None:
     """Add bearings and motor."""
@@ -64,9 +61,8 @@ def _bearing(sheet: Sheet, seat: Seat) -> None:
     steel = MATERIALS["steel"]
     heat = bearing.mass * form.count * steel.heat.value / steel.density
     said = f"mass of {form.count} x {bearing.designation}"
-    for node, share in ((inner, INNER_MASS), (outer, 1.0 - INNER_MASS)):
-        capacity = within(0.15, heat * share, "J/K", said).parameter()
-        sheet.node(node, capacity)
+    for node in (inner, outer):  # half of the rolling elements each
+        sheet.node(node, within(0.15, heat / 2.0, "J/K", said).parameter())
     joint = _seat_joint(sheet, form)
     for start, end in seat.spans:
         _seat_on(sheet, "shaft", inner, (start, end), bearing.bore, joint)
