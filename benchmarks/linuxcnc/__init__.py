@@ -1,0 +1,1 @@
+"""A working day at LinuxCNC, with tool changes and faults."""
