@@ -28,6 +28,9 @@ BENCHMARKS = ("gap_benchmark", "gap_truth", "sensor_faults_benchmark")
 SHARED_DATA = ROOT.parent / "shared" / "data"
 OTHERS = {name: getattr(native_compilers, name) for name in ("FOR_WINDOWS", "FOR_AARCH64")}
 """The compilers for other platforms, by the constants that name them."""
+AS_SHIPPED = native_compilers.LIBRARY_HERE
+QUICKLY = tuple("-O0" if flag == "-O3" else flag for flag in AS_SHIPPED)
+"""Of how a library is compiled: no number depends on it, and it takes a third of the time."""
 
 
 # How long an example takes says more about the machine than about what is tested.
@@ -82,10 +85,10 @@ def once(path: Path, make: Callable[[Path], object]) -> Path:
 
 @pytest.fixture(scope="session", autouse=True)
 def compiled_once(shared: Path) -> Iterator[None]:
-    """The same sources give the same library: it is compiled once, and for this machine only.
+    """The same sources give the same library: it is compiled once, quickly, for this machine only.
 
-    That they do is seen between processes that share nothing (``tests/native/test_fmu.py``), and
-    `every_compiler` is for tests of other platforms.
+    That they do is seen between processes that share nothing (``tests/native/test_fmu.py``),
+    `every_compiler` is for tests of other platforms, and `shipped_in_c` is compiled as it ships.
     """
     library, printed = Compiler.library, Compiler.printed
 
@@ -103,6 +106,7 @@ def compiled_once(shared: Path) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(Compiler, "library", known_library)
         patched.setattr(Compiler, "printed", known_printed)
+        patched.setattr(native_compilers, "LIBRARY_HERE", QUICKLY)
         for name in OTHERS:
             patched.setattr(native_compilers, name, "")
         yield
@@ -110,8 +114,9 @@ def compiled_once(shared: Path) -> Iterator[None]:
 
 @pytest.fixture(scope="module")
 def every_compiler() -> Iterator[None]:
-    """The compilers for other platforms, too."""
+    """The compilers for other platforms, too, and all as for what ships."""
     with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(native_compilers, "LIBRARY_HERE", AS_SHIPPED)
         for name, command in OTHERS.items():
             patched.setattr(native_compilers, name, command)
         yield
@@ -140,11 +145,13 @@ def compiler(c_compiler: Compiler) -> tuple[str, ...]:
 
 @pytest.fixture(scope="session")
 def shipped_in_c(shared: Path, shipped: Path, c_compiler: Compiler) -> Path:
-    """The same, beside their twins in C."""
+    """The same, beside their twins in C, compiled as they ship."""
 
     def make(new: Path) -> None:
         shutil.copytree(shipped, new)
-        built(new, "--native")
+        with pytest.MonkeyPatch.context() as patched:
+            patched.setattr(native_compilers, "LIBRARY_HERE", AS_SHIPPED)
+            built(new, "--native")
 
     return once(shared / "dist_in_c", make)
 

@@ -116,7 +116,7 @@ def make_run(
     seed: int = 0,
     *,
     hours: float = 4.0,
-    step_s: float = 30.0,
+    step_s: float = 60.0,
     noise: float = 0.02,
     start: float = 21.0,
 ) -> Run:

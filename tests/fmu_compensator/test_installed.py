@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -34,13 +35,10 @@ RUNS = [direct(name, seed) for seed, name in enumerate("abc")]
 NEW = direct("new", 17)
 
 
-@pytest.mark.parametrize(
-    ("kind", "form"),
-    [*((kind, "") for kind in KINDS), ("gaussian", "absolute"), ("gaussian", "level")],
-)
-def test_the_file_does_what_was_fitted(kind: str, form: str) -> None:
-    options: dict[str, Any] = QUICK.get(kind, {})
-    table = fit_compensator(
+@cache
+def fitted(kind: str, form: str = "") -> dict[str, Any]:
+    """Return a compensator with few limits, which is not judged."""
+    return fit_compensator(
         RUNS,
         DIRECT_RIG,
         kind,
@@ -48,9 +46,17 @@ def test_the_file_does_what_was_fitted(kind: str, form: str) -> None:
         input_form=form or None,
         limits=FREE,
         judge=False,
-        **options,
+        **QUICK.get(kind, {}),
     )
-    recipe = Recipe(kind, "T1,T4", form, {}, options)
+
+
+@pytest.mark.parametrize(
+    ("kind", "form"),
+    [*((kind, "") for kind in KINDS), ("gaussian", "absolute"), ("gaussian", "level")],
+)
+def test_the_file_does_what_was_fitted(kind: str, form: str) -> None:
+    table = fitted(kind, form)
+    recipe = Recipe(kind, "T1,T4", form, {}, QUICK.get(kind, {}))
     prepared = prepare(RUNS, DIRECT_RIG, recipe.input_form)
     twin = Installed.fit(recipe, prepared, prepared.runs)
     [unseen] = prepare([NEW], DIRECT_RIG, recipe.input_form, sensors=SENSORS).runs
@@ -78,9 +84,7 @@ def test_the_file_does_what_was_fitted(kind: str, form: str) -> None:
     ("kind", "itself"), [("arma", True), ("arx", True), ("mlr", False), ("thermal_states", False)]
 )
 def test_a_measurement_goes_to_the_error_model_or_to_the_gaussian(kind: str, itself: bool) -> None:
-    options: dict[str, Any] = QUICK.get(kind, {})
-    table = fit_compensator(RUNS, DIRECT_RIG, kind, points="T1,T4", judge=False, **options)
-    model = parse_model(compensator_text(table), "file")
+    model = parse_model(compensator_text(fitted(kind)), "file")
     readings = NEW.frame[[f"{name}_degC" for name in SENSORS]].to_numpy().tolist()
     states = []
     for measured in (None, [0.1, -0.1]):

@@ -1,16 +1,24 @@
-"""The tiny FMUs of these tests."""
+"""The tiny FMUs of these tests, and the sources of shipped ones."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
+from typing import Literal, get_args
 
 import pytest
 
+import build_fmu
 from fmu_packaging.description import Identity
 from fmu_packaging.documentation import Page
+from fmu_packaging.native.build import Fmi, native_package
 from fmu_packaging.package import Package, Recipe, build
+from plant_model.machine_file import read_machine
+from scenarios.building import native_of
 
+Kind = Literal["plant", "compensator"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
 PAGE = Page("A test.", (("What it does", "<p>It adds up.</p>"),))
 
 
@@ -43,3 +51,17 @@ def tiny_fmu(tmp_path: Path) -> Callable[..., str]:
         return str(path)
 
     return write
+
+
+@cache
+def sources(kind: Kind, fmi: Fmi) -> dict[str, str]:
+    """Return the sources of the shipped compensator, or of a plant in few lumps, by path."""
+    if kind == "plant":
+        recipe, _ = build_fmu.plant_recipe(read_machine("jig_borer_lumps"), "plant_native")
+    else:
+        recipe, _ = build_fmu.compensator_recipe(build_fmu.DEFAULT_MODEL, "compensator_native")
+    return {
+        path.removeprefix("sources/"): data.decode()
+        for path, data in native_package(recipe, native_of(recipe), [], fmi).files.items()
+        if path.startswith("sources/")
+    }

@@ -8,39 +8,20 @@ from typing import Literal
 
 import pytest
 
-import build_fmu
-from fmu_compensator.native.build import native_compensator
-from fmu_packaging.native.build import native_package
 from fmu_packaging.native.compilers import (
     STRICT,
     c_files,
     run_compiler,
     write_sources,
 )
-from plant_model.machine_file import read_machine
-from plant_model.native.build import native_plant
-
-
-def sources(kind: str, fmi: Literal[2, 3]) -> dict[str, str]:
-    """Return the sources of the shipped compensator, or of a plant in few lumps, by path."""
-    if kind == "plant":
-        recipe, _ = build_fmu.plant_recipe(read_machine("jig_borer_lumps"), "plant_native")
-        package = native_package(recipe, native_plant(recipe), [], fmi)
-    else:
-        recipe, _ = build_fmu.compensator_recipe(build_fmu.DEFAULT_MODEL, "compensator_native")
-        package = native_package(recipe, native_compensator(recipe), [], fmi)
-    return {
-        path.removeprefix("sources/"): data.decode()
-        for path, data in package.files.items()
-        if path.startswith("sources/")
-    }
+from tests.fmu_packaging.conftest import KINDS, sources
 
 
 @pytest.mark.parametrize("version", [2, 3])
 def test_two_fmus_link_into_one_program(
     version: Literal[2, 3], compiler: tuple[str, ...], tmp_path: Path
 ) -> None:
-    for kind in ("plant", "compensator"):
+    for kind in KINDS:
         folder, texts = tmp_path / kind, sources(kind, version)
         folder.mkdir()
         write_sources(folder, texts)

@@ -5,12 +5,10 @@ from __future__ import annotations
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
 
 import pytest
 
-import build_fmu
-from fmu_packaging.native.build import MEASURE, front, memory_size, native_package
+from fmu_packaging.native.build import MEASURE, front, memory_size
 from fmu_packaging.native.compilers import (
     STRICT,
     Compiler,
@@ -18,25 +16,10 @@ from fmu_packaging.native.compilers import (
     run_compiler,
     write_sources,
 )
-from plant_model.machine_file import read_machine
-from scenarios.building import native_of
+from tests.fmu_packaging.conftest import Kind, sources
 
 HOST = Path(__file__).resolve().with_name("no_heap_host.c")
 HEAP = {"malloc", "calloc", "realloc", "free", "strdup", "aligned_alloc", "posix_memalign"}
-Kind = Literal["plant", "compensator"]
-
-
-def sources(kind: Kind, fmi: Literal[2, 3]) -> dict[str, str]:
-    """Return the sources of the shipped compensator, or of a plant in few lumps."""
-    if kind == "plant":
-        recipe, _ = build_fmu.plant_recipe(read_machine("jig_borer_lumps"), "plant_native")
-    else:
-        recipe, _ = build_fmu.compensator_recipe(build_fmu.DEFAULT_MODEL, "compensator_native")
-    return {
-        path.removeprefix("sources/"): data.decode()
-        for path, data in native_package(recipe, native_of(recipe), [], fmi).files.items()
-        if path.startswith("sources/")
-    }
 
 
 def symbols_of(

@@ -60,7 +60,8 @@ def built(
     **options: Any,
 ) -> Path:
     runs = [make(f"training_{seed}", seed) for seed in (1, 2, 3)]
-    table = fit_compensator(runs, rig, "mlr", points="all", sensors=["T1", "T2"], **options)
+    usual: dict[str, Any] = {"points": "all", "sensors": ["T1", "T2"], "judge": False}
+    table = fit_compensator(runs, rig, "mlr", **usual, **options)
     model = folder / "model.json"
     model.write_text(compensator_text(table), encoding="utf-8")
     return model

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from CoolProp.CoolProp import PropsSI
 
 from plant_model.drawing.bearing_table import by_designation
 from plant_model.drawing.class_values import CLASS_VALUES, f0_of, f1_of
@@ -62,6 +61,8 @@ def test_viscosities_of_charts() -> None:
 
 @pytest.mark.parametrize("percent", [0, 25, 30, 60])
 def test_coolants_are_those_of_coolprop(percent: int) -> None:
+    from CoolProp.CoolProp import PropsSI  # takes seconds, which no other process has to wait
+
     fluid = "Water" if percent == 0 else f"INCOMP::MEG-{percent}%"
     ours = coolant("water" if percent == 0 else f"glycol {percent} %")
     assert ours is not None
