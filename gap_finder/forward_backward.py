@@ -20,14 +20,10 @@ from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, ParameterError
 
 MARGIN = 6.0
-"""Score within which another hypothesis cannot be excluded: odds of one in twenty, set on no
-split."""
-
-PROOF = 2.0 * MARGIN
-"""By how much an addition must lower the score to be named: odds of one in four hundred. Set on the
-lathe's questions of the development, seventh and eighth split: what is there lowers the score by
-13, 14, 15, 17, 18, 19 and 23 and more, what is not by 10 and less (11.1 in the twelfth), save
-imitators of a law that is on no list."""
+"""Score that tells two hypotheses apart, odds of one in twenty: an addition is named if it lowers
+the score by more, and what comes within it cannot be excluded. Set on the lathe's questions of the
+ninth and eleventh split: in 35 searches what is not there lowers the score by nothing, what is by
+8, 10, 14, 14, 15, 20 and more, save imitators of a law that is on no list."""
 
 LAW = 0.05
 """Share of the squares that were missing at first that a right law may still leave [1]: no machine
@@ -66,8 +62,8 @@ class Hypothesis:
         """Return the score; *units* are what the best hypothesis leaves of each channel per run.
 
         A channel that no hypothesis follows says little of any of them. A model that follows the
-        runs only with unlikely numbers pays for these as for what it leaves: what calibration has
-        absorbed is missing all the same.
+        runs only with unlikely numbers, or unlikely errors of thermometers, pays for these as for
+        what it leaves: what they have absorbed is missing all the same.
         """
         left = float(np.sum(self.fit.left / units)) + self.fit.moved_cost / float(units.mean())
         return left + self.prior_cost
@@ -109,8 +105,8 @@ class Step:
 
     @property
     def is_taken(self) -> bool:
-        """Whether the best lowers the score by so much that it is proven."""
-        return self.fall > PROOF
+        """Whether the best lowers the score by so much that "nothing" is excluded."""
+        return self.fall > MARGIN
 
 
 @dataclass(frozen=True)
@@ -200,7 +196,7 @@ class Searching:
         """
         costs = [one.fit.calibration.cost for one in (best, *tried)]
         unit = float(units_of(self.nothing, [best, *tried]).mean())
-        wins = max(costs[0] - min(costs), PROOF * unit)
+        wins = max(costs[0] - min(costs), MARGIN * unit)
         return costs[0] - wins / 2.0
 
     def _scored(
@@ -247,8 +243,8 @@ class Searching:
             others = [*fewer, *(one for some in beside for one in some)]
             units = units_of(self.nothing, [best, *others])
             simpler = min(fewer, key=lambda one: one.score(units), default=None)
-            if simpler is not None and simpler.score(units) < best.score(units) + PROOF:
-                # Beside what came later, it is not proven any more.
+            if simpler is not None and simpler.score(units) < best.score(units) + MARGIN:
+                # Beside what came later, it is not needed any more.
                 best = simpler
                 continue
             fresh = [one for one in others if frozenset(one.keys) not in seen]

@@ -51,7 +51,7 @@ def screened(best: Fit, listed: Listed, law: float) -> Proposed:
     tried = listed.tried
     if not tried:
         return Proposed([], [])
-    screen = Screen(NormalMatrices.of(best.designs, tried), len(best.position()))
+    screen = Screen(NormalMatrices.of(best.designs, tried))
     scores = screen.scores(Residuals.of(best.designs, tried, best.position()))
     prior = np.array([listed.costs[one.key] for one in tried])
     unit = max(1.0, law, (scores.cost - float(scores.gain.max())) / best.left.size)

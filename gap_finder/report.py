@@ -14,7 +14,7 @@ from gap_finder.candidates import beyond_usual_range
 from gap_finder.comparison import GapComparison
 from gap_finder.data_faults import DataFault
 from gap_finder.find import ADEQUATE, Judged
-from gap_finder.forward_backward import PROOF, Hypothesis, Step
+from gap_finder.forward_backward import MARGIN, Hypothesis, Step
 from gap_finder.hypotheses import AddedChange
 from gap_finder.keys import driver_of, is_switched, law_of, place_of
 from gap_finder.reference import ReferenceModel
@@ -244,5 +244,5 @@ def _evidence(judged: Judged) -> str:
     together = "all names together explain" if len(found.keys) > 1 else "it explains"
     return (
         f"{together} {found.explained:.0%} of what is left on runs predicted from the others; "
-        f"the score falls by {step.fall:.0f}, where {PROOF:.0f} is asked for"
+        f"the score falls by {step.fall:.0f}, where {MARGIN:.0f} is asked for"
     )

@@ -48,6 +48,8 @@ class Fit:
     left : array, shape (R, C)
         Squares that are left of each run and channel, predicted from the other runs [tolerances
         squared, each channel of a run as many as it has independent values].
+    beside : array, shape (Q - P,)
+        Where the unknowns that calibration does not move lie at the calibrated point [deviations].
     """
 
     base: Machine
@@ -55,6 +57,7 @@ class Fit:
     designs: tuple[RunDesign, ...]
     observed: tuple[Observations, ...]
     left: FloatArray
+    beside: FloatArray
 
     @property
     def machine(self) -> Machine:
@@ -68,8 +71,8 @@ class Fit:
 
     @property
     def moved_cost(self) -> float:
-        """-2 log of how likely the numbers are that calibration ends at, by their prior."""
-        x = self.position()
+        """-2 log of how likely all unknowns are, where they end, by their prior."""
+        x = np.append(self.position(), self.beside)
         return float(x @ x)
 
     @property
@@ -143,7 +146,8 @@ def scored(
     left = folds.left()
     spread = folds.spread(max(1.0, float(left.sum()) / left.size))
     told = intervals(base, moved, x, spread)
-    return Fit(base, replace(calibration, parameters=told), tuple(designs), tuple(observed), left)
+    calibrated = replace(calibration, parameters=told)
+    return Fit(base, calibrated, tuple(designs), tuple(observed), left, folds.beside())
 
 
 class _Folds:
@@ -170,6 +174,13 @@ class _Folds:
         self._others = self._grams.sum(axis=0) - self._grams + np.eye(self._grams.shape[1])
         self._count = len(x)
         self._start = np.pad(x, (0, self._grams.shape[1] - len(x)))
+
+    def beside(self) -> FloatArray:
+        """Return where the unknowns that calibration does not move lie, shape (Q - P,)."""
+        pairs = zip(self._clean, self._designs, strict=True)
+        slope = sum(clean[:, self._count :].T @ design.residual for clean, design in pairs)
+        gram = self._grams.sum(axis=0)[self._count :, self._count :]
+        return np.asarray(-np.linalg.solve(gram + np.eye(len(gram)), slope))
 
     def spread(self, unit: float) -> FloatArray:
         """Return standard deviations of what calibration moves, shape (P,), in the fitting scale.

@@ -142,7 +142,7 @@ class Scores:
     gain : array, shape (m,)
         Fall of what is left of all runs.
     nearer : array, shape (m,)
-        Fall of the squares by which what calibration moves is away from its prior's centre.
+        Fall of the squares by which all shared unknowns are away from their priors' centres.
     scale : array, shape (m,)
         By how much the candidate's answer is scaled, all runs together.
     cost : float
@@ -156,17 +156,10 @@ class Scores:
 
 
 class Screen:
-    """Scores candidates.
+    """Scores candidates."""
 
-    Parameters
-    ----------
-    grams : NormalMatrices
-    moved : int
-        How many of the shared columns calibration moves; they come first.
-    """
-
-    def __init__(self, grams: NormalMatrices, moved: int) -> None:
-        self.grams, self._moved = grams, moved
+    def __init__(self, grams: NormalMatrices) -> None:
+        self.grams = grams
         everything = list(range(len(grams.shared)))
         self._whole = Fold(grams, everything)
         self._folds = [Fold(grams, [j for j in everything if j != k]) for k in everything]
@@ -174,8 +167,7 @@ class Screen:
     def scores(self, data: Residuals) -> Scores:
         """Score every candidate."""
         scale, solved = self._whole.fit(data)
-        away = (data.pull - solved)[: self._moved]
-        follow = self._whole.follow[: self._moved]
+        away, follow = data.pull - solved, self._whole.follow
         nearer = 2.0 * scale * (away @ follow) - scale**2 * np.sum(follow**2, axis=0)
         gain, cost = np.zeros_like(scale), 0.0
         for k, fold in enumerate(self._folds):

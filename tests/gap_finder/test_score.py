@@ -35,21 +35,27 @@ def _designs() -> list[RunDesign]:
     ]
 
 
-def _dense(designs: list[RunDesign], x: np.ndarray, out: int) -> float:
-    """Return what is left of one run, every unknown of every other run side by side."""
-    shared = designs[0].shared.shape[1]
-    others = [one for i, one in enumerate(designs) if i != out]
+def _side_by_side(designs: list[RunDesign], columns: list[np.ndarray], x: np.ndarray) -> np.ndarray:
+    """Return unknowns with their priors: those of all runs, then those of each run."""
+    shared = columns[0].shape[1]
     rows, right = [], []
-    for place, one in enumerate(others):
-        block = np.zeros((len(one.residual), shared + OWN * len(others)))
-        block[:, :shared] = one.shared
+    for place, (one, its) in enumerate(zip(designs, columns, strict=True)):
+        block = np.zeros((len(one.residual), shared + OWN * len(designs)))
+        block[:, :shared] = its
         block[:, shared + OWN * place : shared + OWN * (place + 1)] = one.nuisance
         rows.append(block)
         right.append(-one.residual)
     unknown = rows[0].shape[1]
     rows.append(np.eye(unknown))
     right.append(np.concatenate([-np.pad(x, (0, unknown - len(x)))]))
-    found = np.linalg.lstsq(np.vstack(rows), np.concatenate(right), rcond=None)[0]
+    return np.asarray(np.linalg.lstsq(np.vstack(rows), np.concatenate(right), rcond=None)[0])
+
+
+def _dense(designs: list[RunDesign], x: np.ndarray, out: int) -> float:
+    """Return what is left of one run, every unknown of every other run side by side."""
+    shared = designs[0].shared.shape[1]
+    others = [one for i, one in enumerate(designs) if i != out]
+    found = _side_by_side(others, [one.shared for one in others], x)
     left = designs[out].residual + designs[out].shared @ found[:shared]
     own = np.vstack([designs[out].nuisance, np.eye(OWN)])
     padded = np.concatenate([left, np.zeros(OWN)])
@@ -57,13 +63,23 @@ def _dense(designs: list[RunDesign], x: np.ndarray, out: int) -> float:
     return float(np.sum((padded + own @ best) ** 2))
 
 
-def test_a_run_is_predicted_from_the_others_alone() -> None:
-    designs, x = _designs(), np.array([0.4, -0.3])
+def _folds(designs: list[RunDesign], x: np.ndarray) -> _Linear:
     free = np.full(MOVED, 1e9)
     moved: Any = SimpleNamespace(low=-free, high=free)
     observed: Any = [SimpleNamespace(channels=("a", "b", "c"))] * RUNS
-    folds = _Linear(None, observed, moved, x, designs)  # type: ignore[arg-type]
-    left = folds.left()
+    return _Linear(None, observed, moved, x, designs)  # type: ignore[arg-type]
+
+
+def test_a_run_is_predicted_from_the_others_alone() -> None:
+    designs, x = _designs(), np.array([0.4, -0.3])
+    left = _folds(designs, x).left()
     assert left.shape == (RUNS, CHANNELS)
     for k in range(RUNS):
         assert left[k].sum() == pytest.approx(_dense(designs, x, k), rel=1e-9)
+
+
+def test_what_calibration_does_not_move_lies_where_all_runs_have_it() -> None:
+    designs, x = _designs(), np.array([0.4, -0.3])
+    columns = [one.shared[:, MOVED:] for one in designs]
+    found = _side_by_side(designs, columns, np.zeros(0))[:OTHER]
+    assert _folds(designs, x).beside() == pytest.approx(found, rel=1e-9)
