@@ -13,15 +13,14 @@ from typing import Any
 
 import pytest
 
-from benchmarks.linuxcnc import sandbox
-from benchmarks.linuxcnc.folder import CONFIG, renamed, write_folder
-from benchmarks.linuxcnc.run import main
 from gateway.control import FOLLOWING, HOLDING, OffsetFollower
 from gateway.database import OFFSETS
-from gateway.linuxcnc import native_component
+from gateway.linuxcnc import native_component, sandbox
 from gateway.linuxcnc.axes import AxisOffset
 from gateway.linuxcnc.component import NAMES, ControlPins, sent_signals
+from gateway.linuxcnc.folder import CONFIG, renamed, write_folder
 from gateway.mapping import read_database
+from scenarios.cli import main
 from tests.gateway.control_axis import ControlAxis
 
 CYCLE_S, SLEW = 0.1, 5.0
@@ -206,7 +205,8 @@ def test_the_nose_of_a_real_control_is_held_through_all_faults(tmp_path: Path) -
     if problem:
         pytest.fail(problem) if os.environ.get("CI") else pytest.skip(problem)
     out = tmp_path / "day"
-    assert main(["--part", "6", "--out", str(out)]) == 0
+    plan = ["--parts", "8", "--part", "6", "--speed-up", "60"]
+    assert main(["control", *plan, "--out", str(out), "--quiet"]) == 0
     summary = json.loads((out / "table.json").read_text())["control"]
     assert sorted(summary) == ["component", "gateway"]
     names = [event["name"] for event in json.loads((out / "gateway_events.json").read_text())]

@@ -7,9 +7,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import gateway.linuxcnc
-
-CONFIG = Path(gateway.linuxcnc.__file__).with_name("config")
+CONFIG = Path(__file__).with_name("config")
 WAYS = {"external": "external.hal", "own": "own.hal"}
 """The two ways in for an offset, and what each needs."""
 NAME = "{name}"

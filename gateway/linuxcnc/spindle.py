@@ -127,7 +127,7 @@ class Looks:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the spindle until LinuxCNC ends it."""
-    parser = argparse.ArgumentParser(prog="benchmarks.linuxcnc.spindle")
+    parser = argparse.ArgumentParser(prog="gateway.linuxcnc.spindle")
     parser.add_argument("--plant", type=Path, required=True)
     parser.add_argument("--speed-up", type=float, required=True)
     parser.add_argument("--duration", type=float, required=True, help="[s] of wall time, at most")

@@ -1,1 +1,0 @@
-"""A working day at LinuxCNC, with tool changes and faults."""
