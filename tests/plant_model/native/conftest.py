@@ -85,10 +85,14 @@ def _numbers(values: Sequence[float]) -> ctypes.Array[ctypes.c_double]:
 def library_of(
     compiler: tuple[str, ...], tmp_path_factory: pytest.TempPathFactory
 ) -> Callable[[Machine], ctypes.CDLL]:
-    """Compiles the core of a machine."""
+    """Compiles the core of a machine, of the same one once."""
+    known: dict[str, ctypes.CDLL] = {}
 
     def library(machine: Machine) -> ctypes.CDLL:
-        return core_of(machine, compiler, tmp_path_factory.mktemp("core"))
+        whole = repr(machine)
+        if whole not in known:
+            known[whole] = core_of(machine, compiler, tmp_path_factory.mktemp("core"))
+        return known[whole]
 
     return library
 
