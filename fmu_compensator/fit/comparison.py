@@ -15,7 +15,7 @@ import numpy as np
 from fmu_compensator.fit.columns import MeasuredColumns, shown_targets, unit_of
 from fmu_compensator.fit.contestants import NO_MODEL, ONE_STEP, Contestant, held
 from fmu_compensator.fit.data import Prepared, prepare
-from fmu_compensator.fit.fitting import USUAL_MODEL
+from fmu_compensator.fit.fitting import USUAL_MODEL, as_json
 from fmu_compensator.fit.installed import COVERAGE, Installed
 from fmu_compensator.fit.splits import Split
 from fmu_compensator.fit.training import Array, TrainingRun
@@ -147,7 +147,7 @@ class Comparison:
             table["counts"] = self.counted(row)
         if "curve" in row.report:
             table["convergence"] = row.report["curve"]
-        plain: dict[str, Any] = _plain(table)
+        plain: dict[str, Any] = as_json(table)
         return plain
 
     def counted(self, row: Row) -> dict[str, float]:
@@ -299,20 +299,20 @@ class _Bench:
                 continue
             row.report = fitted.report()
             row.chosen = [train.sensors[index] for index in chosen]
-            if free and recipe.kind != USUAL_MODEL:
+            has_mean = free and recipe.kind != USUAL_MODEL
+            if has_mean:
                 row.counts.append(installed.gaussian.share[places])
-                for run in validate.runs:
-                    whole = recipe.rows(run, chosen)
-                    row.alone += _judged(whole, fitted.predict(whole), places, None)
             for runs, judged in ((train.runs, row.train), (validate.runs, row.validate)):
                 for run in runs:
                     if free:
-                        whole, values, width = installed.predict(run)
-                        judged += _judged(whole, values, places, width)
+                        found = installed.predict(run)
+                        whole, values, width = found.rows, found.values, found.half_width
+                        if has_mean and judged is row.validate:
+                            row.alone += _judged(whole, found.mean, places, None)
                     else:
-                        whole = recipe.rows(run, chosen)
+                        whole, width = recipe.rows(run, chosen), None
                         values = fitted.predict(whole, whole.targets)
-                        judged += _judged(whole, values, places, None)
+                    judged += _judged(whole, values, places, width)
 
     def _baseline(self, rows: Sequence[Row], places: list[int]) -> None:
         train, validate = self.of("rise")
@@ -351,13 +351,3 @@ def _measure_coverage(rows: Iterable[Row]) -> None:
             if run.half_width is not None
         ]
         row.coverage = [COVERAGE, *np.concatenate(inside).mean(axis=0).tolist()]
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {str(key): _plain(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(entry) for entry in value]
-    if isinstance(value, float):
-        return float(f"{value:.6g}") if np.isfinite(value) else None
-    return value

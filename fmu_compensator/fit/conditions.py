@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmu_compensator.fit.data import PreparedRun
+from fmu_compensator.fit.run_conditions import conditions_in
 
 LIKE, UNLIKE = "like", "unlike"
 FOLDS = 5
@@ -68,17 +69,11 @@ def folds_of(runs: Sequence[PreparedRun]) -> list[Fold]:
 
 def _conditions(runs: Sequence[PreparedRun]) -> list[tuple[str, str, np.ndarray]]:
     """Return what tells runs apart: names of the low and the high end, and a value per run."""
-    start, rise, speed = [], [], []
-    for run in runs:
-        rows = np.isfinite(run.temperatures).any(axis=1)
-        middle = np.nanmedian(run.temperatures[rows], axis=1) if rows.any() else np.array([np.nan])
-        start.append(middle[0])
-        rise.append(np.max(middle) - middle[0])
-        known = run.speed[np.isfinite(run.speed)]
-        speed.append(np.mean(np.abs(known)) if len(known) else np.nan)
+    values = [conditions_in(run.temperatures, run.speed, run.time_s) for run in runs]
+    start, rise, speed, _ = np.array(values).T
     return [
-        ("coldest starts", "warmest starts", np.array(start)),
-        ("slowest", "fastest", np.array(speed)),
-        ("smallest rises", "largest rises", np.array(rise)),
+        ("coldest starts", "warmest starts", start),
+        ("slowest", "fastest", speed),
+        ("smallest rises", "largest rises", rise),
         ("first runs", "last runs", np.arange(len(runs), dtype=float)),
     ]

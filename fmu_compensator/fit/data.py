@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from fmu_compensator.fit.columns import MeasuredColumns
-from fmu_compensator.fit.training import Array, TrainingRun, row_weights
+from fmu_compensator.fit.gaussian import LAGS_S
+from fmu_compensator.fit.training import GRID_S, Array, TrainingRun, row_weights
 from fmu_compensator.runtime.fields import is_name
 from measurement.drift import counted
 from measurement.errors import BadInput
@@ -30,9 +31,6 @@ from measurement.resampling import GAP_INTERVALS
 from measurement.rig import Rig
 from measurement.runs import Run
 from measurement.units import column, split_column
-
-MEDIAN_ROWS = 15
-"""Rows of a running median, after which noise hardly shows [1]: set on no data."""
 
 
 @dataclass(frozen=True)
@@ -119,10 +117,6 @@ class Prepared:
     candidates: tuple[int, ...]
     targets: tuple[str, ...]
     notes: tuple[str, ...]
-
-    def without(self, index: int) -> tuple[PreparedRun, ...]:
-        """Return all runs but one."""
-        return self.runs[:index] + self.runs[index + 1 :]
 
     def readable(self, chosen: list[int]) -> list[int]:
         """Return the indices of sensors, each of which has a usable reading in every run.
@@ -282,15 +276,16 @@ def bridged(time_s: Array, values: Array) -> Array:
 def moved_by(rises: Array) -> Array:
     """Return by how much temperatures on an even grid move at most, noise left out, shape (m,) [K].
 
-    The range of running medians: a warm-up counts that lasts a while, however long the machine
-    stands before and after it.
+    The range of running medians over the shortest lag of the Gaussian: a warm-up counts that lasts
+    a while, however long the machine stands before and after it.
 
     Parameters
     ----------
     rises : array (n, m)
         Rises, one row a minute [K].
     """
-    return np.asarray(np.ptp(median_filter(rises, size=(MEDIAN_ROWS, 1), mode="nearest"), axis=0))
+    rows = round(LAGS_S[0] / GRID_S)
+    return np.asarray(np.ptp(median_filter(rises, size=(rows, 1), mode="nearest"), axis=0))
 
 
 def _prepared_run(run: Run, targets: Array, sensors: Sequence[str], input_form: str) -> PreparedRun:

@@ -171,9 +171,9 @@ def fit_compensator(
             *(_beyond(prepared, rig) if geometry_form == "pure_rotation" else ()),
             *([warm] if warm else []),
         ],
-        "options": _plain(options),
+        "options": as_json(options),
         "rig": rig.model_dump(mode="json"),
-        "figures": _plain(
+        "figures": as_json(
             {
                 "choice": installed.choice,
                 "fit": installed.fitted.report(),
@@ -284,6 +284,23 @@ def compensator_text(table: dict[str, Any]) -> str:
         raise BadInput("fit", "", str(error)) from None
 
 
+def as_json(value: Any) -> Any:
+    """Return a value as JSON carries it: figures at 6 digits, what is undefined as null.
+
+    Parameters
+    ----------
+    value : object
+        Of tables, lists and tuples of such, numbers and texts.
+    """
+    if isinstance(value, Mapping):
+        return {str(key): as_json(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [as_json(entry) for entry in value]
+    if isinstance(value, float):
+        return float(f"{value:.6g}") if math.isfinite(value) else None
+    return value
+
+
 def _dropped(prepared: Prepared, rows: Sequence[TrainingRun]) -> list[str]:
     notes = []
     for run, kept in zip(prepared.runs, rows, strict=True):
@@ -321,14 +338,3 @@ def _geometry_table(rig: Rig, form: str) -> dict[str, Any]:
 
 def _count(runs: Sequence[Run]) -> str:
     return f"{len(runs)} run" + ("s" if len(runs) != 1 else "")
-
-
-def _plain(value: Any) -> Any:
-    """Return a value as JSON carries it: figures at 6 digits, what is undefined as null."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(entry) for entry in value]
-    if isinstance(value, float):
-        return float(f"{value:.6g}") if math.isfinite(value) else None
-    return value

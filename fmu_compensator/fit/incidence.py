@@ -40,32 +40,19 @@ class NoImageError(ValueError):
 
 
 def initial_value_image(series: Array) -> Array:
-    """Return each column divided by its first value [1].
-
-    Raises
-    ------
-    NoImageError
-        If a column starts at zero: the form does not exist there.
-    """
-    if np.any(series[0] == 0):
-        column = int(np.flatnonzero(series[0] == 0)[0])
-        raise NoImageError(column, "starts at 0: it has no initial-value image")
-    return np.asarray(series / series[0])
+    """Return each column divided by its first value [1]; none exists where that is zero."""
+    return _divided(series, series[0], "starts at 0: it has no initial-value image")
 
 
 def mean_image(series: Array) -> Array:
-    """Return each column divided by its mean [1].
+    """Return each column divided by its mean [1]; none exists where that is zero."""
+    return _divided(series, series.mean(axis=0), "has mean 0: it has no mean image")
 
-    Raises
-    ------
-    NoImageError
-        If a column has mean zero: the form does not exist there.
-    """
-    mean = series.mean(axis=0)
-    if np.any(mean == 0):
-        column = int(np.flatnonzero(mean == 0)[0])
-        raise NoImageError(column, "has mean 0: it has no mean image")
-    return np.asarray(series / mean)
+
+def _divided(series: Array, by: Array, why_not: str) -> Array:
+    for column in np.flatnonzero(by == 0):
+        raise NoImageError(int(column), why_not)
+    return np.asarray(series / by)
 
 
 def interval_image(series: Array) -> Array:

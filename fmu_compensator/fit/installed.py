@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.stats import t as student
@@ -33,6 +33,25 @@ DEVIATIONS = float(student.ppf(0.5 + COVERAGE / 2.0, DEGREES))
 """Half width of the interval in standard deviations [1]."""
 RMS_OF_HALF_WIDTH = math.sqrt(DEGREES / (DEGREES - 2.0)) / DEVIATIONS
 """Root mean square of what an interval promises to be left, over its half width [1]."""
+
+
+class Predicted(NamedTuple):
+    """What is predicted for a run.
+
+    Attributes
+    ----------
+    rows : TrainingRun
+        Its n rows with all inputs.
+    values, half_width : array (n, m)
+        [um, urad]
+    mean : array (n, m)
+        What the mean function alone says [um, urad].
+    """
+
+    rows: TrainingRun
+    values: Array
+    half_width: Array
+    mean: Array
 
 
 @dataclass(frozen=True)
@@ -138,41 +157,26 @@ class Installed:
             settled_h,
         )
 
-    def sample(self, run: PreparedRun) -> Sample:
-        """Return what a further run says of the weights."""
-        rows = run.history(self.chosen)
-        rises = rises_of(run, rows, self.chosen, self.usual)
-        targets = rows.targets - self.constant
-        return sample_of(rows, rises, targets, self.fitted.predict(rows), self.settled_h)
-
-    def predict(self, run: PreparedRun) -> tuple[TrainingRun, Array, Array]:
-        """Return a run's rows with all inputs, what is predicted for them, and the half widths.
-
-        Returns
-        -------
-        rows : TrainingRun
-            n rows.
-        values, half_width : array (n, m)
-            [um, urad]
-        """
+    def predict(self, run: PreparedRun) -> Predicted:
+        """Return what is predicted for a run's rows with all inputs."""
         rows = run.history(self.chosen)
         rises = rises_of(run, rows, self.chosen, self.usual)
         features = rises_and_lags(rows.time_s, rises)
-        values = self._values(rows, features)
+        mean = self.fitted.predict(rows)
         hours = self.settled_h + (rows.time_s - rows.time_s[:1]) / 3600.0
         along = features @ self.seen.T
         novelty = self.gaussian.scale * (features**2).sum(axis=1) - (along**2).sum(axis=1)
         variance = 1.0 + self.gaussian.walk**2 * hours + np.maximum(novelty, 0.0)
         spread = np.sqrt(np.diag(self.gaussian.spread))
-        return rows, values, DEVIATIONS * np.sqrt(variance)[:, None] * spread
+        half_width = DEVIATIONS * np.sqrt(variance)[:, None] * spread
+        return Predicted(rows, self._on(mean, features), half_width, mean)
 
     def values(self, rows: TrainingRun, rises: Array) -> Array:
         """Return what is predicted for rows with all inputs, shape (n, m) [um, urad]."""
-        return self._values(rows, rises_and_lags(rows.time_s, rises))
+        return self._on(self.fitted.predict(rows), rises_and_lags(rows.time_s, rises))
 
-    def _values(self, rows: TrainingRun, features: Array) -> Array:
-        mean = self.gaussian.share * self.fitted.predict(rows)
-        return mean + self.constant + features @ self.gaussian.weights
+    def _on(self, mean: Array, features: Array) -> Array:
+        return self.gaussian.share * mean + self.constant + features @ self.gaussian.weights
 
     @cached_property
     def seen(self) -> Array:

@@ -34,7 +34,7 @@ class AxisLeft:
     none, left : float
         Root mean square of the drift, and of what is left of it [um].
     inside : float
-        Share of the samples within the promised interval [1].
+        Share of the samples within the promised interval [1]; NaN without one, as what follows.
     half_width : float
         Mean half width of the interval [um].
     expected : float
@@ -72,7 +72,7 @@ class RunLeft:
     new: float
 
 
-def left_of(driven: Driven, run: str, fold: Fold | None = None) -> RunLeft:
+def left_of(driven: Driven, run: str) -> RunLeft:
     """Return what was left of a run's drift."""
     axes: dict[str, AxisLeft] = {}
     error, width = driven.error, driven.half_width
@@ -84,20 +84,16 @@ def left_of(driven: Driven, run: str, fold: Fold | None = None) -> RunLeft:
         axes[axis] = AxisLeft(
             _rms(driven.drift[known, place]),
             _rms(missed),
-            float(np.mean(np.abs(missed) <= half)),
+            float(np.mean(np.abs(missed) <= half)) if np.isfinite(half).all() else np.nan,
             float(np.mean(half)),
             RMS_OF_HALF_WIDTH * _rms(half),
             _rms(missed / half),
         )
-    return RunLeft(run, fold, axes, float(np.mean(driven.status == UNTRAINED)))
+    return RunLeft(run, None, axes, float(np.mean(driven.status == UNTRAINED)))
 
 
 def judge_runs(
-    model: Model,
-    pairs: Iterable[tuple[Run, Run]],
-    rig: Rig,
-    tool_length_mm: float,
-    fold: Fold | None = None,
+    model: Model, pairs: Iterable[tuple[Run, Run]], rig: Rig, tool_length_mm: float
 ) -> list[RunLeft]:
     """Return what a compensator leaves of runs.
 
@@ -111,12 +107,8 @@ def judge_runs(
         What the displacements mean.
     tool_length_mm : float
         At which the drift is taken.
-    fold : Fold, optional
-        Put down with each.
     """
-    return [
-        left_of(drive(model, run, left, rig, tool_length_mm), run.name, fold) for run, left in pairs
-    ]
+    return [left_of(drive(model, run, left, rig, tool_length_mm), run.name) for run, left in pairs]
 
 
 def by_axis(records: Sequence[RunLeft]) -> dict[str, dict[str, float]]:

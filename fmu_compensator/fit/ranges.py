@@ -14,6 +14,7 @@ from fmu_compensator.runtime.checks import SPAN_S
 from fmu_compensator.runtime.geometry import LONGEST_TOOL_MM, FivePoint, Geometry
 from measurement.errors import BadInput
 from measurement.faults.series import longest_unchanged
+from measurement.resampling import GAP_INTERVALS
 from measurement.units import UNITS
 
 PLAUSIBLE_MARGIN_K = 25.0
@@ -21,10 +22,9 @@ PLAUSIBLE_MARGIN_K = 25.0
 no data."""
 TIMES = 3.0
 """A change or a jump of a reading, or an offset, is believed up to so many times the largest that
-training saw [1]. Set on no data; docs/results.md reports broken sensors under it."""
-STANDS_TIMES = 5.0
-"""The same for a standstill [1]: set on the lathe: at 3, thermometers of four sound runs were stale
-in 1 to 8 % of the time."""
+training saw [1]. Set on no data; docs/results.md reports broken sensors under it. A standstill is
+believed as long as a gap is bridged: at 3 intervals, thermometers of four sound runs of the lathe
+were stale in 1 to 8 % of the time."""
 RATE_QUANTILE = 0.999
 """Faster changes than all but one in a thousand are taken for faults in the training data [1]:
 set on no data."""
@@ -61,7 +61,7 @@ def sensor_table(name: str, runs: Sequence[PreparedRun], index: int) -> dict[str
         "high": min(math.ceil(high + PLAUSIBLE_MARGIN_K), UNITS["degC"].high),
         "rate_per_s": _rounded(max(TIMES * _fastest(runs, readings), LOWEST_RATE)),
         "noise": _rounded(max(TIMES * _largest_jump(readings), LOWEST_NOISE_K)),
-        "stale_after_s": math.ceil(max(STANDS_TIMES * still, SHORTEST_STALE_S)),
+        "stale_after_s": math.ceil(max(GAP_INTERVALS * still, SHORTEST_STALE_S)),
         "trained_low": _rounded(trained_low),
         "trained_high": _rounded(trained_high),
     }

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fmu_compensator.fit.training import Array
 from measurement.runs import Run
 
 
@@ -54,16 +55,30 @@ NAMES = (
 def values_of(run: Run, sensors: Sequence[str]) -> list[float]:
     """Return a run's conditions, in the order of `NAMES`; NaN for what is not known."""
     columns = [run.frame[f"{name}_degC"].to_numpy(float) for name in sensors]
-    rows = np.column_stack(columns)
-    rows = rows[np.isfinite(rows).any(axis=1)]
-    middle = np.nanmedian(rows, axis=1) if len(rows) else np.array([np.nan])
     speed = run.frame["speed_rpm"].to_numpy(float) if "speed_rpm" in run.frame else np.zeros(0)
+    return conditions_in(np.column_stack(columns), speed, run.time_s)
+
+
+def conditions_in(temperatures: Array, speed: Array, time_s: Array) -> list[float]:
+    """Return the conditions of a run's columns, in the order of `NAMES`; NaN for what is not known.
+
+    Parameters
+    ----------
+    temperatures : array (n, k)
+        Of which the median counts [degC].
+    speed : array
+        [rpm]
+    time_s : array (n,)
+        [s]
+    """
+    rows = temperatures[np.isfinite(temperatures).any(axis=1)]
+    middle = np.nanmedian(rows, axis=1) if len(rows) else np.array([np.nan])
     known = speed[np.isfinite(speed)]
     return [
         float(middle[0]),
         float(np.max(middle) - middle[0]),
         float(np.mean(np.abs(known))) if len(known) else float("nan"),
-        float(run.time_s[-1] - run.time_s[0]) / 3600.0,
+        float(time_s[-1] - time_s[0]) / 3600.0,
     ]
 
 

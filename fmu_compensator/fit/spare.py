@@ -9,16 +9,14 @@ from typing import Any
 import numpy as np
 
 from fmu_compensator.fit.data import PreparedRun
-from fmu_compensator.fit.gaussian import spread_rows
-from fmu_compensator.fit.installed import Installed
+from fmu_compensator.fit.gaussian import LAGS_S, spread_rows
+from fmu_compensator.fit.installed import Installed, listed
 from fmu_compensator.fit.training import Array, TrainingRun
 
 NOISE_K = 0.05
 """No thermometer is believed to agree with the others better than this [K]: set on no data."""
 STRENGTHS = np.logspace(-6.0, 1.0, 22)
 """Shares of the mean variance that are tried as the variance of what is a sensor's own [1]."""
-MEMORIES_H = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
-"""How long what is a sensor's own may stay alike [h]: set on no data."""
 
 
 @dataclass(frozen=True)
@@ -118,12 +116,12 @@ def spare_table(runs: Sequence[PreparedRun], installed: Installed) -> dict[str, 
     drift = [run.targets[run.known] for run in (run.history(chosen) for run in runs)]
     usual = np.mean([moved.T @ moved / len(moved) for moved in drift if len(moved)], axis=0)
     return {
-        "precision": _listed(known),
-        "growth": _listed(variance * np.diag(known)),
+        "precision": listed(known),
+        "growth": listed(variance * np.diag(known)),
         "memory_s": 3600.0 * likeliest_memory(_series(records, errors, variance)),
-        "usual_start": None if installed.usual is not None else _listed(_usual_start(runs, chosen)),
-        "sensitivity": _listed(_sensitivity(records, errors, installed)),
-        "usual": _listed(usual),
+        "usual_start": None if installed.usual is not None else listed(_usual_start(runs, chosen)),
+        "sensitivity": listed(_sensitivity(records, errors, installed)),
+        "usual": listed(usual),
     }
 
 
@@ -140,7 +138,13 @@ def _usual_start(runs: Sequence[PreparedRun], chosen: Sequence[int]) -> Array:
 
 
 def likeliest_memory(series: Sequence[tuple[Array, Array]]) -> float:
-    """Return which of `MEMORIES_H` explains series best: times [h] and values, shape (n, m) [1]."""
+    """Return which of the Gaussian's lags explains series best [h].
+
+    Parameters
+    ----------
+    series : sequence of (times (n,), values (n, m))
+        [h], [1]
+    """
 
     def likelihood(memory: float) -> float:
         total = 0.0
@@ -152,7 +156,7 @@ def likeliest_memory(series: Sequence[tuple[Array, Array]]) -> float:
             total -= float(np.mean(step**2 / variance / size + np.log(variance)))
         return total
 
-    return max(MEMORIES_H, key=likelihood)
+    return max((lag_s / 3600.0 for lag_s in LAGS_S), key=likelihood)
 
 
 def _series(
@@ -181,10 +185,3 @@ def _sensitivity(records: Sequence[Rises], errors: Sequence[Array], installed: I
             wrong[sensor] += (error[:, sensor] ** 2).mean()
             along[:, sensor] += (moved * error[:, [sensor]]).mean(axis=0)
     return np.asarray(np.sign(along) * np.sqrt(change / np.maximum(wrong, 1e-12)))
-
-
-def _listed(values: Array) -> Any:
-    """Return numbers as the file carries them: nine digits."""
-    if values.ndim:
-        return [_listed(value) for value in values]
-    return float(f"{float(values):.9g}")

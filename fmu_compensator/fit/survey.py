@@ -170,8 +170,9 @@ def survey(
     place = target_place(prepared.targets, target, "points")
     refuse_grey(threshold, theta, image, absolute_image)
     grids = [on_grid(run, prepared.candidates) for run in prepared.runs]
-    rises = np.concatenate([temperatures - temperatures[0] for temperatures, _ in grids])
-    error = np.concatenate([targets[:, place] for _, targets in grids])
+    moved = [temperatures - temperatures[0] for temperatures, _ in grids]
+    errors = [targets[:, place] for _, targets in grids]
+    rises, error = np.concatenate(moved), np.concatenate(errors)
     spread = moved_by(rises)
     loud = [k for k in range(rises.shape[1]) if keep_quiet or spread[k] >= NEAR_CONSTANT_K]
     if len(loud) < 2:
@@ -214,15 +215,8 @@ def survey(
     else:
         points = [_place(name.strip(), names) for name in grouping.split(",")]
     points = sorted(sorted(points, key=lambda k: -np.nan_to_num(abs(r[k])))[:MOST_CANDIDATES])
-    traces = [
-        ((temperatures - temperatures[0])[:, loud], targets[:, place] - targets[0, place])
-        for temperatures, targets in grids
-    ]
+    traces = [(m[:, loud], e - e[0]) for m, e in zip(moved, errors, strict=True)]
     drifts = [drift for _, drift in traces]
-    chosen = [
-        ((temperatures - temperatures[0])[:, loud][:, points], targets[:, place])
-        for temperatures, targets in grids
-    ]
     return Survey(
         [run.name for run in runs],
         names,
@@ -237,7 +231,7 @@ def survey(
         [loop_of([r[:, k] for r, _ in traces], drifts, GRID_S) for k in range(len(names))],
         traces,
         points,
-        all_subsets(chosen),
+        all_subsets([(m[:, loud][:, points], e) for m, e in zip(moved, errors, strict=True)]),
         list(prepared.notes),
     )
 

@@ -11,37 +11,26 @@ from scipy.stats import t as student
 
 from fmu_compensator.driving import Driven
 from fmu_compensator.fit.installed import COVERAGE
-from fmu_compensator.fit.training import Array
+from fmu_compensator.fit.promise import AxisLeft, left_of
 from fmu_compensator.monitoring.bounds import upper_bound
+from measurement.faults.series import FEWEST_SAMPLES
 from measurement.rig import AXES
-
-FEWEST_ROWS = 3
-"""With fewer measurements a run says nothing of its drift [1]: set on no data."""
 
 
 @dataclass(frozen=True)
-class AxisError:
+class AxisError(AxisLeft):
     """What one axis missed in one run.
 
     Attributes
     ----------
     axis : str
-    none, left : float
-        Root mean square of the drift, and of what is left of it [um].
-    inside : float
-        Share of the measurements within the promised interval [1]; NaN without one.
-    miss, bound : float
-        Root mean square of the error over the half width, and how large that may be in a run like
-        the training [1]; NaN without an interval.
+    bound : float
+        How large the miss may be in a run like the training [1].
     gain : float
         By how much the measured drift is larger than the predicted one (least squares) [1].
     """
 
     axis: str
-    none: float
-    left: float
-    inside: float
-    miss: float
     bound: float
     gain: float
 
@@ -68,26 +57,15 @@ def bounds_of(figures: Mapping[str, Any]) -> dict[str, float]:
 def axis_errors(driven: Driven, bounds: Mapping[str, float]) -> list[AxisError]:
     """Return what each axis missed, those left out that were hardly measured."""
     found = []
-    for place, axis in enumerate(AXES):
-        error = driven.error[:, place]
-        known = np.isfinite(error)
-        if known.sum() < FEWEST_ROWS:
+    for axis, left in left_of(driven, "").axes.items():
+        place = AXES.index(axis)
+        known = np.isfinite(driven.error[:, place])
+        if known.sum() < FEWEST_SAMPLES:
             continue
-        width = np.maximum(driven.half_width[known, place], 1e-9)
         drift, said = driven.drift[known, place], driven.predicted[known, place]
-        size = float(np.sum(said**2))
-        scaled = error[known] / width
-        found.append(
-            AxisError(
-                axis,
-                _rms(drift),
-                _rms(error[known]),
-                float(np.mean(np.abs(scaled) <= 1.0)) if np.isfinite(scaled).all() else np.nan,
-                _rms(scaled),
-                bounds[axis],
-                float(np.sum(said * drift)) / size if size > 0.0 else np.nan,
-            )
-        )
+        size = float(said @ said)
+        gain = float(said @ drift) / size if size > 0.0 else np.nan
+        found.append(AxisError(**vars(left), axis=axis, bound=bounds[axis], gain=gain))
     return found
 
 
@@ -110,7 +88,3 @@ def gain_of(axis: str, runs: Sequence[AxisError]) -> Gain | None:
     half = float(student.ppf(0.5 + COVERAGE / 2.0, len(gains) - 1)) * spread
     mean = float(gains.mean())
     return Gain(axis, mean, mean - half, mean + half)
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))

@@ -171,7 +171,7 @@ def monitor(
     faults = find_faults(runs)
     reports = []
     for place, run in enumerate(runs):
-        left = _without_broken(run)
+        left = cleaned([run], find_faults([run]), GROSS)[0]  # whatever other runs show
         driven = drive(model, run, left, rig, length)
         here = [fault for fault in faults if fault.place == place]
         reports.append(
@@ -188,11 +188,6 @@ def monitor(
         on_run(run)
     promised = model.new_gaussian().coverage
     return replace(_report(reports), promised=promised, inside=_inside(reports), notes=tuple(notes))
-
-
-def _without_broken(run: Run) -> Run:
-    """Return a run without what is broken in it, whatever other runs show."""
-    return cleaned([run], find_faults([run]), GROSS)[0]
 
 
 def _worth_saying(

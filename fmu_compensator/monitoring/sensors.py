@@ -11,14 +11,16 @@ from scipy.stats import t as student
 
 from fmu_compensator.fit.data import bridged
 from fmu_compensator.fit.gaussian import DEGREES, MOST_ROWS
+from fmu_compensator.fit.installed import COVERAGE
 from fmu_compensator.fit.training import Array
 from fmu_compensator.monitoring.bounds import RISK
 from fmu_compensator.runtime.modelfile import Model
 from measurement.runs import Run
 
-WORTH_SHARE = 0.1
-"""A smaller share of a run is not worth a verdict [1]: of the samples in which a thermometer is
-broken or astray, or of the shortest training run. Set on no data; docs/lifecycle.md reports it."""
+WORTH_SHARE = 1.0 - COVERAGE
+"""A smaller share of a run is not worth a verdict [1], as an interval may leave out so much: of the
+samples in which a thermometer is broken or astray, or of the shortest training run.
+docs/lifecycle.md reports it."""
 SMALLEST_K = 1.0
 """A thermometer that is off by less is not called broken [K]: set on pieces of a spindle's
 runs and a simulated jig borer, where others are off as well below it, and fewer are found."""

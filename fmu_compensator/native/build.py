@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from fmu_compensator.native.generate import constants, data_sources, is_linear, program
+from fmu_compensator.native.generate import constants, data_sources, program
 from fmu_compensator.runtime.fmi_slave import MODEL_FILE
 from fmu_compensator.runtime.modelfile import parse_model
 from fmu_packaging.native.build import TWIN_OF, Native
@@ -41,7 +41,8 @@ def native_compensator(
     known = tuple(model.sensors[place].name for place in model.chosen)
     known += ("tool_length",) if model.geometry.needs_tool_length else ()
     outputs = [variable for variable in slave_of(recipe).variables if variable.is_output]
-    derived = {v.name: replace(v, depends=known) for v in outputs} if is_linear(model) else {}
+    linear = model.new_error_model().linear
+    derived = {v.name: replace(v, depends=known) for v in outputs} if linear else {}
     other = next(variable for variable in slave_of(recipe).variables if variable.is_parameter)
 
     def data(variables: Sequence[Variable], guid: str) -> dict[str, str]:

@@ -88,7 +88,8 @@ def data_sources(model: Model, variables: Sequence[Variable], name: str, guid: s
     addresses = [f"&{kind}_kind" for kind in found]
     texts = [f"{{{status}, {_text(text)}}}" for status, text in STATUS_TEXTS.items()]
     chosen = ", ".join(map(str, model.chosen))
-    derived = "&compensator_derivatives" if is_linear(model) else "NULL"
+    mean = model.new_error_model()  # with a linear one so are the offsets, but for the geometry
+    derived = "&compensator_derivatives" if mean.linear else "NULL"
     lines = [
         HEAD.format(what=f"the compensator file {model.name}"),
         '#include "model_data.h"\n\n#include <math.h>\n\n#include "compensator.h"\n',
@@ -107,7 +108,7 @@ def data_sources(model: Model, variables: Sequence[Variable], name: str, guid: s
         f"const struct geometry_data model_geometry = {geometry};",
         f"const struct gaussian_data model_gaussian = {gaussian};",
         f"const struct spare_data model_spare = {spare};",
-        f"const bool model_uses_measured = {_literal(model.new_error_model().uses_measured)};",
+        f"const bool model_uses_measured = {_literal(mean.uses_measured)};",
         "#ifdef NO_HEAP /* a controller asks for none */",
         "const struct derivatives *const model_derivatives = NULL;",
         "#else",
@@ -122,11 +123,6 @@ def data_sources(model: Model, variables: Sequence[Variable], name: str, guid: s
         f"const struct ports model_ports = {_ports(model, variables)};",
     ]
     return "\n".join(lines) + "\n"
-
-
-def is_linear(model: Model) -> bool:
-    """Return whether the offsets are linear in features of the temperatures, then a geometry."""
-    return model.new_error_model().linear
 
 
 def constants() -> str:

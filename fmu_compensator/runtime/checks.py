@@ -67,7 +67,9 @@ class Sensor:
             high,
             fields.number("rate_per_s", 1e-9, 1e3),
             fields.number("noise", 0, 400),
-            fields.number_or_none("stale_after_s", 1e-3, 1e7),
+            None
+            if fields.raw("stale_after_s") is None
+            else fields.number("stale_after_s", 1e-3, 1e7),
             *fields.range("trained_low", "trained_high", -1000, 1000),
         )
         fields.done()

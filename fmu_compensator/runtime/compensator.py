@@ -18,6 +18,8 @@ from fmu_compensator.runtime.spare import Spare, Starts
 OK, WAITING, UNTRAINED, RECOVERING, SPARED = 0, 1, 2, 3, 4
 HOLDING, RAMPING, AT_ZERO = 10, 20, 30
 """The status, for the last three plus the cause: given by the FMU's interface."""
+REMEMBERED = ("last_time", "started", "recovering", "fault_age", "good_for")
+"""What a state holds as it is."""
 STATUS_TEXTS = {
     OK: "offsets follow the model",
     WAITING: "waiting for the first valid sample",
@@ -343,14 +345,10 @@ class RunningCompensator:
         fault, spared = self._fault, self._spared
         return {
             "format": FORMAT,
-            "last_time": self._last_time,
+            **{name: getattr(self, f"_{name}") for name in REMEMBERED},
             "reference": list(self._reference),
-            "started": self._started,
-            "recovering": self._recovering,
             "fault": None if fault is None else [fault.cause, fault.sensor, fault.text],
             "spared": None if spared is None else [spared.cause, spared.sensor, spared.text],
-            "fault_age": self._fault_age,
-            "good_for": self._good_for,
             "offset": list(self._offset),
             **self._prediction.state(),
             "spare": [] if self._spare is None else self._spare.state(),
@@ -384,10 +382,9 @@ class RunningCompensator:
             raise ValueError("the state holds a spare, the file has none")
         for check, remembered in zip(self._checks, state["checks"], strict=True):
             check.restore(remembered)
-        self._last_time = state["last_time"]
+        for name in REMEMBERED:
+            setattr(self, f"_{name}", state[name])
         self._reference = list(state["reference"])
-        self._started, self._recovering = state["started"], state["recovering"]
         self._fault = None if state["fault"] is None else Fault(*state["fault"])
         self._spared = None if state["spared"] is None else Fault(*state["spared"])
-        self._fault_age, self._good_for = state["fault_age"], state["good_for"]
         self._offset = three(state["offset"])

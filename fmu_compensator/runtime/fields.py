@@ -116,18 +116,6 @@ class Fields:
         """
         return self._as_number(key, self.raw(key), low, high)
 
-    def number_or_none(self, key: str, low: float, high: float) -> float | None:
-        """Return a number between *low* and *high*, or None for null.
-
-        Parameters
-        ----------
-        key : str
-        low, high : float
-            Both allowed.
-        """
-        value = self.raw(key)
-        return None if value is None else self._as_number(key, value, low, high)
-
     def _as_number(self, key: str, value: object, low: float, high: float) -> float:
         allowed = f"a number from {low:g} to {high:g}"
         if isinstance(value, bool) or not isinstance(value, int | float):
@@ -322,15 +310,6 @@ class Fields:
         key : str
         """
         return Fields(self.raw(key), self.source, self._below(key))
-
-    def table_or_none(self, key: str) -> Fields | None:
-        """Return the fields of a table inside this one, or None for null.
-
-        Parameters
-        ----------
-        key : str
-        """
-        return None if self.raw(key) is None else self.table(key)
 
     def tables(self, key: str, what: str, fewest: int = 0, most: int | None = None) -> list[Fields]:
         """Return the tables of a list; for the rest see `items`."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, ClassVar
 
 from fmu_compensator.runtime.compensator import HOLDING, STATUS_TEXTS, WAITING, RunningCompensator
@@ -10,7 +11,7 @@ from fmu_compensator.runtime.geometry import LONGEST_TOOL_MM
 from fmu_compensator.runtime.modelfile import Model, ModelFileError, load_model, parse_model
 from fmu_compensator.runtime.prediction import NOT_KNOWN
 from fmu_packaging.slave import DriftSlave, FmuError
-from fmu_packaging.variables import START_DEGC, START_TOOL_MM, Variable
+from fmu_packaging.variables import START_DEGC, START_TOOL_MM, Kind, Variable
 
 MODEL_FILE = "compensator.json"
 """The bundled compensator file, in the FMU's resources."""
@@ -121,97 +122,60 @@ def variables(model: Model) -> list[Variable]:
     """
     used = {model.sensors[index].name for index in model.chosen}
     low, high = model.limits.tool_length_mm
-    declared = [
-        Variable(
-            sensor.name,
-            "real",
-            "input",
-            f"Temperature {sensor.name}, "
-            + ("used by the error model" if sensor.name in used else "not used by the bundled file")
-            + "; NaN: missing",
-            unit="degC",
-            low=-60.0,
-            high=400.0,
-            nominal=20.0,
-            start=START_DEGC,
-        )
-        for sensor in model.sensors
-    ]
-    declared += [
-        Variable(
-            "speed",
-            "real",
-            "input",
-            "Spindle speed; NaN: not known",
-            unit="rpm",
-            low=-1e6,
-            high=1e6,
-            nominal=1e4,
-        ),
-        Variable(
-            "tool_length",
-            "real",
-            "input",
-            f"From the gauge line to the tool tip; the bundled file allows {low:g} to {high:g} mm",
-            unit="mm",
-            low=-LONGEST_TOOL_MM,
-            high=LONGEST_TOOL_MM,
-            nominal=100.0,
-            start=min(max(START_TOOL_MM, low), high),
-        ),
-    ]
-    declared += _measured_inputs(model)
-    declared += [
-        _output(
-            f"d{axis}",
-            f"Offset to send to the {axis} axis: the drift of the tool tip with the opposite sign; "
-            f"the bundled file stays within {model.limits.offset_um:g} um",
-            "um",
-        )
-        for axis in "XYZ"
-    ]
+
+    def said(name: str) -> str:
+        use = "used by the error model" if name in used else "not used by the bundled file"
+        return f"Temperature {name}, {use}; NaN: missing"
+
+    tool = f"From the gauge line to the tool tip; the bundled file allows {low:g} to {high:g} mm"
+    limit = f"the bundled file stays within {model.limits.offset_um:g} um"
+    sent = f"axis: the drift of the tool tip with the opposite sign; {limit}"
+    start = min(max(START_TOOL_MM, low), high)
+    units = {target: "urad" if target in ("yaw", "pitch") else "um" for target in model.targets}
+    shown = f"drift since the start; counts while {MEASURED} is true"
     return [
-        *declared,
+        *(
+            _input(sensor.name, said(sensor.name), "degC", -60.0, 400.0, 20.0, START_DEGC)
+            for sensor in model.sensors
+        ),
+        _input("speed", "Spindle speed; NaN: not known", "rpm", -1e6, 1e6, 1e4),
+        _input("tool_length", tool, "mm", -LONGEST_TOOL_MM, LONGEST_TOOL_MM, 100.0, start),
+        *(
+            _input(f"{MEASURED}_{target}", f"Measured {target}, {shown}", unit, -1e6, 1e6, 10.0)
+            for target, unit in units.items()
+        ),
+        Variable(
+            MEASURED,
+            "boolean",
+            "input",
+            "True with a sample whose measured targets are to be used; false: the model goes on "
+            "alone",
+        ),
+        *(_output(f"d{axis}", f"Offset to send to the {axis} {sent}", "um") for axis in "XYZ"),
         _output(
             "elongation", "Predicted growth of the spindle, its nose towards -Z positive", "um"
         ),
         _output("yaw", "Predicted tilt in the XZ plane", "urad"),
         _output("pitch", "Predicted tilt in the YZ plane", "urad"),
         *_half_widths(model),
-        Variable(
-            "valid",
-            "boolean",
-            "output",
-            "True while the offsets follow the model",
-            depends_at_start=(),
-        ),
-        Variable(
-            "status",
+        _told("boolean", "valid", "True while the offsets follow the model"),
+        _told(
             "integer",
-            "output",
+            "status",
             "0 ok, 1 waiting, 2 outside training, 3 recovering, 4 going on without a sensor, "
             "11 to 14 holding, 21 to 24 ramping to zero, 31 to 34 at zero; units: 1 missing, "
             "2 implausible, 3 too fast, 4 stale",
-            low=0,
-            high=34,
-            depends_at_start=(),
+            0,
+            34,
         ),
-        Variable(
-            "status_sensor",
+        _told(
             "integer",
-            "output",
+            "status_sensor",
             "Number of the temperature input to blame, from 1; 0: none",
-            low=0,
-            high=len(model.sensors),
-            depends_at_start=(),
+            0,
+            len(model.sensors),
         ),
-        Variable(
-            "status_text",
-            "string",
-            "output",
-            "The status in words, with its cause",
-            depends_at_start=(),
-        ),
+        _told("string", "status_text", "The status in words, with its cause"),
         Variable(
             "model_file",
             "string",
@@ -222,28 +186,26 @@ def variables(model: Model) -> list[Variable]:
     ]
 
 
-def _measured_inputs(model: Model) -> list[Variable]:
-    """Return the inputs for what a displacement sensor or a probe shows, now and then."""
-    reals = [
-        Variable(
-            f"{MEASURED}_{target}",
-            "real",
-            "input",
-            f"Measured {target}, drift since the start; counts while {MEASURED} is true",
-            unit="urad" if target in ("yaw", "pitch") else "um",
-            low=-1e6,
-            high=1e6,
-            nominal=10.0,
-        )
-        for target in model.targets
-    ]
-    flag = Variable(
-        MEASURED,
-        "boolean",
+def _input(
+    name: str,
+    description: str,
+    unit: str,
+    low: float,
+    high: float,
+    nominal: float,
+    start: float = 0.0,
+) -> Variable:
+    return Variable(
+        name,
+        "real",
         "input",
-        "True with a sample whose measured targets are to be used; false: the model goes on alone",
+        description,
+        unit=unit,
+        low=low,
+        high=high,
+        nominal=nominal,
+        start=start,
     )
-    return [*reals, flag]
 
 
 def _half_widths(model: Model) -> list[Variable]:
@@ -262,17 +224,14 @@ def _half_widths(model: Model) -> list[Variable]:
 
 
 def _output(name: str, description: str, unit: str, low: float = -1e5) -> Variable:
-    return Variable(
-        name,
-        "real",
-        "output",
-        description,
-        unit=unit,
-        low=low,
-        high=1e5,
-        nominal=10.0,
-        depends_at_start=(),
-    )
+    told = _told("real", name, description, low, 1e5)
+    return replace(told, unit=unit, nominal=10.0)
+
+
+def _told(
+    kind: Kind, name: str, description: str, low: float | None = None, high: float | None = None
+) -> Variable:
+    return Variable(name, kind, "output", description, low=low, high=high, depends_at_start=())
 
 
 def _other_model(path: str, bundled: Model) -> Model:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import cycle
 from math import sqrt
 from operator import add, mul
 
@@ -89,9 +88,9 @@ class Gaussian:
         self._lags_s, self._learnt, self._scale, self._seen = lags_s, weights, scale, seen
         self._walk_per_h = walk_per_h
         self._inputs = len(weights[0]) // (1 + len(lags_s))
-        # Until a first measurement the weights are those learnt.
-        self._along = written_out([0.0] * len(seen), seen)
-        self._sums = written_out([0.0] * len(weights), weights)
+        # With the weights learnt, which are those in use until a first measurement.
+        rows = [*weights, *seen]
+        self._sums = written_out([0.0] * len(rows), rows)
         # Steps are mostly of one length: the lags' shares of it are worth keeping.
         self._elapsed_s, self._shares = 0.0, [0.0] * (self._inputs * len(lags_s))
         self.reset()
@@ -138,6 +137,7 @@ class Gaussian:
         """Forget everything but what was learnt."""
         self._hours = self._settled_h
         self._features = [0.0] * len(self._learnt[0])  # rises, then lag by lag [K]
+        self._along = [0.0] * len(self._seen)  # of the features, what training saw
         self._weights = self._learnt
         self._bias = list(self._constant)  # the walk, and the drift at the reference
         self._leaps = 0.0  # variance that confirmed leaps brought to the walk, over Sigma [1]
@@ -164,12 +164,13 @@ class Gaussian:
             shares = [share(elapsed_s, tau_s) for tau_s in self._lags_s]
             self._shares = [part for part in shares for _ in range(self._inputs)]
         self._hours += elapsed_s / 3600.0
-        features = list(rises)
-        triples = zip(self._features[self._inputs :], self._shares, cycle(rises), strict=False)
-        features += [value + part * (rise - value) for value, part, rise in triples]
-        self._features = features
+        lagged, again = self._features[self._inputs :], [*rises] * len(self._lags_s)
+        triples = zip(lagged, self._shares, again, strict=True)
+        features = [*rises, *[value + part * (rise - value) for value, part, rise in triples]]
+        sums, targets = self._sums(features), len(self._bias)
+        self._features, self._along = features, sums[targets:]
         novelty = self._scale * sum(map(mul, features, features))
-        for along in self._along(features):
+        for along in self._along:
             novelty -= along * along
         self.novelty = max(novelty, 0.0)
         left = self.novelty + self._walk_per_h * self._hours + self._leaps
@@ -178,9 +179,7 @@ class Gaussian:
             left -= along * along
         self._left = max(left, 0.0)
         self.variance = 1.0 + self._left
-        if self._weights is self._learnt:
-            sums = self._sums(features)
-        else:
+        if self._weights is not self._learnt:
             sums = [sum(map(mul, weights, features)) for weights in self._weights]
         self.added = list(map(add, self._bias, sums))
 
@@ -224,7 +223,7 @@ class Gaussian:
         column = [self._scale * value for value in features]
         walk = self._walk_per_h * self._hours + self._leaps
         told = []
-        for along, row in zip(self._along(features), self._seen, strict=True):
+        for along, row in zip(self._along, self._seen, strict=True):
             column = [value - along * weight for value, weight in zip(column, row, strict=True)]
         for row in self._probes:
             along = sum(map(mul, row, features)) + row[-1]
@@ -256,7 +255,7 @@ class Gaussian:
         As many as bring half of the novelty together, at most `NAMED`.
         """
         shares = [self._scale * value for value in self._features]
-        for along, row in zip(self._along(self._features), self._seen, strict=True):
+        for along, row in zip(self._along, self._seen, strict=True):
             shares = [value - along * weight for value, weight in zip(shares, row, strict=True)]
         parts = [0.0] * self._inputs
         for place, (value, feature) in enumerate(zip(shares, self._features, strict=True)):
@@ -268,18 +267,6 @@ class Gaussian:
             if left <= 0.0:
                 break
         return named
-
-    def axis_deviation(self, weights: Sequence[float]) -> float:
-        """Return the root of what a unit of ``variance`` is along an axis [um].
-
-        Errors of tilt and radial drift go together, nobody knows with which sign: they are added.
-
-        Parameters
-        ----------
-        weights : sequence of float
-            How the drift along it follows from the targets: `Geometry.weights`.
-        """
-        return sum(abs(weight) * value for weight, value in zip(weights, self.spread, strict=True))
 
     def state(self) -> list[float]:
         """Return what is remembered; longer after measurements."""
@@ -325,6 +312,7 @@ class Gaussian:
         rows(1, 2)
         self._features, self._bias = rows(1, width)[0], rows(1, targets)[0]
         self.added, self._suspect = rows(1, targets)[0], rows(1, suspected)[0]
+        self._along = self._sums(self._features)[targets:]
         self._probes = rows(probes, width + 1)
         if probes:
             self._weights = rows(targets, width)

@@ -33,8 +33,6 @@ FORMAT = 3
 """Given by the form of the file: 1 and 2 held an error model and layers around it, 3 holds one
 Gaussian."""
 KIND = "spindle-drift compensator"
-LARGEST_FILE = 4_000_000
-"""Of a file [bytes]: a large network is a few hundred thousand. Set on no data."""
 INPUT_FORMS = ("rise", "absolute", "level")
 
 
@@ -86,7 +84,15 @@ class Model:
     def new_error_model(self) -> ErrorModel:
         """Return a fresh error model: it may have states, so each compensator has its own."""
         fields = Fields(self.table["error_model"], self.source, "error_model")
-        return _error_model(fields, len(self.chosen), self.geometry)
+        known = shipped_error_models()
+        if fields.raw("kind") not in [*known]:  # plug-ins are looked for where one is needed only
+            known = error_models()
+        kind = fields.choice("kind", tuple(known))
+        if tuple(fields.names("targets")) != self.targets:
+            raise fields.refusal("targets", f"must be {', '.join(self.targets)} for this geometry")
+        model = known[kind].from_fields(fields, len(self.chosen), len(self.targets))
+        fields.done()
+        return model
 
     def new_gaussian(self) -> Gaussian:
         """Return what stands on the error model, fresh."""
@@ -95,7 +101,10 @@ class Model:
 
     def new_spare(self) -> Spare | None:
         """Return what broken sensors are likely to read, fresh; None where the file has none."""
-        return _spare(Fields(self.table, self.source), len(self.chosen), len(self.targets))
+        if self.table["spare"] is None:
+            return None
+        fields = Fields(self.table["spare"], self.source, "spare")
+        return Spare.from_fields(fields, len(self.chosen), len(self.targets))
 
 
 def load_model(path: str | Path) -> Model:
@@ -116,12 +125,9 @@ def load_model(path: str | Path) -> Model:
         One line: file, place, value and what is allowed.
     """
     try:
-        with Path(path).open("rb") as file:
-            data = file.read(LARGEST_FILE + 1)
+        data = Path(path).read_bytes()
     except OSError as error:
         raise ModelFileError(str(path), "", f"cannot be read: {error.strerror}") from None
-    if len(data) > LARGEST_FILE:
-        raise ModelFileError(str(path), "", f"is larger than {LARGEST_FILE} bytes")
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -144,8 +150,6 @@ def parse_model(text: str, source: str) -> Model:
     ModelFileError
         One line: source, place, value and what is allowed.
     """
-    if len(text) > LARGEST_FILE:
-        raise ModelFileError(source, "", f"is larger than {LARGEST_FILE} characters")
     try:
         table = json.loads(text, object_pairs_hook=_table, parse_constant=_refuse_constant)
     except json.JSONDecodeError as error:
@@ -213,16 +217,13 @@ def _model(table: object, source: str) -> Model:
         table=fields.as_table(),
         source=source,
     )
-    _error_model(fields.table("error_model"), len(chosen), geometry)
-    Gaussian.from_fields(fields.table("gaussian"), len(chosen), len(geometry.targets))
-    _spare(fields, len(chosen), len(geometry.targets))
+    for key in ("error_model", "gaussian", "spare"):
+        fields.raw(key)
+    model.new_error_model()
+    model.new_gaussian()
+    model.new_spare()
     fields.done()
     return model
-
-
-def _spare(fields: Fields, inputs: int, targets: int) -> Spare | None:
-    table = fields.table_or_none("spare")
-    return None if table is None else Spare.from_fields(table, inputs, targets)
 
 
 def _sensors(fields: Fields) -> tuple[Sensor, ...]:
@@ -243,18 +244,6 @@ def _chosen(fields: Fields, sensors: tuple[Sensor, ...]) -> tuple[int, ...]:
             place = f"chosen.{index}"
             raise fields.refusal(place, f"'{name}' is not allowed: must be one of the sensors")
     return tuple(known.index(name) for name in chosen)
-
-
-def _error_model(fields: Fields, inputs: int, geometry: Geometry) -> ErrorModel:
-    known = shipped_error_models()
-    if fields.raw("kind") not in [*known]:  # plug-ins are looked for where one is needed only
-        known = error_models()
-    kind = fields.choice("kind", tuple(known))
-    if tuple(fields.names("targets")) != geometry.targets:
-        raise fields.refusal("targets", f"must be {', '.join(geometry.targets)} for this geometry")
-    model = known[kind].from_fields(fields, inputs, len(geometry.targets))
-    fields.done()
-    return model
 
 
 def _provenance(fields: Fields) -> dict[str, Any]:

@@ -130,7 +130,13 @@ class Prediction:
         if tool_length != self._tool_length:
             self._tool_length = tool_length
             self._axes = self.model.geometry.weights(tool_length)
-            self._spread = [self.gaussian.axis_deviation(weights) for weights in self._axes]
+            # Errors of tilt and radial drift go together, nobody knows with which sign.
+            self._spread = [
+                sum(
+                    abs(weight) * one for weight, one in zip(row, self.gaussian.spread, strict=True)
+                )
+                for row in self._axes
+            ]
         return self._axes
 
     def state(self) -> dict[str, Any]:

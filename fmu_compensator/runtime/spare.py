@@ -5,17 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import exp, expm1, sqrt
 from operator import mul
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
+from fmu_compensator.runtime.error_models.base import Remembering
 from fmu_compensator.runtime.fields import LARGEST, Fields
-from fmu_compensator.runtime.lags import checked_state
-
-BLEND_S = 120.0
-"""A reading that is taken from elsewhere moves there with this time constant [s]: set on no
-data."""
-START_AFTER_S = 60.0
-"""A sensor that does not answer for so long is not waited for: sensors come on line one by one.
-Set on no data."""
 
 
 class Starts(NamedTuple):
@@ -33,7 +26,7 @@ class Starts(NamedTuple):
     unread: list[int]
 
 
-class Spare:
+class Spare(Remembering):
     r"""The rises of all chosen sensors as a Gaussian of mean zero; P is its precision matrix.
 
     .. math::
@@ -65,6 +58,14 @@ class Spare:
     usual : list of list of float, targets x targets
         Mean square of the drift in training [um^2, um urad, urad^2].
     """
+
+    remembers: ClassVar[tuple[str, ...]] = (
+        "_started",
+        "_clock",
+        "turn",
+        *("_first", "_last", "_own", "_seen", "_good_for", "_unread", "_shift"),
+        *("_extra", "_lasting"),
+    )
 
     def __init__(
         self,
@@ -108,7 +109,7 @@ class Spare:
     def reset(self) -> None:
         """Forget everything."""
         count = len(self._growth)
-        self._started = self._stopped = False
+        self._started = False
         self.quiet = False  # nothing is broken, nor was of late: readings are used as they are
         self._clock = 0.0  # since the first sample [s]
         self.turn = 0  # whose reading is compared with the others' in the next sample
@@ -116,7 +117,6 @@ class Spare:
         self._last = [0.0] * count  # readings used [degC]
         self._own = [0.0] * count  # P_ii^-1 z_i, what is a sensor's own [K]
         self._seen = [0.0] * count  # when that was, by the clock [s]
-        self._gap = [0.0] * count  # on the way from one source to another [K]
         self._good_for = [-1.0] * count  # of a broken sensor, since its last bad reading [s]
         self._unread = [0.0] * count  # 1 for a sensor that has not read since the start
         self._shift = [0.0] * count  # from its readings to those used, once it reads [K]
@@ -151,35 +151,33 @@ class Spare:
         elapsed_s : float
             Time since the sample before this one [s].
         recover_s : float
-            How long a sensor must be good to be used again [s].
+            How long a sensor must be good to be used again, and to start without it is waited
+            for [s].
         axes : sequence of sequence of float
             How the drift along X, Y, Z follows from the targets: `Geometry.weights`.
         starts : Starts, optional
             From where rises may count if not all are good; without it they must be to start.
         """
         if not self._started:
-            return self._start(readings, bad, elapsed_s, axes, starts)
+            return self._start(readings, bad, elapsed_s, recover_s, axes, starts)
         self._clock = min(self._clock + elapsed_s, LARGEST)
         self.quiet = False
-        before = list(self._good_for)
         self._count(bad, elapsed_s, recover_s)
         broken = self.broken
         if not self._can_go_on(broken, axes):
             if bad:
-                self._stopped = True
                 return None
             # All are good, and the offsets wait for them anyway.
-            self._good_for = [-1.0] * len(before)
+            self._good_for = [-1.0] * len(readings)
             broken = []
         self._read_at_last(readings)
         readings = [value + shift for value, shift in zip(readings, self._shift, strict=True)]
         used = self._filled(readings, broken)
-        kept = exp(-elapsed_s / BLEND_S)
-        self._blend(used, before, kept)
-        self._fade_extra(broken, kept, axes)
+        told = self._added(broken, axes, lasting=False)
+        self._extra = list(map(max, told, self._lasting))
         self._compare(used, stands)
-        self._stopped, self._last = False, used
-        memories = (self._gap, self._unread, self._shift, self._extra)
+        self._last = used
+        memories = (self._unread, self._shift, self._extra)
         self.quiet = not self.broken and not any(map(any, memories))
         return used
 
@@ -194,6 +192,7 @@ class Spare:
         readings: Sequence[float],
         bad: Sequence[int],
         elapsed_s: float,
+        recover_s: float,
         axes: Sequence[Sequence[float]],
         starts: Starts | None,
     ) -> list[float] | None:
@@ -204,7 +203,7 @@ class Spare:
             self._first = list(readings)
             self._last = list(readings)
             return self._last
-        if starts is None or self._clock < START_AFTER_S:
+        if starts is None or self._clock < recover_s:
             self._clock = min(self._clock + elapsed_s, LARGEST)
             return None
         good_for = [0.0 if place in bad else -1.0 for place in range(len(readings))]
@@ -225,9 +224,7 @@ class Spare:
             if unread and self._good_for[place] < 0.0:
                 self._unread[place] = 0.0
                 self._shift[place] = self._last[place] - readings[place]
-                self._lasting = [
-                    max(*pair) for pair in zip(self._lasting, self._extra, strict=True)
-                ]
+                self._lasting = list(map(max, self._lasting, self._extra))
 
     def _count(self, bad: Sequence[int], elapsed_s: float, recover_s: float) -> None:
         """Count how long the broken sensors have been good again."""
@@ -251,8 +248,6 @@ class Spare:
     def _filled(self, readings: Sequence[float], broken: Sequence[int]) -> list[float]:
         """Return the readings with what the broken sensors are likely to read [degC]."""
         used = list(readings)
-        if not broken:
-            return used
         rises = [value - first for value, first in zip(readings, self._first, strict=True)]
         for place in broken:
             rises[place] = 0.0
@@ -303,34 +298,6 @@ class Spare:
             found.append(max(sum(map(mul, moved, self._solved(broken, moved))), 0.0))
         return found
 
-    def _blend(self, used: list[float], before: Sequence[float], kept: float) -> None:
-        """Let no reading step when it comes from elsewhere than in the sample before."""
-        changed = any(
-            (was >= 0.0) != (now >= 0.0) for was, now in zip(before, self._good_for, strict=True)
-        )
-        if self._stopped:
-            self._gap = [0.0] * len(used)  # the offsets are elsewhere as well
-            return
-        if any(self._gap):
-            self._gap = [gap * kept for gap in self._gap]
-        if changed:
-            for place, (was, now) in enumerate(zip(before, self._good_for, strict=True)):
-                if was >= 0.0 or now >= 0.0:
-                    self._gap[place] = self._last[place] - used[place]
-        for place, gap in enumerate(self._gap):
-            used[place] += gap
-
-    def _fade_extra(
-        self, broken: Sequence[int], kept: float, axes: Sequence[Sequence[float]]
-    ) -> None:
-        if broken:
-            now = self._added(broken, axes, lasting=False)
-            self._extra = [max(new, old * kept) for new, old in zip(now, self._extra, strict=True)]
-        elif any(self._extra):
-            self._extra = [old * kept for old in self._extra]
-        if any(self._lasting):
-            self._extra = [max(*pair) for pair in zip(self._extra, self._lasting, strict=True)]
-
     def _compare(self, used: Sequence[float], stands: bool) -> None:
         """Put down what one sensor reads beyond what the others say; each has its turn."""
         place = self.turn
@@ -347,16 +314,6 @@ class Spare:
         """What broken sensors add to the variance of the drift now, for X, Y, Z [um^2]."""
         return self._extra
 
-    def state(self) -> list[float]:
-        """Return what is remembered."""
-        return [
-            float(self._started),
-            float(self._stopped),
-            self._clock,
-            float(self.turn),
-            *(value for values in self._rows() for value in values),
-        ]
-
     def restore(self, state: Sequence[float]) -> None:
         """Take up the state that `state` returned.
 
@@ -365,28 +322,10 @@ class Spare:
         ValueError
             If the state is not one of this file's.
         """
-        values = iter(checked_state(state, len(self.state())))
+        super().restore(state)
         self.quiet = False
-        self._started, self._stopped = bool(next(values)), bool(next(values))
-        self._clock, self.turn = next(values), int(next(values))
         if not 0 <= self.turn < len(self._first):
             raise ValueError(f"the state counts {self.turn} of {len(self._first)} sensors")
-        for held in self._rows():
-            held[:] = [next(values) for _ in held]
-
-    def _rows(self) -> tuple[list[float], ...]:
-        return (
-            self._first,
-            self._last,
-            self._own,
-            self._seen,
-            self._gap,
-            self._good_for,
-            self._unread,
-            self._shift,
-            self._extra,
-            self._lasting,
-        )
 
 
 def _check_precision(fields: Fields, precision: list[list[float]]) -> None:

@@ -85,8 +85,8 @@ def test_it_starts_without_a_sensor_and_takes_it_in_when_it_reads() -> None:
         if row > returns - 10:
             assert np.abs(now - offset).max() < 3.0  # no step when it comes back
         offset = now
-    assert told[:2] == [1, 1]  # a minute is waited
-    assert set(told[4:returns]) == {SPARED}
+    assert told[:2] == [1, SPARED]  # `recover_s` is waited
+    assert set(told[1:returns]) == {SPARED}
     assert told[-1] == OK
     state = compensator.state()
     again = RunningCompensator(model)

@@ -60,7 +60,7 @@ def test_the_file_does_what_was_fitted(kind: str, form: str) -> None:
     prepared = prepare(RUNS, DIRECT_RIG, recipe.input_form)
     twin = Installed.fit(recipe, prepared, prepared.runs)
     [unseen] = prepare([NEW], DIRECT_RIG, recipe.input_form, sensors=SENSORS).runs
-    rows, values, width = twin.predict(unseen)
+    rows, values, width, _ = twin.predict(unseen)
     assert rows.time_s == pytest.approx(NEW.time_s)
     compensator = RunningCompensator(parse_model(compensator_text(table), "file"))
     readings = NEW.frame[[f"{name}_degC" for name in SENSORS]].to_numpy().tolist()

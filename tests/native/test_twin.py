@@ -118,8 +118,8 @@ def padded(values: list[float]) -> list[float]:
 
 def by_sensor(state: list[float]) -> list[float]:
     """Return a spare's state as C has it: what is of X, Y, Z first, then sensor by sensor."""
-    head, rows, axes = state[:4], state[4:-6], state[-6:]
-    sensors = len(rows) // 8
+    head, rows, axes = state[:3], state[3:-6], state[-6:]
+    sensors = len(rows) // 7
     return [*head, *axes, *(value for at in range(sensors) for value in rows[at::sensors])]
 
 
@@ -204,12 +204,12 @@ def test_what_is_compared_above_is_reached() -> None:
             seen.add(output.status)
             state = compensator.state()
             if output.status == SPARED:
-                waits = state["spare"][4 + 5 * count : 4 + 6 * count]
+                waits = state["spare"][3 + 4 * count : 3 + 5 * count]
                 most = max(most, sum(value >= 0.0 for value in waits))
             probes = max(probes, int(state["gaussian"][6]))
             suspected += state["gaussian"][5] > 0.0
             leapt += state["gaussian"][1] > 0.0
-        shifted += any(state["spare"][4 + 7 * count : 4 + 8 * count])
+        shifted += any(state["spare"][3 + 6 * count : 3 + 7 * count])
         broken = max(broken, most)
     assert shifted >= 2
     assert broken >= 3

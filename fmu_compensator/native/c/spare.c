@@ -13,8 +13,6 @@ void spare_make(struct setup *setup, struct spare *self)
     if (model_spare.precision == NULL) {
         return;
     }
-    self->was_out = setup_take(setup, count, sizeof(bool));
-    self->shown_again = setup_take(setup, count, sizeof(bool));
     self->rises = setup_take(setup, count, sizeof(double));
     self->moved = setup_take(setup, count, sizeof(double));
     self->solved = setup_take(setup, count, sizeof(double));
@@ -126,11 +124,9 @@ static bool can_go_on(
 }
 
 /* Counts how long the broken sensors have been good again. */
-static void count_good(
-    const struct spare *self, struct spare_state *state, const struct spare_sample *sample)
+static void count_good(struct spare_state *state, const struct spare_sample *sample)
 {
     for (size_t place = 0; place < model_chosen_count; place++) {
-        self->was_out[place] = is_out(&state->sensors[place]);
         double *good_for = &state->sensors[place].good_for;
         if (sample->bad[place]) {
             *good_for = 0.0;
@@ -179,31 +175,6 @@ void spare_derive(struct spare *self, const struct spare_state *state, double *r
 {
     find_broken(self, state);
     estimate(self, state, readings, 0.0);
-    /* Where this sample came from elsewhere than the one before, that one was shown again. */
-    for (size_t place = 0; place < model_chosen_count; place++) {
-        if (self->shown_again[place]) {
-            readings[place] = 0.0;
-        }
-    }
-}
-
-/* Lets no reading step when it comes from elsewhere than in the sample before. */
-static void blend(
-    const struct spare *self, struct spare_state *state, double *used, double kept)
-{
-    bool changed = false;
-    for (size_t place = 0; place < model_chosen_count; place++) {
-        changed = changed || self->was_out[place] != is_out(&state->sensors[place]);
-    }
-    for (size_t place = 0; place < model_chosen_count; place++) {
-        struct spared *sensor = &state->sensors[place];
-        bool jumps = changed && (self->was_out[place] || is_out(sensor));
-        sensor->gap = jumps ? sensor->last - used[place] : sensor->gap * kept;
-        /* After a stop the offsets are elsewhere as well. */
-        sensor->gap = state->stopped != 0.0 ? 0.0 : sensor->gap;
-        self->shown_again[place] = jumps && sensor->gap != 0.0;
-        used[place] += sensor->gap;
-    }
 }
 
 /* Puts down what one sensor reads beyond what the others say; each has its turn. A reading that is
@@ -253,7 +224,7 @@ static bool start_without(
     struct spare *self, struct spare_state *state, const struct spare_sample *sample)
 {
     double waited = state->clock;
-    if (waited < SPARE_START_AFTER_S || !guess_first(self, state, sample)) {
+    if (waited < model_limits.recover_s || !guess_first(self, state, sample)) {
         state->clock = clamped(waited + sample->elapsed_s, 0.0, FIELDS_LARGEST);
         return false;
     }
@@ -292,13 +263,12 @@ static void read_at_last(struct spare_state *state, double *readings)
 static bool go_on(
     struct spare *self, struct spare_state *state, const struct spare_sample *sample)
 {
-    double now[3], kept = exp(-sample->elapsed_s / SPARE_BLEND_S);
+    double now[3];
     state->clock = clamped(state->clock + sample->elapsed_s, 0.0, FIELDS_LARGEST);
-    count_good(self, state, sample);
+    count_good(state, sample);
     find_broken(self, state);
     if (!can_go_on(self, state, sample->axes)) {
         if (sample->any_bad) {
-            state->stopped = 1.0;
             return false;
         }
         /* All are good, and the offsets wait for them anyway. */
@@ -311,13 +281,11 @@ static bool go_on(
     if (self->count > 0) {
         fill(self, state, sample->readings);
     }
-    blend(self, state, sample->readings, kept);
     add_up(self, state, sample->axes, false, now);
     for (size_t axis = 0; axis < 3; axis++) {
-        state->extra[axis] = fmax(fmax(now[axis], state->extra[axis] * kept), state->lasting[axis]);
+        state->extra[axis] = fmax(now[axis], state->lasting[axis]);
     }
     compare(state, sample);
-    state->stopped = 0.0;
     return true;
 }
 
@@ -325,7 +293,6 @@ bool spare_step(
     struct spare *self, struct spare_state *state, const struct spare_sample *sample)
 {
     bool starts = state->started == 0.0, whole = starts && !sample->any_bad;
-    memset(self->shown_again, 0, model_chosen_count * sizeof(bool));
     if (whole) {
         state->clock = 0.0;
         self->count = 0;

@@ -11,17 +11,16 @@
 /* Room for one sample; see the Python twin. */
 struct spare {
     double *rises, *moved, *solved, *rows;
-    bool *was_out, *shown_again; /* before this sample; with the reading before */
-    size_t *broken, count;       /* places of the sensors that are done without now */
+    size_t *broken, count; /* places of the sensors that are done without now */
 };
 
 /* In the names of the Python twin. */
 struct spared {
-    double first, last, own, seen, gap, good_for, unread, shift;
+    double first, last, own, seen, good_for, unread, shift;
 };
 
 struct spare_state {
-    double started, stopped, clock, turn;
+    double started, clock, turn;
     double extra[3], lasting[3]; /* of X, Y, Z */
     struct spared sensors[];
 };
