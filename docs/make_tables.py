@@ -253,12 +253,13 @@ def bus_values() -> str:
     return table(("Signal", "Values"), named_rows(read_database()))
 
 
+SPARE = ("precision", "growth", "memory_s", "usual_start", "sensitivity", "usual")
 COMPENSATOR: tuple[tuple[str, type, tuple[str, ...]], ...] = (
     ("", Model, ("name", "title", "created", "input_form", "provenance")),
     ("sensors[].", Sensor, ()),
     ("limits.", Limits, ()),
     ("gaussian.", Gaussian, ()),
-    ("spare.", Spare, ()),
+    ("spare.", Spare, SPARE),
 )
 """Where the classes stand in the file, and which of their fields do; all, where none is named."""
 
