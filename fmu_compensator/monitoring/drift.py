@@ -13,8 +13,10 @@ from fmu_compensator.driving import Driven
 from fmu_compensator.fit.installed import COVERAGE
 from fmu_compensator.fit.promise import AxisLeft, left_of
 from fmu_compensator.monitoring.bounds import upper_bound
-from measurement.faults.series import FEWEST_SAMPLES
 from measurement.rig import AXES
+
+FEWEST_ROWS = 3
+"""With fewer measurements a run says nothing of its drift [1]: set on no data."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,7 @@ def axis_errors(driven: Driven, bounds: Mapping[str, float]) -> list[AxisError]:
     for axis, left in left_of(driven, "").axes.items():
         place = AXES.index(axis)
         known = np.isfinite(driven.error[:, place])
-        if known.sum() < FEWEST_SAMPLES:
+        if known.sum() < FEWEST_ROWS:
             continue
         drift, said = driven.drift[known, place], driven.predicted[known, place]
         size = float(said @ said)
