@@ -1,4 +1,4 @@
-"""Build the FMUs: ``python build_fmu.py``. What it does is in `scenarios.building`."""
+"""Build the FMUs: ``python build_fmu.py``. What it does is in `scenarios.build_command`."""
 
 from __future__ import annotations
 
@@ -8,14 +8,9 @@ from pathlib import Path
 
 from fmu_packaging.native.build import Native
 from fmu_packaging.package import Recipe
-from scenarios import building
-from scenarios.building import (
-    DEFAULT_MACHINE,
-    DEFAULT_MODEL,
-    _arguments,
-    compensator_recipe,
-    plant_recipe,
-)
+from scenarios import build_command
+from scenarios.build_command import _arguments
+from scenarios.building import DEFAULT_MACHINE, DEFAULT_MODEL, compensator_recipe, plant_recipe
 
 __all__ = [
     "DEFAULT_MACHINE",
@@ -35,7 +30,7 @@ def _on_bus(recipe: Recipe, native: Native, dbc: Path | None, high: bool) -> Nat
 
 def main(given: Sequence[str] | None = None) -> int:
     """Build what the command line asks for; return the exit code."""
-    return building.main(given, _on_bus)
+    return build_command.main(given, _on_bus)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Building the FMUs: the body of ``python build_fmu.py``.
+"""Building the FMUs.
 
 Each is validated and run in a fresh process first; on any problem the build stops, and the FMU
 that was there stays. Nothing is written when the content has not changed.
@@ -6,40 +6,33 @@ that was there stays. Nothing is written when the content has not changed.
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
 import re
-import sys
 import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from html import escape
 from pathlib import Path
-from typing import Any, NoReturn
 
 from fmu_compensator.native.build import native_compensator
 from fmu_compensator.runtime.fmi_slave import MODEL_FILE, status_meanings, variables
-from fmu_compensator.runtime.modelfile import Model, ModelFileError, parse_model
+from fmu_compensator.runtime.modelfile import Model, parse_model
 from fmu_packaging.description import Identity
 from fmu_packaging.documentation import Page, table
 from fmu_packaging.native.build import Fmi, Native, Part, native_package
 from fmu_packaging.native.compilers import (
-    CompileError,
     Compiler,
-    NativeError,
     compilers,
     compilers_for_all,
 )
 from fmu_packaging.package import Package, Recipe, build
-from fmu_packaging.publish import PublishError, Reference, publish
+from fmu_packaging.publish import Reference, publish
 from measurement.errors import BadInput
 from plant_model.fmi_slave import MACHINE_FILE, variable_name
 from plant_model.machine import Machine
-from plant_model.machine_file import read_machine
 from plant_model.native.build import native_plant
-from scenarios.arguments import add_parameters, parameters_of
-from scenarios.outputs import FMU, OTHERWISE, check_output, guarding, is_forced
+from scenarios.outputs import FMU, OTHERWISE, check_output, is_forced
 from scenarios.plugged import effect_files, error_model_files
 from scenarios.reference_runs import compensator_reference, plant_reference, with_array
 from scenarios.scenario import Settings
@@ -454,100 +447,3 @@ def _check_outputs(folder: Path, name: str) -> None:
     if there and not target.exists() and not is_forced():
         problem = f"exists without {target.name} beside it: {OTHERWISE}"
         raise BadInput(there[0], "", problem)
-
-
-def _summary(package: Package, path: Path, written: bool) -> dict[str, Any]:
-    data = path.read_bytes()
-    return {
-        "name": package.name,
-        "file": str(path),
-        "bytes": len(data),
-        "sha256": hashlib.sha256(data).hexdigest(),
-        "guid": package.guid,
-        "variables": len(package.slave.variables),
-        "validation": "clean",
-        "written": written,
-        "note": package.note,
-    }
-
-
-def _line(entry: dict[str, Any]) -> str:
-    state = "validated, reference run passed" if entry["written"] else "up to date"
-    line = f"{entry['file']}: {state}, {entry['bytes'] / 1024:.0f} KiB, GUID {entry['guid']}"
-    return f"{line}. {entry['note']}" if entry["note"] else line
-
-
-class _Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: {message}\n")
-
-
-def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
-    parser = _Parser("build_fmu.py", description="Build the FMUs, validate them, try them out.")
-    add = parser.add_argument
-    add("--model", type=Path, default=DEFAULT_MODEL, help="compensator file (JSON)")
-    text = "shipped machine's name or machine file (TOML)"
-    add("--machine", default=DEFAULT_MACHINE, help=text)
-    add("--only", choices=("compensator", "plant"), help="build one of them")
-    add_parameters(
-        parser, Form, *("native", "fmi", "arrays", "all_platforms", "leave_out", "dbc"),
-        can={"nargs": "?", "const": "low"},
-    )  # fmt: skip
-    # Into the checkout, or else the working folder.
-    folder = HERE / "dist" if (HERE / "pyproject.toml").is_file() else Path("dist")
-    add("--out", type=Path, default=folder, help="folder (dist)")
-    add("--name", help="name of the FMU, with --only")
-    add("--force", action="store_true", help="write over FMUs that this program did not make")
-    add("--json", action="store_true", help="print the summary as JSON")
-    return parser.parse_args(given)
-
-
-def _jobs(arguments: argparse.Namespace, on_bus: OnBus | None) -> list[Job]:
-    form = Form(**parameters_of(arguments, Form))
-    only = arguments.only or ("compensator" if form.can else None)
-    if arguments.name is not None and only is None:
-        raise BadInput("--name", "", "say which FMU it names, with --only")
-    sources: list[Path | Machine] = []
-    if only != "plant":
-        sources.append(arguments.model)
-    if only != "compensator":
-        sources.append(read_machine(arguments.machine))
-    with guarding("build_fmu", [arguments.model, arguments.machine], arguments.force):
-        return [
-            job_for(source, arguments.out, form, name=arguments.name, on_bus=on_bus)
-            for source in sources
-        ]
-
-
-def main(given: Sequence[str] | None = None, on_bus: OnBus | None = None) -> int:
-    """Build what the command line asks for; return the exit code.
-
-    Parameters
-    ----------
-    given : sequence of str, optional
-        The command line; by default the process's own.
-    on_bus : callable, optional
-        What ``--can`` takes frames from.
-    """
-    arguments = _arguments(given)
-    try:
-        jobs = _jobs(arguments, on_bus)
-    except (BadInput, ModelFileError, NativeError) as error:
-        print(error, file=sys.stderr)
-        return 2
-    entries = []
-    for job in jobs:
-        try:
-            entries.append(_summary(*job.run()))
-        except (PublishError, NativeError, CompileError) as error:
-            print(f"{job.recipe.identity.name}.fmu is not built:\n{error}", file=sys.stderr)
-            return 1
-        if not arguments.json:
-            print(_line(entries[-1]))
-    if arguments.json:
-        print(json.dumps(entries, indent=1))
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -86,7 +86,7 @@ def build_shipped(kind: str, fmu_dir: Path, *, quiet: bool = False) -> Path:
     """Build ``plant.fmu`` or ``compensator.fmu`` into *fmu_dir* and return its path."""
     if not quiet:
         print(f"{fmu_dir / kind}.fmu is missing: building it", file=sys.stderr)
-    from scenarios.building import main
+    from scenarios.build_command import main
 
     # What the build prints is no result of this command.
     with contextlib.redirect_stdout(sys.stderr):

@@ -19,8 +19,8 @@ from scenarios.table import NO_COMPENSATION, Group, group_of
 
 MACHINES = ("resources/machine.json", "documentation/machine.json")  # in Python, in C
 TOOL = "tool_length_mm"
-AVERAGE_S = 60.0
-"""What curves in minutes are the means of [s]: set on no data."""
+MINUTE_S = 60.0
+"""Given by arithmetic [s]."""
 
 
 def grouped(recordings: Sequence[Recording]) -> list[list[Recording]]:
@@ -242,12 +242,12 @@ def lowered(text: str) -> str:
 def minute_means(time_s: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return moments and means of each minute: a curve without the noise of single samples."""
     # The last sample, at the end of the last minute, makes no minute of its own.
-    last = max(int(np.ceil(time_s[-1] / AVERAGE_S)) - 1, 0)
-    minute = np.minimum(np.floor(time_s / AVERAGE_S).astype(int), last)
+    last = max(int(np.ceil(time_s[-1] / MINUTE_S)) - 1, 0)
+    minute = np.minimum(np.floor(time_s / MINUTE_S).astype(int), last)
     there = np.isfinite(values)
     counts = np.bincount(minute[there], minlength=last + 1).astype(float)
     sums = np.bincount(minute[there], values[there], minlength=last + 1)
     # A minute without any valid sample stays a gap.
     means = np.divide(sums, counts, out=np.full(counts.shape, np.nan), where=counts > 0)
-    middles = (np.arange(len(counts)) + 0.5) * AVERAGE_S
+    middles = (np.arange(len(counts)) + 0.5) * MINUTE_S
     return np.minimum(middles, time_s[-1]), means

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from measurement.errors import BadInput
-from scenarios import building
+from scenarios import build_command
 from scenarios.cli import main
 from scenarios.cosimulation import simulate
 from scenarios.fmu_files import find_fmu
@@ -112,14 +112,14 @@ def test_missing_fmus_are_built(
         print("built")
         return 0
 
-    monkeypatch.setattr(building, "main", build)
+    monkeypatch.setattr(build_command, "main", build)
     out, dist = tmp_path / "out", tmp_path / "dist"
     argv = ["run", "iso230_3", "--fmu-dir", str(dist), "--out", str(out), "--set", "duration_s=60"]
     assert main([*argv, "--json"]) == 0
     shown = capsys.readouterr()
     assert json.loads(shown.out)["scenario"]["name"] == "iso230_3"
     assert shown.err == "built\n" * 2
-    monkeypatch.setattr(building, "main", None)
+    monkeypatch.setattr(build_command, "main", None)
     assert main([*argv, "--quiet"]) == 0
 
 
