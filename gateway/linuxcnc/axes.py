@@ -16,7 +16,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 COUNT_UM = 0.01
-"""What one count moves an axis by, ``eoffset-scale`` [um]: set on no data."""
+"""What one count moves an axis by [um], given by the ``eoffset-scale`` of ``external.hal``."""
 PATIENCE = 10
 """So many looks a control gets to take what it was given, before it counts as dropped: set on no
 data."""
