@@ -14,9 +14,6 @@ from measurement.errors import BadInput, checked, near, shown
 from measurement.walk import classes_of
 from scenarios.signals.base import Setting, Signal
 
-DEEPEST = 5
-"""So deep may sums nest: set on no data."""
-
 
 @cache
 def kinds() -> dict[str, type[Signal]]:
@@ -40,8 +37,6 @@ def build(entry: object, setting: Setting) -> Signal:
     BadInput
         If it is neither, of an unknown kind, or wrong in a field.
     """
-    if setting.depth > DEEPEST:
-        raise BadInput(setting.source, setting.place, f"sums nest at most {DEEPEST} deep")
     if isinstance(entry, int | float) and not isinstance(entry, bool):
         entry = {"kind": "constant", "value": entry}
     if not isinstance(entry, dict):
@@ -63,5 +58,8 @@ def build(entry: object, setting: Setting) -> Signal:
     except BadInput as error:
         place = ".".join(part for part in (setting.place, error.place) if part)
         raise BadInput(setting.source, place, error.problem) from None
-    kinds()[kind].place(setting, entry)
+    try:
+        kinds()[kind].place(setting, entry)
+    except RecursionError:
+        raise BadInput(setting.source, "signals", "sums nest too deep") from None
     return signal
