@@ -27,8 +27,6 @@ _TEMPERATURE_COLOURS = (
     *("#e377c2", "#7f7f7f", "#bcbd22", "#17becf", "#393b79", "#ad494a"),
 )
 _STYLES: tuple[Any, ...] = ("-", "--", ":")  # Any, since matplotlib wants its own list of literals
-_LEGEND_ROWS = 13
-"""Of a legend beside a panel: set on no data."""
 
 
 def draw_overview(
@@ -263,7 +261,7 @@ def _legend(axes: Axes, handles: Sequence[Line2D] | None = None, right: float = 
         handles=entries,
         loc="upper left",
         bbox_to_anchor=(right, 1.0),
-        ncols=1 + (len(entries) - 1) // _LEGEND_ROWS,
+        ncols=1 + (len(entries) - 1) // len(_TEMPERATURE_COLOURS),
         fontsize=8,
         frameon=False,
         borderaxespad=0.0,
