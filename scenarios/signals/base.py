@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 FloatArray = NDArray[np.floating[Any]]
 MOST_STEPS = 1_000_000
-"""Of a scenario, or levels of a signal in it: set on no data."""
+"""Of a scenario, levels of a signal in it, or cases of a sweep: set on no data."""
 
 Value = Annotated[float, Field(ge=-1e9, le=1e9, allow_inf_nan=False)]
 """A value of a signal, in the signal's own unit."""
@@ -40,15 +40,12 @@ class Setting:
         The folder that file names start from.
     seed : int
         The scenario's seed.
-    depth : int
-        How many signals it stands inside.
     """
 
     source: str | Path
     place: str
     folder: Path
     seed: int = 0
-    depth: int = 0
 
     def inside(self, step: str) -> Setting:
         """Return the setting of a signal that is part of this one.
@@ -58,7 +55,7 @@ class Setting:
         step : str
             From this signal to the part, such as ``parts.0``.
         """
-        return replace(self, place=f"{self.place}.{step}", depth=self.depth + 1)
+        return replace(self, place=f"{self.place}.{step}")
 
     def generator(self) -> np.random.Generator:
         """Return random numbers that belong to this seed and this place alone.

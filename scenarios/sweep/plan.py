@@ -19,8 +19,9 @@ from plant_model.noise import LARGEST_SEED
 from scenarios.fmu_file import read_description
 from scenarios.fmu_files import find_fmu
 from scenarios.scenario import Case, Scenario, Variant, changed, read_scenario, scenario_from_text
+from scenarios.signals.base import MOST_STEPS
 from scenarios.sweep.names import Names, Target, check_range
-from scenarios.sweep.variation import MOST_CASES, OPTION, Variation, variation
+from scenarios.sweep.variation import OPTION, Variation, variation
 
 PLANT, COMPENSATOR = "plant.fmu", "compensator.fmu"
 
@@ -139,12 +140,12 @@ def plan(request: Request, fmu_dir: Path, work: Path, version: str, *, quiet: bo
     finder = _Fmus(scenario, variants, fmu_dir, work, quiet)
     names = finder.names(asked)
     variations = tuple(itertools.chain.from_iterable(map(names.expanded, asked)))
-    if not 1 <= request.repeat <= MOST_CASES:
-        raise BadInput("--repeat", "", f"{request.repeat} is not allowed: 1 to {MOST_CASES}")
+    if not 1 <= request.repeat <= MOST_STEPS:
+        raise BadInput("--repeat", "", f"{request.repeat} is not allowed: 1 to {MOST_STEPS}")
     grid = [entry.values for entry in variations if not entry.is_drawn]
     count = math.prod(map(len, grid)) * request.repeat * len(variants)
-    if count > MOST_CASES:
-        raise BadInput(OPTION, "", f"{count} cases are more than {MOST_CASES}")
+    if count > MOST_STEPS:
+        raise BadInput(OPTION, "", f"{count} cases are more than {MOST_STEPS}")
     targets = {entry.label: names.target(entry.name) for entry in variations}
     _check(variations, targets, variants)
     builder = _Builder(scenario, variations, targets, seed, finder)

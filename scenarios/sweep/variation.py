@@ -13,10 +13,9 @@ import numpy as np
 from scipy.stats import truncnorm
 
 from measurement.errors import BadInput, shown
+from scenarios.signals.base import MOST_STEPS
 
 OPTION = "--vary"
-MOST_CASES = 100_000
-"""Of a sweep, all of which are checked before the first runs: set on no data."""
 
 _NUMBER = r"([-+]?(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][-+]?\d+)?)"
 _RANGE = re.compile(rf"^{_NUMBER}\.\.{_NUMBER}(?::(log|\d+))?$")
@@ -122,8 +121,8 @@ def _from_range(name: str, relative: bool, low: str, high: str, how: str | None)
             raise BadInput(OPTION, name, f"{low}..{high}:log must lie above 0")
         return Variation(name, relative, (), how or "uniform", first, second)
     count = int(how)
-    if not 2 <= count <= MOST_CASES:
-        raise BadInput(OPTION, name, f"{count} values are not allowed: 2 to {MOST_CASES}")
+    if not 2 <= count <= MOST_STEPS:
+        raise BadInput(OPTION, name, f"{count} values are not allowed: 2 to {MOST_STEPS}")
     # Twelve digits, so that 0.1..0.3:3 has 0.2 in it.
     steps = (float(f"{value:.12g}") for value in np.linspace(first, second, count).tolist())
     return Variation(name, relative, tuple(steps))

@@ -116,7 +116,7 @@ def test_a_pattern_means_every_parameter_that_it_fits(planned: Any) -> None:
         (("plant.noise=x2",), {}, "is not a number to be multiplied"),
         (("step_s=0.3",), {}, "must be a multiple of"),
         (("plant.fmu=no.fmu",), {}, "no.fmu: there is no such file"),
-        (("gain=0..1:1000", "speed=0..1:1000"), {}, "1000000 cases are more than 100000"),
+        (("gain=0..1:1001", "speed=0..1:1000"), {}, "1001000 cases are more than 1000000"),
         ((), {"repeat": 0}, "--repeat: 0 is not allowed"),
         ((), {"seed": -1}, "--seed: -1 is not allowed"),
     ],
