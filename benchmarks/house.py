@@ -31,9 +31,9 @@ ROOT = Path(__file__).resolve().parents[1]
 BESIDE = ("benchmarks", "tests", "docs")
 """Folders of Python that no wheel holds, after the rooms of the product."""
 MOST_COMPLEX = 15
+"""Above it ruff's C901 counts a function as too complex."""
 GIVEN = "given by"
 """What the docstring of a number says that physics, a standard or a format sets."""
-"""Above it ruff's C901 counts a function as too complex."""
 MADE = re.compile(r"<!-- begin (\w+).*?<!-- end \1 -->", re.DOTALL)
 """What a command writes into a page."""
 BETWEEN = (Whitespace, Comment, String.Doc)
