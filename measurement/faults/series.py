@@ -16,7 +16,7 @@ FEWEST_SAMPLES = 5
 LASTS = 0.3
 """A leap or a way lasts, or is gone, but for this share [1]. Set on the planted faults."""
 FAR_K = 10.0
-"""A thermometer that alone moves so far from all others is wrong [K]. Set on the planted
+"""A thermometer that alone moves or is so far from all others is wrong [K]. Set on the planted
 faults."""
 _NOT_READINGS = ("offset_", "error_")  # computed by a plant: an offset may rightly stand still
 

@@ -19,9 +19,6 @@ from measurement.faults.fault import WRONG_LEVEL, Fault
 from measurement.faults.series import FAR_K, FEWEST_SAMPLES
 from measurement.runs import Run
 
-NEVER_RIGHT_K = 18.0
-"""A sensor that is this far from the middle of all others all the time was never right [K]. Set on
-the planted faults."""
 SPREAD_TIMES = 3.0
 """A wrong level is off by this many times the others' own spread, or their range where the run
 starts [1]: on a machine that is warm already the hottest part cannot be told from a wrong level.
@@ -99,7 +96,7 @@ class _Distances:
         away = self.away[column][np.isfinite(self.away[column])]
         if len(self.away) < 4 or away.size < FEWEST_SAMPLES:
             return 0.0
-        limit = max(NEVER_RIGHT_K, SPREAD_TIMES * float(self._range[column]))
+        limit = max(FAR_K, SPREAD_TIMES * float(self._range[column]))
         middle = float(np.median(away))
         least = float(np.min(away * np.sign(middle)))
         return middle if least >= limit else 0.0
