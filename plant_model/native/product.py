@@ -1,84 +1,27 @@
 """A network times temperatures as C: loops over nodes whose neighbours lie alike.
 
-A processor takes several numbers at once where they stand side by side: the conductances of nodes
-in a row, and their neighbours' temperatures, where the neighbours lie at the same distance or are
-one and the same. So a network's rows are cut into stretches that share such terms. An element of
-the matrix stands where each of the two rows that need it reads it; where a row of a stretch lacks a
-term there is a nought. What no stretch shares is added by itself, as is a row with many neighbours
-side by side.
+A processor takes several numbers at once where they stand side by side. So a matrix's rows are cut
+into groups of as many. What rows of a group have in common is a term: a neighbour of several, or
+neighbours as far off each, or mirrored. Where a row lacks a term there is a nought. What several of
+a group exchange with one node, or with a group in which they have one neighbour each,
+stands once and is reckoned both ways in the same loop. What no group shares is added by itself.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
 LANES = 4
 """Numbers that are taken at once, and then cost as much as one: given by AVX, the widest that most
 processors have."""
 
-LONGEST = 8 * LANES
-"""Rows of a stretch; half as many neighbours side by side have a loop of their own. Set on a page,
-by instructions counted: 8 to 24 neighbours are within 5 %."""
+TERM, ALONE, GROUP, ROW = 2, 3, 7, 9
+"""Operations of a group's term, of an element by itself, of a group and of a row: given by counting
+them in what a compiler makes of the loops."""
 
 PLUS = "\n           + "
 Place = tuple[int, int]
-Term = tuple[bool, int]
-"""Whether the neighbour is the same for all rows, and which it is, else how far off it lies."""
-
-
-@dataclass(frozen=True)
-class Stretch:
-    """Rows from the first to before the end, the terms that they share, and places left over.
-
-    A term has the places that it takes: another one may have taken some before.
-    """
-
-    first: int
-    end: int
-    terms: tuple[tuple[Term, frozenset[Place]], ...]
-    left: tuple[Place, ...]
-
-    @property
-    def cost(self) -> int:
-        """Operations, of which a loop takes two, and so does each round of it besides its terms."""
-        alone = len(self.left) + len({i for i, _ in self.left})
-        return 2 + (2 + len(self.terms)) * _rounds(self.first, self.end) + alone
-
-    @classmethod
-    def of(cls, rows: Sequence[set[int]], first: int, end: int) -> Stretch:
-        """Let rows share what saves operations, the most frequent terms first."""
-        found = defaultdict[Term, set[Place]](set)
-        for i in range(first, end):
-            for j in rows[i]:
-                found[True, j].add((i, j))
-                if first + j - i >= 0 and end + j - i <= len(rows):
-                    found[False, j - i].add((i, j))
-        left = {(i, j) for i in range(first, end) for j in rows[i]}
-        terms, rounds = [], _rounds(first, end)
-        for term, places in sorted(found.items(), key=lambda pair: (-len(pair[1]), pair[0])):
-            taken = frozenset(places & left)
-            if len(taken) > rounds:
-                terms.append((term, taken))
-                left -= taken
-        return cls(first, end, tuple(terms), tuple(sorted(left)))
-
-
-def _rounds(first: int, end: int) -> int:
-    """Return how often a loop over rows runs: those that do not fill the lanes go one by one."""
-    return sum(divmod(end - first, LANES))
-
-
-def stretches(rows: Sequence[set[int]]) -> list[Stretch]:
-    """Return the cheapest cut of a matrix's rows, each the places beside its diagonal, in order."""
-    best: list[tuple[int, list[Stretch]]] = [(0, [])]
-    for end in range(1, len(rows) + 1):
-        tried = (Stretch.of(rows, first, end) for first in range(max(0, end - LONGEST), end))
-        last = min(tried, key=lambda stretch: best[stretch.first][0] + stretch.cost)
-        cost, before = best[last.first]
-        best.append((cost + last.cost, [*before, last]))
-    return best[-1][1]
 
 
 class Product:
@@ -102,62 +45,133 @@ class Product:
         for one, other in edges:
             self._rows[one].add(other)
             self._rows[other].add(one)
-        self._alone = defaultdict[int, list[str]](list)
-        runs = [(i, run) for i, row in enumerate(self._rows) for run in _runs(row)]
-        for i, run in runs:
-            self._rows[i] -= set(run)
-        loops = [line for stretch in stretches(self._rows) for line in self._loop(stretch)]
-        sums = [line for i, run in runs for line in self._sum(i, run)]
-        rest = [f"    rates[{i}] += share[{i}] * ({_sum(self._alone[i])});" for i in self._alone]
+        self._left = {(i, j) for i, row in enumerate(self._rows) for j in row}
+        self._terms = defaultdict[int, list[tuple[str, str, set[Place]]]](list)
+        self._groups = groups(self._rows)
+        self._share_between_groups()
+        self._share_with_nodes()
+        for first in self._groups:
+            for neighbour, places in terms(self._rows, first, self._left):
+                self._take(first, neighbour, "", places)
+        self._begun = set[str]()
+        lines = [line for first in self._groups for line in self._loop(first)]
+        grouped = {i for first in self._groups for i in _lanes(first)}
+        lines += [line for i in range(nodes) for line in self._row(i, i in grouped)]
         head = (
             "WIDE void equations_product(\n    const double *diagonal, const double *entries, "
-            "const double *share, const double *T,\n    double *restrict rates)"
+            "const double *share, const double *T,\n    const double *last, double weight, "
+            "double *restrict next, double *restrict sum)"
         )
         unused = [] if self.entries else ["    (void)entries;"]
-        self.text = "\n".join([head, "{", *unused, *sums, *loops, *rest, "}", ""])
+        sums = [f"    double {name}[{LANES}];" for name in sorted(self._begun)]
+        self.text = "\n".join([head, "{", *unused, *sums, *lines, "}", ""])
 
-    def _loop(self, stretch: Stretch) -> Iterator[str]:
-        first, rows = stretch.first, range(stretch.first, stretch.end)
-        parts = [f"diagonal[{first} + i] * T[{first} + i]"]
-        for (same, x), taken in stretch.terms:
-            neighbour = f"T[{x}]" if same else f"T[{first + x} + i]"
-            parts.append(f"entries[{len(self.entries)} + i] * {neighbour}")
-            places = [(i, x if same else i + x) for i in rows]
-            self.entries += [place if place in taken else None for place in places]
-        yield f"    for (int i = 0; i < {len(rows)}; i++) {{"
-        yield f"        rates[{first} + i] = share[{first} + i]"
-        yield f"        * ({_sum(parts)}) - rates[{first} + i];"
+    def _take(self, first: int, neighbour: str, back: str, places: set[Place]) -> None:
+        """Let a group have a term, and its neighbours the same elements if they are summed."""
+        self._terms[first].append((neighbour, back, places))
+        self._left -= places
+        if back:
+            self._left -= {(j, i) for i, j in places}
+
+    def _share_between_groups(self) -> None:
+        for one in self._groups:
+            for other in self._groups:
+                pairs = set(zip(_lanes(one), _lanes(other), strict=True)) & self._left
+                if one < other and 2 * len(pairs) > LANES:
+                    self._take(one, f"T[{other} + i]", f"g{other}", pairs)
+
+    def _share_with_nodes(self) -> None:
+        """Share what is worth a sum over the lanes in the end, the nodes with most groups first."""
+        found = defaultdict[int, dict[int, set[Place]]](dict)
+        for first in self._groups:
+            beside = {j for i in _lanes(first) for j in self._rows[i]} - {*_lanes(first)}
+            for j in beside:
+                found[j][first] = {(i, j) for i in _lanes(first)}
+        for j, blocks in sorted(found.items(), key=lambda item: (-len(item[1]), item[0])):
+            shared = {first: places & self._left for first, places in blocks.items()}
+            shared = {first: places for first, places in shared.items() if len(places) > 1}
+            if sum(map(len, shared.values())) >= LANES:
+                for first, places in shared.items():
+                    self._take(first, f"T[{j}]", f"s{j}", places)
+
+    def _loop(self, first: int) -> Iterator[str]:
+        parts, backs = [f"diagonal[{first} + i] * t"], []
+        if f"g{first}" in self._begun:
+            parts.append(f"g{first}[i]")
+        for neighbour, back, places in self._terms[first]:
+            at, where = len(self.entries), dict(places)
+            self.entries += [(i, where[i]) if i in where else None for i in _lanes(first)]
+            parts.append(f"entries[{at} + i] * {neighbour}")
+            if back:
+                sign = "+=" if back in self._begun else "="
+                backs.append(f"        {back}[i] {sign} entries[{at} + i] * t;")
+                self._begun.add(back)
+        yield f"    for (int i = 0; i < {LANES}; i++) {{"
+        yield f"        double t = T[{first} + i];"
+        yield f"        next[{first} + i] = share[{first} + i]"
+        yield f"        * ({_sum(parts)}) - last[{first} + i];"
+        yield from backs
+        yield f"        sum[{first} + i] += weight * t;"
         yield "    }"
-        for i, j in stretch.left:
-            self._alone[i].append(self._entry(i, j))
 
-    def _sum(self, i: int, run: range) -> Iterator[str]:
-        """Yield the sum of a row's neighbours side by side, in lanes; what is over stands alone."""
-        name, whole, at = f"s{i}_{run[0]}", len(run) // LANES * LANES, len(self.entries)
-        yield f"    double {name}[{LANES}] = {{0.0}};"
-        yield f"    for (int i = 0; i < {whole}; i += {LANES}) {{"
-        yield f"        for (int j = 0; j < {LANES}; j++) {{"
-        yield f"            {name}[j] += entries[{at} + i + j] * T[{run[0]} + i + j];"
-        yield "        }"
-        yield "    }"
-        self.entries += [(i, j) for j in run[:whole]]
-        self._alone[i] += [f"{name}[{lane}]" for lane in range(LANES)]
-        self._alone[i] += [self._entry(i, j) for j in run[whole:]]
-
-    def _entry(self, i: int, j: int) -> str:
-        self.entries.append((i, j))
-        return f"entries[{len(self.entries) - 1}] * T[{j}]"
+    def _row(self, i: int, grouped: bool) -> Iterator[str]:
+        """Yield a row by itself, or what a row gets beside its group's terms."""
+        parts = [] if grouped else [f"diagonal[{i}] * T[{i}]"]
+        if f"s{i}" in self._begun:
+            parts.append(f"((s{i}[0] + s{i}[2]) + (s{i}[1] + s{i}[3]))")
+        for j in sorted(self._rows[i]):
+            if (i, j) in self._left:
+                parts.append(f"entries[{len(self.entries)}] * T[{j}]")
+                self.entries.append((i, j))
+        if not grouped:
+            yield f"    next[{i}] = share[{i}] * ({_sum(parts)}) - last[{i}];"
+            yield f"    sum[{i}] += weight * T[{i}];"
+        elif parts:
+            yield f"    next[{i}] += share[{i}] * ({_sum(parts)});"
 
 
-def _runs(row: set[int]) -> Iterator[range]:
-    """Yield neighbours side by side that are worth a loop of their own."""
-    for first in sorted(row):
-        if first - 1 not in row:
-            end = first
-            while end in row:
-                end += 1
-            if end - first >= LONGEST // 2:
-                yield range(first, end)
+def groups(rows: Sequence[set[int]]) -> list[int]:
+    """Return the first rows of the groups of the cheapest cut of a matrix's rows.
+
+    A row that has more alone than there are lanes will share them.
+    """
+    best: list[tuple[int, list[int]]] = [(0, [])]
+    for end in range(1, len(rows) + 1):
+        cost, before = best[-1]
+        tried = [(cost + ROW + ALONE * min(LANES, len(rows[end - 1])), before)]
+        if end >= LANES:
+            first = end - LANES
+            cost, before = best[first]
+            left = {(i, j) for i in _lanes(first) for j in rows[i]}
+            found = terms(rows, first, left)
+            left.difference_update(*(places for _, places in found))
+            alone = sum(min(LANES, sum(i == row for row, _ in left)) for i in _lanes(first))
+            tried.append((cost + GROUP + TERM * len(found) + ALONE * alone, [*before, first]))
+        best.append(min(tried))
+    return best[-1][1]
+
+
+def terms(rows: Sequence[set[int]], first: int, among: set[Place]) -> list[tuple[str, set[Place]]]:
+    """Return the terms of a group, the neighbour of each in C and its places."""
+    left = {place for place in among if place[0] in _lanes(first)}
+    found: list[tuple[str, set[Place]]] = []
+    while True:
+        tried = defaultdict[str, set[Place]](set)
+        for i, j in left:
+            tried[f"T[{j}]"].add((i, j))
+            if 0 <= first + j - i <= len(rows) - LANES:
+                tried[f"T[{first + j - i} + i]"].add((i, j))
+            if LANES - 1 <= i + j - first < len(rows):
+                tried[f"T[{i + j - first} - i]"].add((i, j))
+        best = max(tried, key=lambda term: (len(tried[term]), term), default="")
+        if len(tried[best]) < 2:
+            return found
+        found.append((best, tried[best]))
+        left -= tried[best]
+
+
+def _lanes(first: int) -> range:
+    return range(first, first + LANES)
 
 
 def _sum(parts: Sequence[str]) -> str:

@@ -4,16 +4,18 @@
 
 #include "memory.h"
 
+#define LINE 64 /* of a processor's cache: numbers that are taken together had best not cross one */
+
 struct block {
     struct block *next;
-    double content[]; /* aligned for everything that is kept here */
 };
 
 void *setup_take(struct setup *setup, size_t count, size_t size)
 {
     struct block *block = NULL;
-    if (size == 0 || count <= (SIZE_MAX - sizeof *block) / size) {
-        block = memory_take(1, sizeof *block + count * size);
+    size_t before = sizeof *block + LINE - 1;
+    if (size == 0 || count <= (SIZE_MAX - before) / size) {
+        block = memory_take(1, before + count * size);
     }
     if (block == NULL) {
         setup_fail(setup, "there is not enough memory", "the model");
@@ -21,7 +23,8 @@ void *setup_take(struct setup *setup, size_t count, size_t size)
     }
     block->next = setup->blocks;
     setup->blocks = block;
-    return block->content;
+    unsigned char *content = (unsigned char *)(block + 1);
+    return content + (LINE - (uintptr_t)content % LINE) % LINE;
 }
 
 void setup_fail(struct setup *setup, const char *problem, const char *about)

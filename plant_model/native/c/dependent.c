@@ -68,15 +68,16 @@ static double once(
     struct plant *plant = step->plant;
     struct network *network = &plant->network;
     double(*w)[AT_LEAST_ONE(STATES)] = plant->weights;
-    double p[2][NODES], q[2][NODES], r[1][NODES], v[NODES], worst = 0.0;
+    double p[2][ROW] = {{0.0}}, q[2][ROW] = {{0.0}}, r[ROW] = {0.0}, v[NODES], worst = 0.0;
+    double *const ps[] = {p[0], p[1]}, *const qs[] = {q[0], q[1]}, *const rs[] = {r};
     const struct series *series = series_for(&plant->series, network->fastest * h);
     struct point f0 = forcing(step, state), at;
     weigh(plant, h);
-    memcpy(v, f0.nodes, sizeof v);
-    equations_product(network->diagonal, network->entries, network->share, state->nodes, v);
+    equations_product(
+        network->diagonal, network->entries, network->share, state->nodes, f0.nodes, 0.0, v, r);
     /* v is -v1; what series leave off is small beside it. */
     double slope = largest_of(v, NODES);
-    series_times(series, network, h, v, 0.0, 2, first, p);
+    series_add(series, network, h, v, 0.0, 2, first, ps);
     for (size_t i = 0; i < NODES; i++) {
         at.nodes[i] = state->nodes[i] - h * p[0][i];
     }
@@ -87,7 +88,7 @@ static double once(
     for (size_t i = 0; i < NODES; i++) {
         v[i] = fa.nodes[i] - f0.nodes[i];
     }
-    series_times(series, network, h, v, slope, 2, second, q);
+    series_add(series, network, h, v, slope, 2, second, qs);
     for (size_t i = 0; i < NODES; i++) {
         at.nodes[i] = state->nodes[i] - h * (p[1][i] - 2.0 * q[0][i]);
     }
@@ -99,9 +100,9 @@ static double once(
     for (size_t i = 0; i < NODES; i++) {
         v[i] = f0.nodes[i] - 2.0 * fa.nodes[i] + fb.nodes[i];
     }
-    series_times(series, network, h, v, slope, 1, third, r);
+    series_add(series, network, h, v, slope, 1, third, rs);
     for (size_t i = 0; i < NODES; i++) {
-        end->nodes[i] = state->nodes[i] - h * (p[1][i] - 2.0 * q[1][i] - r[0][i]);
+        end->nodes[i] = state->nodes[i] - h * (p[1][i] - 2.0 * q[1][i] - r[i]);
     }
     for (int i = 0; i < STATES; i++) {
         double bend = f0.states[i] - 2.0 * fa.states[i] + fb.states[i];
@@ -110,7 +111,7 @@ static double once(
                          + w[SLOPE_GAIN][i] * (fa.states[i] - f0.states[i]) + error;
         worst = larger(fabs(error / plant->scales[i]), worst);
     }
-    return larger(h * largest_of(r[0], NODES), worst);
+    return larger(h * largest_of(r, NODES), worst);
 }
 
 /* Goes through an interval, in equal parts as long as the error does not ask for others. */

@@ -9,6 +9,7 @@
 #include "model.h"
 
 #define SIZE (NODES + STATES)
+#define ROW ((NODES + 3) / 4 * 4) /* nodes, so that the next row begins where this one does */
 #define AT_LEAST_ONE(count) ((count) > 0 ? (count) : 1)
 
 /* An effect that a tunable parameter may switch off. */
@@ -78,10 +79,10 @@ void equations_fixed(
 void equations_still(const double *k, double *diagonal, double *entries, double *outside);
 void equations_moving(
     const double *k, const double *u, double *diagonal, double *entries, double *outside);
-/* The rates C^-1 L T [K/s], less what was there; share is 1 / C. */
+/* Finds the rates C^-1 L T [K/s] less the last; share is 1 / C. The sum gets T, times a weight. */
 void equations_product(
     const double *diagonal, const double *entries, const double *share, const double *T,
-    double *restrict rates);
+    const double *last, double weight, double *restrict next, double *restrict sum);
 void equations_held(const double *k, const double *u, double *h);
 /* The heat that depends on inputs only [W], what comes by the conductances to outside included. */
 void equations_force(

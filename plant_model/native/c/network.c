@@ -11,14 +11,14 @@
    positive x (Collatz); the more often M has been applied to x, the closer that is. */
 static double bound(const struct network *self)
 {
-    double x[NODES], rates[NODES], most = 0.0;
+    static const double none[NODES];
+    double x[NODES], rates[NODES], ratios[NODES] = {0.0}, most = 0.0;
     for (size_t i = 0; i < NODES; i++) {
         x[i] = 1.0;
     }
     for (int round = 0; round < ROUNDS; round++) {
-        double ratios[NODES];
-        memset(rates, 0, sizeof rates);
-        equations_product(self->diagonal, self->entries, self->share, x, rates);
+        equations_product(
+            self->diagonal, self->entries, self->share, x, none, 0.0, rates, ratios);
         for (size_t i = 0; i < NODES; i++) {
             rates[i] = 2.0 * self->diagonal[i] * self->share[i] * x[i] - rates[i];
             ratios[i] = rates[i] / x[i];
@@ -40,7 +40,7 @@ void network_prepare(struct network *self, const double *k)
     self->known = false;
 }
 
-void network_at(struct network *self, const double *k, const double *u)
+WIDE void network_at(struct network *self, const double *k, const double *u)
 {
     bool same = self->known;
     for (int i = 0; i < LEVELS; i++) {

@@ -8,15 +8,16 @@
 
 /* C dT/dt = -L T + B u + q at one level, the values of the inputs that conductances depend on. */
 struct network {
-    double capacity[NODES], share[NODES]; /* C and 1 / C [J/K, K/J] */
+    double entries[AT_LEAST_ONE(ENTRIES)]; /* of L beside its diagonal, as a product reads them */
+    double diagonal[ROW];                  /* of L [W/K] */
+    double share[ROW], capacity[ROW];      /* 1 / C and C [K/J, J/K] */
+    double shifted[ROW], stretched[ROW], scale; /* see series.c; 0: not known */
+    double rows[3][ROW]; /* of a series */
     double level[AT_LEAST_ONE(LEVELS)];
-    double diagonal[NODES];                /* of L [W/K] */
-    double entries[AT_LEAST_ONE(ENTRIES)]; /* beside it, as a product reads them */
     double outside[AT_LEAST_ONE(OUTSIDE)]; /* B [W/K] */
     double still[NODES], bound; /* what inputs do not move of the diagonal; of its decay [1/s] */
     double fastest;             /* no mode decays faster [1/s] */
     bool known;
-    double scale, shifted[NODES], stretched[NODES]; /* see series.c; 0: not known */
 };
 
 /* Enters what inputs do not move. Capacities must be there. */

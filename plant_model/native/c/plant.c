@@ -138,44 +138,35 @@ static void axis_step(struct axis_state *self, double wanted, double step_s)
 }
 
 /* T(t + h) = T + h phi_1(-h A) (f / C - A T) with held heat. */
-static const char *temperatures_after(
+WIDE static const char *linear_advance(
     struct plant *self, double step_s, const double *force, const double *before, double *after)
 {
     const int kinds[] = {ONE};
+    double warming[ROW], loss[ROW], sum[ROW], *const sums[] = {sum};
     struct network *network = &self->network;
     double parts = larger(1.0, ceil(network->fastest * step_s / MOST_REACH));
-    double h = step_s / parts, loss[NODES], sums[1][NODES];
+    double h = step_s / parts;
     const struct series *series = series_for(&self->series, network->fastest * h);
+    for (size_t i = 0; i < NODES; i++) {
+        warming[i] = force[i] * network->share[i];
+    }
     for (double part = 0.0; part < parts; part++) {
         if (part == MOST_PARTS) {
             return TOO_LONG;
         }
+        memset(sum, 0, sizeof sum);
+        equations_product(
+            network->diagonal, network->entries, network->share, before, warming, 0.0, loss, sum);
+        series_add(series, network, h, loss, 0.0, 1, kinds, sums);
         for (size_t i = 0; i < NODES; i++) {
-            loss[i] = force[i] * network->share[i];
+            after[i] = before[i] - h * sum[i];
         }
-        equations_product(network->diagonal, network->entries, network->share, before, loss);
-        series_times(series, network, h, loss, 0.0, 1, kinds, sums);
-        for (size_t i = 0; i < NODES; i++) {
-            after[i] = before[i] - h * sums[0][i];
-        }
-        if (parts > 1.0
-            && h * largest_of(sums[0], NODES) <= STEADY * largest_of(after, NODES)) {
+        if (parts > 1.0 && h * largest_of(sum, NODES) <= STEADY * largest_of(after, NODES)) {
             break;
         }
         before = after;
     }
     return NULL;
-}
-
-static const char *linear_advance(
-    struct plant *self, double step_s, const double *inputs, const double *force,
-    const double *before, struct point *next)
-{
-    const char *problem = temperatures_after(self, step_s, force, before, next->nodes);
-    if (problem == NULL && STATES > 0) {
-        follow(self, step_s, inputs, before, next->nodes, next->states);
-    }
-    return problem;
 }
 
 void plant_go_on(struct plant_memory *memory, double step_s, const double offsets[AXES])
@@ -200,17 +191,18 @@ const char *plant_rates(
 {
     const struct network *network = &self->network;
     double h[AT_LEAST_ONE(KEPT_OF_INPUTS)], force[NODES], heat[NODES];
-    double losses[NODES], own[AT_LEAST_ONE(STATES)];
+    double warming[NODES], own[AT_LEAST_ONE(STATES)];
     enter(self, inputs, h, force);
     equations_dependent(
         self->k, inputs, h, memory->temperatures, memory->states, heat, own);
     for (size_t i = 0; i < NODES; i++) {
-        losses[i] = (force[i] + heat[i]) * network->share[i];
+        warming[i] = (force[i] + heat[i]) * network->share[i];
     }
     equations_product(
-        network->diagonal, network->entries, network->share, memory->temperatures, losses);
+        network->diagonal, network->entries, network->share, memory->temperatures, warming, 0.0,
+        rates, heat);
     for (size_t i = 0; i < NODES; i++) {
-        rates[i] = -losses[i];
+        rates[i] = -rates[i];
     }
     memcpy(rates + NODES, own, STATES * sizeof *own);
     return are_finite(rates, SIZE) ? NULL : NOT_FINITE;
@@ -225,11 +217,14 @@ const char *plant_step(
     struct point next;
     memcpy(next.states, memory->states, sizeof next.states);
     enter(self, inputs, h, force);
-    if (self->linear) {
-        problem = linear_advance(self, step_s, inputs, force, memory->temperatures, &next);
-    } else {
+    if (!self->linear) {
         memcpy(next.nodes, memory->temperatures, sizeof next.nodes);
         problem = dependent_advance(self, step_s, inputs, h, force, &part, &next);
+    } else {
+        problem = linear_advance(self, step_s, force, memory->temperatures, next.nodes);
+        if (problem == NULL && STATES > 0) {
+            follow(self, step_s, inputs, memory->temperatures, next.nodes, next.states);
+        }
     }
     if (problem != NULL || !are_finite(next.nodes, NODES)) {
         return problem != NULL ? problem : NOT_FINITE;

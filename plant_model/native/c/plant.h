@@ -34,12 +34,12 @@ struct plant_memory {
 /* What follows from the parameters, and what is kept because it may be needed again: never
    anything that the memory and the parameters do not decide. */
 struct plant {
+    struct network network;
     double k[AT_LEAST_ONE(KEPT_OF_PARAMETERS)];
     double decay[AT_LEAST_ONE(STATES)], time_constants[AT_LEAST_ONE(STATES)];
     double scales[AT_LEAST_ONE(STATES)]; /* infinite for a state whose effect is off */
     bool linear;
     uint32_t seed;
-    struct network network;
     struct all_series series;
     double weights_step_s, weights[6][AT_LEAST_ONE(STATES)]; /* of own states; see dependent.c */
 };

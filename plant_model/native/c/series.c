@@ -144,38 +144,41 @@ static void stretch(struct network *self, double scale)
     self->scale = scale;
 }
 
-WIDE void series_times(
-    const struct series *self, struct network *network, double h, const double vector[NODES],
-    double beside, size_t count, const int kinds[], double (*restrict sums)[NODES])
+static inline void add(double *restrict sum, double weight, const double *row)
 {
-    double rows[2][NODES], *last = rows[0], *now = rows[1], least = SMALL;
+    for (size_t i = 0; i < NODES; i++) {
+        sum[i] += weight * row[i];
+    }
+}
+
+WIDE void series_add(
+    const struct series *self, struct network *network, double h, const double vector[NODES],
+    double beside, size_t count, const int kinds[], double *const sums[])
+{
+    static const double none[NODES];
+    double (*rows)[ROW] = network->rows, least = SMALL;
+    const double *last = none, *now = vector;
     if (beside > 0.0) {
         least *= larger(1.0, beside / largest_of(vector, NODES));
     }
     stretch(network, larger(2.0 * h / self->reach, LEAST_SCALE));
-    memset(rows[1], 0, sizeof rows[1]);
-    equations_product(network->shifted, network->entries, network->stretched, vector, now);
-    for (size_t j = 0; j < count; j++) {
-        double first = self->terms[0].weights[kinds[j]];
-        double second = self->terms[1].weights[kinds[j]];
-        for (size_t i = 0; i < NODES; i++) {
-            sums[j][i] = first * vector[i] + second * now[i];
-        }
-    }
-    /* From here on these are the polynomials twice. */
+    /* From the second term on these are the polynomials twice. */
     for (size_t i = 0; i < NODES; i++) {
-        last[i] = 2.0 * vector[i];
+        rows[2][i] = 2.0 * vector[i];
     }
-    for (size_t k = 2; k < self->count && self->terms[k].rest > least; k++) {
-        double *next = last;
-        equations_product(network->shifted, network->entries, network->stretched, now, next);
-        last = now;
-        now = next;
-        for (size_t j = 0; j < count; j++) {
-            double weight = self->terms[k].weights[kinds[j]];
-            for (size_t i = 0; i < NODES; i++) {
-                sums[j][i] += weight * now[i];
-            }
+    size_t k = 0;
+    for (; k + 1 < self->count && (k == 0 || self->terms[k + 1].rest > least); k++) {
+        double *next = rows[k % 3];
+        equations_product(
+            network->shifted, network->entries, network->stretched, now, last,
+            self->terms[k].weights[kinds[0]], next, sums[0]);
+        for (size_t j = 1; j < count; j++) {
+            add(sums[j], self->terms[k].weights[kinds[j]], now);
         }
+        last = k == 0 ? rows[2] : now;
+        now = next;
+    }
+    for (size_t j = 0; j < count; j++) {
+        add(sums[j], self->terms[k].weights[kinds[j]], now);
     }
 }

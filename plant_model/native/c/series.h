@@ -40,10 +40,10 @@ double phi(int order, double x);
 /* Returns the series for a reach, which is not above the most. */
 const struct series *series_for(struct all_series *self, double reach);
 
-/* Puts series of h A times a vector, as many as there are kinds, into sums. What they leave off is
+/* Adds series of h A times a vector to sums, as many as there are kinds. What they leave off is
    small beside the vector's largest number, or beside another one if that is greater. */
-void series_times(
+void series_add(
     const struct series *self, struct network *network, double h, const double vector[NODES],
-    double beside, size_t count, const int kinds[], double (*restrict sums)[NODES]);
+    double beside, size_t count, const int kinds[], double *const sums[]);
 
 #endif

@@ -52,11 +52,13 @@ def test_a_product_is_that_of_the_matrix(compiler: tuple[str, ...], tmp_path: Pa
         for i, j in edges:
             matrix[i, j] = matrix[j, i] = rng.normal()
         entries = np.array([matrix[place] if place else 0.0 for place in product.entries] or [0.0])
-        share, values, before = rng.normal(size=(3, nodes))
-        rates = before.copy()
-        rows = (np.diag(matrix).copy(), entries, share, values, rates)
-        getattr(library, f"p{k}")(*(row.ctypes.data_as(NUMBERS) for row in rows))
-        assert np.allclose(rates, share * (matrix @ values) - before, rtol=1e-12, atol=1e-12), k
+        share, values, last, before, found = rng.normal(size=(5, nodes))
+        summed, weight = before.copy(), rng.normal()
+        rows = (np.diag(matrix).copy(), entries, share, values, last)
+        numbers = [row.ctypes.data_as(NUMBERS) for row in (*rows, found, summed)]
+        getattr(library, f"p{k}")(*numbers[:5], ctypes.c_double(weight), *numbers[5:])
+        assert np.allclose(found, share * (matrix @ values) - last, rtol=1e-12, atol=1e-12), k
+        assert np.allclose(summed, before + weight * values, rtol=1e-12, atol=1e-12), k
 
 
 @pytest.mark.parametrize("name", SHIPPED)
