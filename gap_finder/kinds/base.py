@@ -237,14 +237,16 @@ def fixed(value: float, unit: str) -> Parameter:
     return Parameter(value, unit, value, value, SOURCE)
 
 
-def joined(machine: Machine, pair: tuple[str, str], conductance: Parameter) -> Machine:
-    """Return the machine with a heat path; one to a boundary temperature is a film on 1 m2.
+def joined(
+    machine: Machine, pair: tuple[str, str], conductance: Parameter, area_m2: float = 1.0
+) -> Machine:
+    """Return the machine with a heat path; one to a boundary temperature is a film.
 
-    *conductance* is then the film's coefficient [W/(m2 K)].
+    *conductance* is then the film's coefficient [W/(m2 K)] on an area, on which laws of films act.
     """
     if pair[1] in machine.boundary_index:
         film = replace(conductance, unit="W/(m2 K)")
-        given, kind = {"area": fixed(1.0, "m2"), "coefficient": film}, "convection"
+        given, kind = {"area": fixed(area_m2, "m2"), "coefficient": film}, "convection"
         law = "surface_convection"
     else:
         given, kind, law = {"conductance": conductance}, "conduction", "conduction"

@@ -30,9 +30,10 @@ from plant_model.parameters import FloatArray
 SHARES = (0.1, 0.5)
 """Usual shares, which are tried [1]; set on no data."""
 
-CONTACT_W_PER_K, TIP_J_PER_K = 0.01, 0.03
-"""Of the tip with its own part, and its capacity: it follows within seconds and, between the two,
-carries less heat than any path that shows [W/K, J/K]. Set on no data."""
+CONTACT_W_PER_K, TIP_J_PER_K, TIP_M2 = 0.01, 0.03, 1e-4
+"""Of the tip with its own part, its capacity and its surface: it follows within seconds, carries
+less heat between the two than any path that shows, and has next to nothing of what laws of films
+bring [W/K, J/K, m2]. Set on no data."""
 
 
 @dataclass(frozen=True)
@@ -85,18 +86,23 @@ class SensorPlace(Change):
         grown = replace(machine, nodes=nodes, sensors=sensors)
         grown = joined(grown, (self._tip, self.of), fixed(CONTACT_W_PER_K, "W/K"))
         ends = self.possible(self.first)
-        value = CONTACT_W_PER_K * _odds(numbers[self.first])
-        return joined(grown, (self._tip, other), free(value, "W/K", ends))
+        value = self._contact * _odds(numbers[self.first])
+        return joined(grown, (self._tip, other), free(value, "W/K", ends), TIP_M2)
+
+    @property
+    def _contact(self) -> float:
+        """With the other part, if it is read as much; that with the air is a film."""
+        return CONTACT_W_PER_K / TIP_M2 if self.boundary else CONTACT_W_PER_K
 
     def possible(self, number: str) -> tuple[float, float]:
         """Return the range of the tip's contact."""
-        low, high = (CONTACT_W_PER_K * _odds(share) for share in self.usual(number))
+        low, high = (self._contact * _odds(share) for share in self.usual(number))
         return low / TIMES_USUAL, high * TIMES_USUAL
 
     def read(self, machine: Machine) -> dict[str, float]:
         """Return the share that it reads of the other part."""
         g = machine.parameters[self.parameters()[self.first]].value
-        return {self.first: g / (g + CONTACT_W_PER_K)}
+        return {self.first: g / (g + self._contact)}
 
     def told(self, machine: Machine) -> dict[str, Any]:
         """Return the share."""
