@@ -17,8 +17,8 @@ LANES = 4
 processors have."""
 
 TERM, ALONE, GROUP, ROW = 2, 3, 7, 9
-"""Operations of a group's term, of an element by itself, of a group and of a row: given by counting
-them in what a compiler makes of the loops."""
+"""Operations of a group's term, of an element by itself, of a group and of a row: set on a page,
+by what GCC makes of the loops."""
 
 PLUS = "\n           + "
 Place = tuple[int, int]
