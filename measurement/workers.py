@@ -9,7 +9,7 @@ import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 from threadpoolctl import threadpool_limits
 
@@ -44,6 +44,10 @@ def workers(count: int | None = None) -> Iterator[ProcessPoolExecutor]:
 
     def end() -> None:
         _end(set(multiprocessing.active_children()) - before)
+        # A worker that ends while it sends leaves the pool waiting for the rest, as long as anybody
+        # could still write: this process, which never does.
+        with suppress(AttributeError, OSError):
+            pool._result_queue._writer.close()  # type: ignore[attr-defined]
 
     # One thread each: small matrices gain nothing from more, and workers would crowd each other.
     pool = ProcessPoolExecutor(count or os.cpu_count(), initializer=_begin, initargs=(os.getpid(),))

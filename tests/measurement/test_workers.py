@@ -13,16 +13,22 @@ import pytest
 from measurement.workers import workers
 from tests.patience import PATIENCE_S, until
 
-SCRIPT = """
-import sys, time
+SCRIPT = '''
+import os, struct, sys, time
 import numpy as np
 from scenarios import cli
 from measurement.workers import workers
 
+def torn():
+    """Begin to send a result, and end it never."""
+    results = sys._getframe(1).f_locals["result_queue"]
+    os.write(results._writer.fileno(), struct.pack("!i", 1000))
+    time.sleep(3600.0)
+
 def work(_):
     with workers(2) as pool:
         # More than a pipe holds, so that the thread that feeds the workers is stuck in it.
-        jobs = [pool.submit(time.sleep, 3600.0)] * 2
+        jobs = [pool.submit(time.sleep, 3600.0), pool.submit(torn)]
         jobs += [pool.submit(np.sum, np.zeros(1_000_000)) for _ in range(8)]
         time.sleep(0.2)
         print(*(process.pid for process in pool._processes.values()), flush=True)
@@ -30,7 +36,7 @@ def work(_):
 
 cli._run = work
 sys.exit(cli.main([]))
-"""
+'''
 
 
 def alive(pid: int) -> bool:
