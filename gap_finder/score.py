@@ -171,7 +171,9 @@ class _Folds:
         self._grams = np.array(
             [d.shared.T @ clean for d, clean in zip(designs, self._clean, strict=True)]
         )
-        self._others = self._grams.sum(axis=0) - self._grams + np.eye(self._grams.shape[1])
+        total, known = self._grams.sum(axis=0), np.eye(self._grams.shape[1])
+        self._all = total + known
+        self._others = total - self._grams + known
         self._count = len(x)
         self._start = np.pad(x, (0, self._grams.shape[1] - len(x)))
 
@@ -179,8 +181,7 @@ class _Folds:
         """Return where the unknowns that calibration does not move lie, shape (Q - P,)."""
         pairs = zip(self._clean, self._designs, strict=True)
         slope = sum(clean[:, self._count :].T @ design.residual for clean, design in pairs)
-        gram = self._grams.sum(axis=0)[self._count :, self._count :]
-        return np.asarray(-np.linalg.solve(gram + np.eye(len(gram)), slope))
+        return np.asarray(-np.linalg.solve(self._all[self._count :, self._count :], slope))
 
     def spread(self, unit: float) -> FloatArray:
         """Return standard deviations of what calibration moves, shape (P,), in the fitting scale.
@@ -191,7 +192,7 @@ class _Folds:
             What is left per run and channel: where that is more than the tolerance explains, what
             the runs say is less certain by as much.
         """
-        covariance = np.linalg.inv(self._grams.sum(axis=0) + np.eye(self._grams.shape[1]))
+        covariance = np.linalg.inv(self._all)
         spread = np.sqrt(np.diag(covariance))[: self._count]
         for design in self._designs:
             spread[list(design.alone)] = design.deviations_alone(covariance)
