@@ -21,6 +21,7 @@ from measurement.runs import Run, read_run
 from tests.fmu_compensator.conftest import make_run
 
 RUNS = [make_run(name, seed) for seed, name in enumerate("abcd")]
+FINE = [make_run(name, seed, step_s=30.0) for seed, name in enumerate("abcd")]
 
 
 def changed(run: Run, **columns: Any) -> Run:
@@ -72,14 +73,14 @@ def test_sampling_does_not_change_what_a_run_counts(direct_rig: DirectRig) -> No
 
 
 def test_the_rise_form_ignores_a_level_that_jumps_between_runs(rig: FivePointRig) -> None:
-    shifted = [*RUNS[:3], changed(RUNS[3], T4_degC=RUNS[3].frame["T4_degC"] + 31.0)]
-    plain, moved = (fitted(runs, rig, "mlr", points="T1,T4") for runs in (RUNS, shifted))
+    shifted = [*FINE[:3], changed(FINE[3], T4_degC=FINE[3].frame["T4_degC"] + 31.0)]
+    plain, moved = (fitted(runs, rig, "mlr", points="T1,T4") for runs in (FINE, shifted))
     for one, other in zip(
         plain["error_model"]["coefficients"], moved["error_model"]["coefficients"], strict=True
     ):
         assert one == pytest.approx(other, abs=1e-9)
     (note,) = moved["provenance"]["notes"]
-    assert re.match(r"d, T4_degC, .* reads \+3[01] K from its level in the other runs; ", note)
+    assert re.match(r"d, T4_degC, .* reads \+31 K from its level in the other runs; ", note)
     absolute = fitted(shifted, rig, "mlr", points="all", input_form="absolute")
     assert absolute["chosen"] == ["T1", "T2", "T3"]
     reason = "T4 is no candidate: the absolute form would carry its wrong level into the offsets"
@@ -138,16 +139,16 @@ def test_a_short_warm_up_in_a_long_rest_is_seen(rig: FivePointRig) -> None:
 
 
 def test_a_spike_in_the_first_displacement_does_not_shift_the_run(rig: FivePointRig) -> None:
-    first = RUNS[0].frame["S5_um"].to_numpy().copy()
+    first = FINE[0].frame["S5_um"].to_numpy().copy()
     first[0] += 50.0
     tables = [
         fit_compensator(runs, rig, "mlr", points="T1,T4")
-        for runs in (RUNS, [changed(RUNS[0], S5_um=first), *RUNS[1:]])
+        for runs in (FINE, [changed(FINE[0], S5_um=first), *FINE[1:]])
     ]
     plain, spiked = (
         table["provenance"]["figures"]["training"]["Z"]["no_model"] for table in tables
     )
-    assert spiked == pytest.approx(plain, rel=0.02)
+    assert spiked == pytest.approx(plain, rel=0.01)
     assert any(
         "a, S5_um, at 0 min: the first reading is +" in note
         for note in tables[1]["provenance"]["notes"]
