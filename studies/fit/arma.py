@@ -25,11 +25,13 @@ from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput
 from studies.fit.arx import usual_step
 
-LARGEST_ORDER = 2
-"""Of p, q and the differences, each of which amplifies a sensor's noise; the option ``order`` may
-lower those of p and q: set on no data. The study's own are lost from its text."""
+MOST_DIFFERENCES = 2
+"""A judgement, set on no data: each difference amplifies a sensor's noise."""
 SIGNIFICANCE = 0.05
 """Of the ADF test, as is usual: set on no data [1]."""
+LARGEST_ORDER = 3
+"""Of p and of q, which the option ``order`` may lower: a judgement, set on no data. The study's own
+are lost from its text."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +83,7 @@ class AutoregressiveMovingAverage(FittedModel):
         task: Task,
         *,
         step_s: float | None = None,
-        order: int = LARGEST_ORDER,
+        order: int = 2,
         **options: Any,
     ) -> AutoregressiveMovingAverage:
         """Return the series fitted to the task's runs.
@@ -223,7 +225,7 @@ def _arma(z: Array, p: int, q: int) -> tuple[float, Array, Array] | None:
 def _stationary_order(pieces: list[Array]) -> tuple[int, list[float]]:
     """Return how often to difference, and the median ADF p-value of each order tried."""
     p_values = []
-    for differences in range(LARGEST_ORDER + 1):
+    for differences in range(MOST_DIFFERENCES + 1):
         found = []
         for piece in sorted(pieces, key=len)[-5:]:
             w = np.diff(piece, differences)
