@@ -19,25 +19,19 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.results_page import as_table, tell
-from benchmarks.trust.questions import lathe_runs
+from benchmarks.trust.questions import Question, fitted, lathe_runs, simulated
 from fmu_compensator.driving import drive
 from fmu_compensator.fit.data import prepare
-from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.training import Array
 from fmu_compensator.runtime.compensator import SPARED
-from fmu_compensator.runtime.modelfile import Model, load_model, parse_model
+from fmu_compensator.runtime.modelfile import Model, load_model
 from measurement.rig import Rig, default_rig, rig_from_table
 from measurement.runs import Run
 from plant_model.machine_file import read_machine
-from plant_model.simulate import simulate
-from scenarios.machine_inputs import inputs_of
-from scenarios.scenario import read_scenario
 
 SHIPPED = Path(__file__).resolve().parents[1] / "fmu_compensator" / "library" / "jig_borer.json"
-SCENARIO = "step_speed"
 TOOL_MM = 100.0
 BREAKS_S = 7200.0
-EVERY_S = 30.0
 LEARNT = "202008"
 LATHE_MODEL = "gaussian"
 """What `fit` takes; it uses all sensors."""
@@ -107,10 +101,8 @@ def broken(run: Run, column: str, fault: str, after_s: float = BREAKS_S) -> Run:
 
 def jig_borer() -> tuple[Model, Run, Rig]:
     """Return the shipped compensator, and an unseen run."""
-    machine, case = read_machine("jig_borer"), read_scenario(SCENARIO).cases[0]
-    result = simulate(machine, inputs_of(case, machine, EVERY_S), noise_seed=case.settings.seed)
-    run = Run(SCENARIO, result.run_frame())
-    return load_model(SHIPPED), run, rig_from_table(machine.rig, "rig")
+    rig = rig_from_table(read_machine("jig_borer").rig, "rig")
+    return load_model(SHIPPED), simulated("step_speed", of="jig_borer"), rig
 
 
 def jig_borer_rows() -> Iterator[list[str]]:
@@ -132,10 +124,12 @@ def lathe_rows(folder: Path) -> Iterator[list[str]]:
     """Yield the table's rows: what really broke on the lathe, in runs not learnt from."""
     runs = lathe_runs(folder)
     rig = default_rig(runs[0], read_machine("jig_borer").rig)
-    train = [run for run in runs if run.name < LEARNT]
-    fitted = fit_compensator(train, rig, LATHE_MODEL, points="all")
-    model = parse_model(compensator_text(fitted), LATHE_MODEL)
-    for run in (run for run in runs if run.name >= LEARNT):
+    train, judged = (
+        [run for run in runs if (run.name >= LEARNT) is late] for late in (False, True)
+    )
+    split = Question("lathe", LATHE_MODEL, True, train, judged, rig)
+    model = fitted(split, LATHE_MODEL, points="all")
+    for run in judged:
         usable = prepare([run], rig).runs[0].usable
         on, held = (judge(one, run, run, rig, usable) for one in (model, without_spare(model)))
         if on.spared.any():

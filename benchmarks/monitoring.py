@@ -15,22 +15,17 @@ import zlib
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
 from benchmarks.results_page import as_table, tell
-from benchmarks.trust.questions import (
-    Question,
-    electric_questions,
-    lathe_questions,
-    simulated_questions,
-)
-from fmu_compensator.fit.fitting import compensator_text, fit_compensator
+from benchmarks.trust.questions import Question, fitted, questions
 from fmu_compensator.monitoring import Report, monitor
 from fmu_compensator.monitoring.monitor import SENSOR, VERDICTS
-from fmu_compensator.runtime.modelfile import Model, parse_model
+from fmu_compensator.runtime.modelfile import Model
 from measurement.runs import Run
 
 FOLDS = 5
@@ -48,15 +43,12 @@ class Answer:
     moves: dict[float, str]
 
 
-def questions(folder: Path) -> Iterator[Question]:
+def logs(folder: Path) -> Iterator[Question]:
     """Yield splits like the training first, each run judged once, then unlike ones."""
-    for group in (
-        list(lathe_questions(folder / "lathe")),
-        list(electric_questions(folder / "electric_spindle" / "first_3000_min.csv")),
-        list(simulated_questions()),
-    ):
+    for data, some in groupby(questions(folder), key=lambda one: one.data):
+        group = list(some)
         like = [one for one in group if not one.unlike]
-        if group and group[0].data == "lathe":
+        if data == "lathe":
             every = sorted([*like[0].train, *like[0].judged], key=lambda run: run.name)
             for first in range(FOLDS):
                 judged = every[first::FOLDS]
@@ -73,8 +65,7 @@ def questions(folder: Path) -> Iterator[Question]:
 
 def ask(question: Question, kind: str) -> Answer:
     """Fit, monitor the log as it is, and with what is planted."""
-    table = fit_compensator(question.train, question.rig, kind)
-    model = parse_model(compensator_text(table), question.name)
+    model = fitted(question, kind)
     report = monitor(model, question.judged, question.rig)
     if question.unlike:
         return Answer(question, report, {}, {})
@@ -165,7 +156,7 @@ def main() -> int:
     parser.add_argument("--model", default="gaussian")
     parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     args = parser.parse_args()
-    todo = list(questions(args.folder))
+    todo = list(logs(args.folder))
     answers = [ask(question, args.model) for question in tqdm(todo, disable=None)]
     tell("monitoring", page(answers), write=args.write)
     return 0

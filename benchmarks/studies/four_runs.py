@@ -8,7 +8,8 @@ from itertools import repeat
 import numpy as np
 
 from benchmarks.results_page import as_table
-from benchmarks.studies.machines import shipped_runs, truth
+from benchmarks.studies.machines import truth
+from benchmarks.trust.questions import TRAINING, simulated
 from fmu_compensator.driving import answers, inputs_of
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.runtime.modelfile import Model, parse_model
@@ -16,7 +17,6 @@ from measurement.drift import measured_drift
 from measurement.rig import FivePointRig
 from measurement.runs import Run
 
-FOUR = ("training_down", "training_random", "training_stops", "training_warm_hall")
 UNSEEN = ("step_speed", "random_speed", "stop_and_go")
 MODELS = ("mlr", "arx", "thermal_states")
 TOOLS_MM = (100.0, 240.0)
@@ -26,8 +26,9 @@ def interval_rows(model: str) -> list[list[str]]:
     """Return how well a compensator from four runs does, and how often its interval holds."""
     rig = truth("jig_borer").rig
     assert isinstance(rig, FivePointRig)
-    unseen = shipped_runs(UNSEEN)
-    table = fit_compensator(shipped_runs(FOUR), rig, model, limits={"slew_um_per_s": 1e4})
+    unseen = [simulated(name) for name in UNSEEN]
+    learnt = [simulated(name) for name in TRAINING]
+    table = fit_compensator(learnt, rig, model, limits={"slew_um_per_s": 1e4})
     found = parse_model(compensator_text(table), model)
     rows = []
     for tool in TOOLS_MM:

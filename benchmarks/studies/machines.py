@@ -213,18 +213,6 @@ def settling_min() -> tuple[float, float]:
     return early, late
 
 
-def shipped_runs(names: tuple[str, ...]) -> list[Run]:
-    """Return runs of the jig borer on shipped scenarios as they are, with their own noise."""
-    machine = read_machine("jig_borer_lumps")
-    runs = []
-    for name in names:
-        case = read_scenario(name).cases[0]
-        inputs = inputs_of(case, machine, EVERY_S)
-        frame = simulate(machine, inputs, noise_seed=case.settings.seed).run_frame()
-        runs.append(Run(name, frame))
-    return runs
-
-
 def _rig(machine: Machine) -> FivePointRig:
     rig = rig_from_table(dict(machine.rig), machine.name)
     assert isinstance(rig, FivePointRig)

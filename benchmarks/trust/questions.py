@@ -6,9 +6,12 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from fmu_compensator.fit.fitting import compensator_text, fit_compensator
+from fmu_compensator.runtime.modelfile import Model, parse_model
 from measurement.rig import Rig, default_rig, rig_from_table
 from measurement.runs import Run, read_run
 from plant_model.machine_file import read_machine
@@ -18,7 +21,10 @@ from scenarios.scenario import read_scenario
 
 TRAINING = ("training_down", "training_random", "training_stops", "training_warm_hall")
 JUDGED = ("step_speed", "stop_and_go")
+RECORD = "electric_spindle/first_3000_min.csv"
 EVERY_S = 30.0
+NO_SLEW = {"slew_um_per_s": 1000.0}
+"""The slew limit of a control has no part in the model's error."""
 PIECE_H = 6.0
 """The electric spindle's record is one of 50 h; it is cut into pieces, each a warm restart [h]."""
 
@@ -44,6 +50,19 @@ class Question:
     train: Sequence[Run]
     judged: Sequence[Run]
     rig: Rig
+
+
+def fitted(question: Question, kind: str | None, **options: Any) -> Model:
+    """Return a compensator of an error model, or of fit's own choice, as it would be installed."""
+    table = fit_compensator(question.train, question.rig, kind, **options)
+    return parse_model(compensator_text(table), question.name)
+
+
+def questions(folder: Path) -> Iterator[Question]:
+    """Yield all splits of all data that the folder holds, and the simulated ones."""
+    yield from lathe_questions(folder / "lathe")
+    yield from electric_questions(folder / RECORD)
+    yield from simulated_questions()
 
 
 def lathe_runs(folder: Path) -> list[Run]:
@@ -78,66 +97,43 @@ def lathe_questions(folder: Path) -> Iterator[Question]:
     yield split("all but the first six", places[6:])
 
 
-def electric_pieces(record: Path) -> tuple[list[Run], Rig]:
-    """Return the electric spindle's record, cut into runs of `PIECE_H` hours, and its rig."""
+def electric_questions(record: Path) -> Iterator[Question]:
+    """Yield the halves of the electric spindle's record, and every other piece of `PIECE_H`."""
+    if not record.is_file():
+        return
     whole = read_run(record)
     rows = round(PIECE_H * 3600.0 / float(np.median(np.diff(whole.time_s))))
     pieces = [
         Run(f"{whole.name}_{at}", whole.frame.iloc[at : at + rows].reset_index(drop=True))
         for at in range(0, len(whole.frame) - rows // 2, rows)
     ]
-    return pieces, rig_from_table({"kind": "direct", "axes": {"growth": {"axis": "Z"}}}, "rig")
-
-
-def electric_questions(record: Path) -> Iterator[Question]:
-    """Yield the halves of the electric spindle's record, and every other piece of it."""
-    if not record.is_file():
-        return
-    pieces, axis = electric_pieces(record)
+    rig = rig_from_table({"kind": "direct", "axes": {"growth": {"axis": "Z"}}}, "rig")
     half = len(pieces) // 2
-    yield Question("electric spindle", "the second half", True, pieces[:half], pieces[half:], axis)
-    yield Question("electric spindle", "the first half", True, pieces[half:], pieces[:half], axis)
-    yield Question(
-        "electric spindle",
-        "every other piece",
-        False,
-        pieces[::2],
-        pieces[1::2],
-        axis,
-    )
+    for name, unlike, train, judged in (
+        ("the second half", True, pieces[:half], pieces[half:]),
+        ("the first half", True, pieces[half:], pieces[:half]),
+        ("every other piece", False, pieces[::2], pieces[1::2]),
+    ):
+        yield Question("electric spindle", name, unlike, train, judged, rig)
 
 
 def simulated_questions() -> Iterator[Question]:
     """Yield the shipped jig borer's training, judged on machines and halls that are not its own."""
     machine = read_machine("jig_borer_lumps")
     rig = rig_from_table(machine.rig, "rig")
-    train = [simulated(name, name, 0.0, 0.0) for name in TRAINING]
-    judged: list[tuple[str, bool, float, float, str]] = [
-        ("the same machine, other speeds", False, 0.0, 0.0, ""),
-        ("coolant 3 K warmer", True, 3.0, 0.0, ""),
-        ("coolant 3 K colder", True, -3.0, 0.0, ""),
-        ("hall 6 K warmer", True, 0.0, 6.0, ""),
-        ("a thicker lubricant", True, 0.0, 0.0, "lubricant"),
-        ("a worn front bearing", True, 0.0, 0.0, "worn"),
-        ("another machine of the series", True, 0.0, 0.0, "other"),
+    train = [simulated(name) for name in TRAINING]
+    judged: list[tuple[str, dict[str, Any]]] = [
+        ("the same machine, other speeds", {}),
+        ("coolant 3 K warmer", {"coolant_k": 3.0}),
+        ("coolant 3 K colder", {"coolant_k": -3.0}),
+        ("hall 6 K warmer", {"hall_k": 6.0}),
+        ("a thicker lubricant", {"change": lambda key: 1.5 if key.endswith(".viscosity") else 1.0}),
+        ("a worn front bearing", {"change": {"sources.front_bearing.f1": 2.5}.get}),
+        ("another machine of the series", {"change": _drawn}),
     ]
-    for name, unlike, coolant, hall, what in judged:
-        runs = [simulated(f"{base}, {name}", base, coolant, hall, CHANGES[what]) for base in JUDGED]
-        yield Question("jig borer", name, unlike, train, runs, rig)
-
-
-def unchanged(name: str) -> float:
-    """Return the factor of a parameter of the machine as it is."""
-    return 1.0
-
-
-Change = Callable[[str], float]
-CHANGES: dict[str, Change] = {
-    "": unchanged,
-    "lubricant": lambda name: 1.5 if name.endswith(".viscosity") else 1.0,
-    "worn": lambda name: 2.5 if name in ("sources.front_bearing.f1",) else 1.0,
-    "other": lambda name: _drawn(name),
-}
+    for name, changes in judged:
+        runs = [simulated(base, f"{base}, {name}", **changes) for base in JUDGED]
+        yield Question("jig borer", name, bool(changes), train, runs, rig)
 
 
 @cache
@@ -147,21 +143,30 @@ def _drawn(name: str) -> float:
 
 
 def simulated(
-    name: str, scenario: str, coolant_k: float, hall_k: float, change: Change = unchanged
+    scenario: str,
+    name: str = "",
+    *,
+    of: str = "jig_borer_lumps",
+    coolant_k: float = 0.0,
+    hall_k: float = 0.0,
+    change: Callable[[str], float | None] = lambda key: 1.0,
 ) -> Run:
-    """Return a run of a library scenario on a machine whose parameters are changed, with noise."""
-    machine = read_machine("jig_borer_lumps")
+    """Return a run of a library scenario, with noise, on a machine that may be changed.
+
+    *change* gives the factor of each of its parameters by name.
+    """
+    machine = read_machine(of)
     case = read_scenario(scenario).cases[0]
     inputs = inputs_of(case, machine, EVERY_S)
     inputs["coolant_inlet"] += coolant_k
     inputs["ambient"] += hall_k
     values = {
-        key: min(max(parameter.value * change(key), parameter.low), parameter.high)
+        key: min(max(parameter.value * factor, parameter.low), parameter.high)
         for key, parameter in machine.parameters.items()
-        if parameter.low < parameter.high
+        if parameter.low < parameter.high and (factor := change(key) or 1.0) != 1.0
     }
     result = simulate(machine, inputs, values, noise_seed=case.settings.seed)
-    return Run(name, result.run_frame())
+    return Run(name or scenario, result.run_frame())
 
 
 def _start(run: Run) -> float:

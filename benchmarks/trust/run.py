@@ -1,50 +1,29 @@
 """Fit each error model on some runs, install it, and drive it through runs that it never saw.
 
     python -m benchmarks.trust.run DATA [--models NAME,NAME] [--data lathe] [--json FILE] [--write]
-    python -m benchmarks.trust.run DATA --fresh --models "fit's own choice" --json FILE
 
 DATA is the folder that holds ``lathe/`` and ``electric_spindle/``; what is missing is left out.
-The answers are kept in FILE as they come, and a run that was stopped goes on from there.
-``--fresh`` asks splits that nothing was set on; ``--write`` writes the tables into docs/results.md.
+The answers are kept in FILE as they come, and a run that was stopped goes on from there;
+``--write`` writes the tables into docs/results.md.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from tqdm import tqdm
 
 from benchmarks.results_page import tell
-from benchmarks.trust.fresh import fresh_lathe, fresh_simulated
 from benchmarks.trust.judge import CHOICE, PROTOTYPE, judge
-from benchmarks.trust.questions import (
-    Question,
-    electric_questions,
-    lathe_questions,
-    simulated_questions,
-)
+from benchmarks.trust.questions import questions
 from benchmarks.trust.tables import tables
 from measurement.errors import BadInput
 from measurement.files import write_atomically
 
 MODELS = f"{CHOICE},{PROTOTYPE},mlr,bayes,ridge,lasso,arx,ne,gp,thermal_states,bp"
-
-
-def questions(folder: Path) -> Iterator[Question]:
-    """Yield all splits of all data."""
-    yield from lathe_questions(folder / "lathe")
-    yield from electric_questions(folder / "electric_spindle" / "first_3000_min.csv")
-    yield from simulated_questions()
-
-
-def fresh(folder: Path) -> Iterator[Question]:
-    """Yield the splits that nothing was set on."""
-    yield from fresh_lathe(folder / "lathe")
-    yield from fresh_simulated()
 
 
 def main() -> int:
@@ -54,30 +33,23 @@ def main() -> int:
     parser.add_argument("--models", default=MODELS)
     parser.add_argument("--data", help="only this data set")
     parser.add_argument("--json", type=Path, default=Path("results/trust.json"))
-    parser.add_argument("--fresh", action="store_true", help="splits that nothing was set on")
     parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     args = parser.parse_args()
     found: list[dict[str, Any]] = json.loads(args.json.read_text()) if args.json.exists() else []
     asked = {(one["data"], one["question"], one["model"]) for one in found}
     todo = [
         (question, model)
-        for question in (fresh if args.fresh else questions)(args.folder)
+        for question in questions(args.folder)
         if args.data in (None, question.data)
         for model in args.models.split(",")
         if (question.data, question.name, model) not in asked
     ]
     for question, model in tqdm(todo, disable=None):
         try:
-            found.append(judge(question, model).to_dict())
+            found.append(judge(question, model))
         except BadInput as refusal:
-            found.append(
-                {
-                    "data": question.data,
-                    "question": question.name,
-                    "model": model,
-                    "refused": str(refusal),
-                }
-            )
+            asked_for = {"data": question.data, "question": question.name, "model": model}
+            found.append(asked_for | {"refused": str(refusal)})
         args.json.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(args.json, json.dumps(found, indent=1) + "\n")
     order = {model: place for place, model in enumerate(MODELS.split(","))}
