@@ -30,10 +30,7 @@ def plays() -> Iterator[tuple[str, Play]]:
         yield name, partial(_play, fault=fault)
     machine = GatewaySettings(machine_clock=True)
     for name in ON_THE_MACHINES_CLOCK:
-        yield (
-            f"{name} (--clock machine)",
-            partial(_play, fault=FAULTS[name], settings=machine),
-        )
+        yield f"{name} (--clock machine)", partial(_play, fault=FAULTS[name], settings=machine)
     yield from RESTARTS.items()
 
 
@@ -70,12 +67,9 @@ def availability(quiet: list[Outcome], faulty: list[Outcome]) -> str:
 
 def row(name: str, outcomes: list[Outcome]) -> str:
     """Return a line of the table."""
-    noticed = sum(outcome.noticed for outcome in outcomes)
-    answers = sum(outcome.answers for outcome in outcomes)
-    unsafe = sum(outcome.unsafe for outcome in outcomes)
-    again = sum(outcome.again for outcome in outcomes)
-    count = len(outcomes)
-    return f"{name:52}{count:9,}{noticed:9,}{answers:9,}{unsafe:8,}{again:13,}"
+    counted = ("noticed", "answers", "unsafe", "again")
+    noticed, answers, unsafe, again = (sum(getattr(o, of) for o in outcomes) for of in counted)
+    return f"{name:52}{len(outcomes):9,}{noticed:9,}{answers:9,}{unsafe:8,}{again:13,}"
 
 
 def main() -> int:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import can
 
-from benchmarks.gateway_faults.harness import CYCLE_S, Episode, Messages
+from benchmarks.gateway_faults.harness import CYCLE_S, Change, Episode, Messages
 from gateway.codec import Sender
 from gateway.database import COMPENSATOR, MACHINE
 
@@ -43,116 +43,148 @@ def not_last(episode: Episode) -> int:
     return int(episode.rng.integers(0, len(episode.database.of(MACHINE)) - 1))
 
 
-def with_data(message: can.Message, data: bytes, frame_id: int | None = None) -> can.Message:
-    """Return a message with other data, or another identifier."""
-    return can.Message(
-        arbitration_id=message.arbitration_id if frame_id is None else frame_id,
-        data=data,
-        is_extended_id=False,
-    )
+def frame_of(frame_id: int, data: bytes) -> can.Message:
+    """Return a message."""
+    return can.Message(arbitration_id=frame_id, data=data, is_extended_id=False)
+
+
+def with_data(message: can.Message, data: bytes) -> can.Message:
+    """Return a message with other data."""
+    return frame_of(message.arbitration_id, data)
 
 
 def sealed(episode: Episode, at: int, data: bytes) -> can.Message:
     """Return a frame of the machine with a CRC that fits."""
     frame = episode.database.of(MACHINE)[at]
-    message = can.Message(arbitration_id=frame.frame_id, data=data, is_extended_id=False)
-    return with_data(message, frame.protection.sealed(data))
+    return frame_of(frame.frame_id, frame.protection.sealed(data))
+
+
+def in_cycles(name: str, *span: int) -> Callable[[Callable[[Episode], Change]], object]:
+    """Register a class of faults that goes on for some cycles: what is done to each."""
+
+    def keep(change: Callable[[Episode], Change]) -> Callable[[Episode], Change]:
+        @fault(name)
+        def _change(episode: Episode) -> None:
+            for _ in cycles(episode, *span):
+                episode.cycle(change(episode))
+
+        return change
+
+    return keep
+
+
+def altered(at: int, new: Callable[[can.Message], can.Message]) -> Change:
+    """Return what puts another frame in the place of one of a cycle."""
+
+    def change(messages: Messages) -> Messages:
+        messages[at] = new(messages[at])
+        return messages
+
+    return change
+
+
+def delayed(behind: int) -> Change:
+    """Return a queue of so many cycles on the way."""
+    kept: list[Messages] = []
+
+    def delay(messages: Messages) -> Messages:
+        kept.append(list(messages))
+        return kept.pop(0) if len(kept) > behind else []
+
+    return delay
+
+
+def recorded(episode: Episode, count: int) -> list[Messages]:
+    """Run cycles and return what the machine sent."""
+    kept: list[Messages] = []
+
+    def keep(messages: Messages) -> Messages:
+        kept.append(list(messages))
+        return messages
+
+    for _ in range(count):
+        episode.cycle(keep)
+    return kept
 
 
 # One frame
 
 
-@fault("frame lost")
-def _lost(episode: Episode) -> None:
-    for _ in cycles(episode):
-        at = place(episode)
-        episode.cycle(lambda messages, at=at: [*messages[:at], *messages[at + 1 :]])
+@in_cycles("frame lost")
+def _lost(episode: Episode) -> Change:
+    at = place(episode)
+    return lambda messages: [*messages[:at], *messages[at + 1 :]]
 
 
-@fault("frame twice")
-def _twice(episode: Episode) -> None:
-    for _ in cycles(episode):
-        at = place(episode)
-        episode.cycle(lambda messages, at=at: [*messages[: at + 1], *messages[at:]])
+@in_cycles("frame twice")
+def _twice(episode: Episode) -> Change:
+    at = place(episode)
+    return lambda messages: [*messages[: at + 1], *messages[at:]]
 
 
 @fault("frame stuck")
 def _stuck(episode: Episode) -> None:
     at, kept = place(episode), []
 
-    def stick(messages: Messages) -> Messages:
-        kept.append(messages[at])
-        return [*messages[:at], kept[0], *messages[at + 1 :]]
+    def stick(message: can.Message) -> can.Message:
+        kept.append(message)
+        return kept[0]
 
     for _ in cycles(episode, 2):
-        episode.cycle(stick)
+        episode.cycle(altered(at, stick))
 
 
-@fault("bits flipped")
-def _flipped(episode: Episode) -> None:
+@in_cycles("bits flipped")
+def _flipped(episode: Episode) -> Change:
     rng = episode.rng
-    for _ in cycles(episode):
-        at = place(episode)
 
-        def flip(messages: Messages, at: int = at) -> Messages:
-            data = bytearray(messages[at].data)
-            for bit in rng.choice(64, size=int(rng.integers(1, 4)), replace=False):
-                data[bit // 8] ^= 1 << bit % 8
-            messages[at] = with_data(messages[at], bytes(data))
-            return messages
+    def flip(message: can.Message) -> can.Message:
+        data = bytearray(message.data)
+        for bit in rng.choice(64, size=int(rng.integers(1, 4)), replace=False):
+            data[bit // 8] ^= 1 << bit % 8
+        return with_data(message, bytes(data))
 
-        episode.cycle(flip)
+    return altered(place(episode), flip)
 
 
-@fault("wrong length")
-def _length(episode: Episode) -> None:
-    for _ in cycles(episode):
-        at, size = place(episode), int(episode.rng.integers(0, 8))
-
-        def cut(messages: Messages, at: int = at, size: int = size) -> Messages:
-            messages[at] = with_data(messages[at], bytes(messages[at].data[:size]))
-            return messages
-
-        episode.cycle(cut)
+@in_cycles("wrong length")
+def _length(episode: Episode) -> Change:
+    at, size = place(episode), int(episode.rng.integers(0, 8))
+    return altered(at, lambda message: with_data(message, bytes(message.data[:size])))
 
 
-@fault("wrong identifier")
-def _identifier(episode: Episode) -> None:
-    for _ in cycles(episode):
-        at = place(episode)
-        other = (at + 1) % len(episode.database.of(MACHINE))
+@in_cycles("wrong identifier")
+def _identifier(episode: Episode) -> Change:
+    at = place(episode)
 
-        def route(messages: Messages, at: int = at, other: int = other) -> Messages:
-            wrong = messages[other].arbitration_id
-            messages[at] = with_data(messages[at], bytes(messages[at].data), wrong)
-            return messages
+    def route(messages: Messages) -> Messages:
+        wrong = messages[(at + 1) % len(episode.database.of(MACHINE))].arbitration_id
+        messages[at] = frame_of(wrong, bytes(messages[at].data))
+        return messages
 
-        episode.cycle(route)
+    return route
 
 
-@fault("counter out of sequence")
-def _sequence(episode: Episode) -> None:
-    for _ in cycles(episode):
-        at, back = place(episode), int(episode.rng.integers(1, 15))
+@in_cycles("counter out of sequence")
+def _sequence(episode: Episode) -> Change:
+    at, back = place(episode), int(episode.rng.integers(1, 15))
 
-        def turn(messages: Messages, at: int = at, back: int = back) -> Messages:
-            data = bytearray(messages[at].data)
-            data[1] = data[1] & 0xF0 | ((data[1] & 0x0F) - back) % 15
-            messages[at] = sealed(episode, at, bytes(data))
-            return messages
+    def turn(message: can.Message) -> can.Message:
+        data = bytearray(message.data)
+        data[1] = data[1] & 0xF0 | ((data[1] & 0x0F) - back) % 15
+        return sealed(episode, at, bytes(data))
 
-        episode.cycle(turn)
+    return altered(at, turn)
 
 
-@fault("frames out of order")
-def _order(episode: Episode) -> None:
-    for _ in cycles(episode):
-        # The heartbeat comes before at least one other frame.
-        last = len(episode.database.of(MACHINE)) - 1
-        order = [last, *(int(i) for i in episode.rng.permutation(last))]
-        swap = int(episode.rng.integers(0, last))
-        order[0], order[swap] = order[swap], order[0]
-        episode.cycle(lambda messages, order=order: [messages[i] for i in order])
+@in_cycles("frames out of order")
+def _order(episode: Episode) -> Change:
+    # The heartbeat comes before at least one other frame.
+    last = len(episode.database.of(MACHINE)) - 1
+    order = [last, *(int(i) for i in episode.rng.permutation(last))]
+    swap = int(episode.rng.integers(0, last))
+    order[0], order[swap] = order[swap], order[0]
+    return lambda messages: [messages[i] for i in order]
 
 
 @fault("value marked, or out of range")
@@ -167,17 +199,22 @@ def _marked(episode: Episode) -> None:
 # Frames of other cycles
 
 
-@fault("one frame late by whole cycles, for a while")
-def _late_for_a_while(episode: Episode) -> None:
-    at, behind, kept = place(episode), int(episode.rng.integers(1, 30)), []
+def _late(episode: Episode, at: int, behind: int, then: int) -> None:
+    """Let one frame be late by some cycles, until some after the first of them comes."""
+    kept: list[can.Message] = []
 
     def delay(messages: Messages) -> Messages:
         kept.append(messages[at])
         older = [kept.pop(0)] if len(kept) > behind else []
         return [*messages[:at], *older, *messages[at + 1 :]]
 
-    for _ in range(behind + 10):
+    for _ in range(behind + then):
         episode.cycle(delay)
+
+
+@fault("one frame late by whole cycles, for a while")
+def _late_for_a_while(episode: Episode) -> None:
+    _late(episode, place(episode), int(episode.rng.integers(1, 30)), 10)
 
 
 @fault("one frame late by whole cycles, for good")
@@ -185,50 +222,38 @@ def _late_for_good(episode: Episode) -> None:
     rng = episode.rng
     special = (15, 16, 30, 60, 120, 225, 240, 480)
     behind = int(rng.choice(special)) if rng.random() < 0.3 else int(rng.integers(1, 300))
-    at, kept = not_last(episode), []
-
-    def delay(messages: Messages) -> Messages:
-        kept.append(messages[at])
-        older = [kept.pop(0)] if len(kept) > behind else []
-        return [*messages[:at], *older, *messages[at + 1 :]]
-
-    for _ in range(behind + 20):
-        episode.cycle(delay)
+    _late(episode, not_last(episode), behind, 20)
 
 
 @fault("an extra frame, one count ahead")
 def _extra(episode: Episode) -> None:
     at = not_last(episode)
     other = Sender(episode.database, MACHINE)
+    readings = {f"T{n}": 60.0 for n in range(1, 12)} | {"tool_length": 240.0, "speed": 1.0}
+
+    def add(messages: Messages) -> Messages:
+        while True:
+            ahead = other.messages(readings)[at]
+            if (ahead.data[1] & 0x0F) == ((messages[at].data[1] & 0x0F) + 1) % 15:
+                return [*messages[:-1], ahead, messages[-1]]
+
     for _ in cycles(episode, 1, 5):
-        readings = {f"T{n}": 60.0 for n in range(1, 12)} | {"tool_length": 240.0, "speed": 1.0}
-
-        def add(messages: Messages, readings: dict[str, float] = readings) -> Messages:
-            while True:
-                ahead = other.messages(readings)[at]
-                if (ahead.data[1] & 0x0F) == ((messages[at].data[1] & 0x0F) + 1) % 15:
-                    return [*messages[:-1], ahead, messages[-1]]
-
         episode.cycle(add)
 
 
 @fault("an old cycle again, as it was")
 def _old_again(episode: Episode) -> None:
-    kept: list[Messages] = []
-    back = int(episode.rng.integers(1, 100))
-    for _ in range(back):
-        episode.cycle(lambda messages: kept.append(messages) or messages)  # type: ignore[func-returns-value]
+    first = recorded(episode, int(episode.rng.integers(1, 100)))[0]
     for _ in cycles(episode):
-        episode.cycle(lambda messages: [*kept[0], *messages])
+        episode.cycle(lambda messages: [*first, *messages])
 
 
 # Time
 
 
-@fault("silence")
-def _silence(episode: Episode) -> None:
-    for _ in cycles(episode, 3, 60):
-        episode.cycle(lambda messages: [])
+@in_cycles("silence", 3, 60)
+def _silence(episode: Episode) -> Change:
+    return lambda messages: []
 
 
 @fault("every cycle late, for a while")
@@ -246,14 +271,10 @@ def _burst(episode: Episode) -> None:
 @fault("every cycle late, for good")
 def _all_late(episode: Episode) -> None:
     """A queue on the way that never empties."""
-    behind, kept = int(episode.rng.integers(6, 300)), []
-
-    def delay(messages: Messages) -> Messages:
-        kept.append(messages)
-        return kept.pop(0) if len(kept) > behind else []
-
+    behind = int(episode.rng.integers(6, 300))
+    queue = delayed(behind)
     for _ in range(behind + 20):
-        episode.cycle(delay)
+        episode.cycle(queue)
 
 
 @fault("every cycle later than the one before")
@@ -362,23 +383,18 @@ def _rival(episode: Episode) -> None:
     episode.rivals_at = episode.now
 
 
-@fault("random frames")
-def _random(episode: Episode) -> None:
+@in_cycles("random frames")
+def _random(episode: Episode) -> Change:
     rng = episode.rng
     ids = [frame.frame_id for frame in episode.database.frames]
-    for _ in cycles(episode):
 
-        def flood(messages: Messages) -> Messages:
-            for _ in range(20):
-                junk = can.Message(
-                    arbitration_id=int(rng.choice(ids)),
-                    data=rng.bytes(int(rng.integers(0, 9))),
-                    is_extended_id=False,
-                )
-                messages.insert(int(rng.integers(0, len(messages) + 1)), junk)
-            return messages
+    def flood(messages: Messages) -> Messages:
+        for _ in range(20):
+            junk = frame_of(int(rng.choice(ids)), rng.bytes(int(rng.integers(0, 9))))
+            messages.insert(int(rng.integers(0, len(messages) + 1)), junk)
+        return messages
 
-        episode.cycle(flood)
+    return flood
 
 
 # Right CRC, right counts, wrong content
@@ -389,10 +405,9 @@ def _masquerade(episode: Episode) -> None:
     for _ in cycles(episode):
         at = not_last(episode)
 
-        def replace_one(messages: Messages, at: int = at) -> Messages:
-            data = bytearray(messages[at].data)
+        def other(message: can.Message, at: int = at) -> can.Message:
+            data = bytearray(message.data)
             data[2:6] = bytes((0x10, 0x27, 0x10, 0x27))
-            messages[at] = sealed(episode, at, bytes(data))
-            return messages
+            return sealed(episode, at, bytes(data))
 
-        episode.cycle(replace_one)
+        episode.cycle(altered(at, other))

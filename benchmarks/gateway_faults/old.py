@@ -7,7 +7,14 @@ from math import nan
 
 import can
 
-from benchmarks.gateway_faults.classes import FAULTS, cycles, fault, place
+from benchmarks.gateway_faults.classes import (
+    FAULTS,
+    cycles,
+    delayed,
+    fault,
+    place,
+    recorded,
+)
 from benchmarks.gateway_faults.harness import CYCLE_S, Change, Episode, Messages
 from gateway.codec import Value
 
@@ -18,19 +25,6 @@ bench counts a rival from when its frames leave, and the gateway hears them when
 clock at another rate begins anew with each restart and gap, and shows some cycles later."""
 SINGLE = {name: play for name, play in FAULTS.items() if name not in ALONE}
 """The classes that two at once are drawn from."""
-
-
-def recorded(episode: Episode, count: int) -> list[Messages]:
-    """Run cycles and return what the machine sent."""
-    kept: list[Messages] = []
-
-    def keep(messages: Messages) -> Messages:
-        kept.append(list(messages))
-        return messages
-
-    for _ in range(count):
-        episode.cycle(keep)
-    return kept
 
 
 def played(episode: Episode, recording: list[Messages]) -> None:
@@ -73,17 +67,6 @@ def _from_the_start(episode: Episode) -> None:
         episode.messages()
     episode.begin()
     played(episode, recording)
-
-
-def delayed(behind: int) -> Change:
-    """Return a queue of so many cycles on the way."""
-    kept: list[Messages] = []
-
-    def delay(messages: Messages) -> Messages:
-        kept.append(list(messages))
-        return kept.pop(0) if len(kept) > behind else []
-
-    return delay
 
 
 ODD: tuple[dict[str, Value], ...] = (
