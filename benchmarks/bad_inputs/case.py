@@ -6,13 +6,13 @@ import contextlib
 import hashlib
 import io
 import os
-from collections.abc import Callable
-from dataclasses import dataclass, field
+import re
+import tomllib
+from dataclasses import dataclass
 from pathlib import Path
 
 from scenarios.cli import main
 
-Change = Callable[[str], str]
 LONGEST_LINE = 1000
 
 
@@ -27,19 +27,40 @@ class BadInputCase:
     command : str
         The words after ``spindle-drift``; files are those of the folder, ``{dist}`` the folder of
         FMUs.
-    files : dict of str to str or bytes
-        Files to write first, over good ones where these have the name.
-    changes : dict of str to callable
-        What is done to the text of good files.
     wanted : str
         What the line must hold: the value, the place, or what is allowed.
+    file : str
+        The file that is wrong, if one is.
+    text : str, optional
+        All that it holds; else the good one is changed.
+    old, new : str
+        There the first match of a regular expression becomes another text.
     """
 
     title: str
     command: str
     wanted: str
-    files: dict[str, str | bytes] = field(default_factory=dict)
-    changes: dict[str, Change] = field(default_factory=dict)
+    file: str = ""
+    text: str | None = None
+    old: str = ""
+    new: str = ""
+
+    def content(self, good: bytes) -> bytes:
+        """Return what the wrong file holds."""
+        if self.text is not None:
+            return self.text.encode("latin-1")
+        changed = re.sub(self.old, self.new, good.decode(), count=1, flags=re.MULTILINE)
+        assert changed != good.decode(), f"{self.title}: nothing was changed"
+        return changed.encode()
+
+
+GROUPS = {
+    group: [BadInputCase(title, **told) for title, told in cases.items()]
+    for group, cases in tomllib.loads(
+        Path(__file__).with_name("cases.toml").read_text("utf-8")
+    ).items()
+}
+"""The bad inputs, by what is wrong."""
 
 
 @dataclass(frozen=True)
@@ -91,16 +112,9 @@ def ask(case: BadInputCase, good: dict[str, bytes], folder: Path, dist: Path) ->
     dist : Path
         Where built FMUs are.
     """
-    for name, data in good.items():
+    wrong = {case.file: case.content(good.get(case.file, b""))} if case.file else {}
+    for name, data in (good | wrong).items():
         (folder / name).write_bytes(data)
-    for name, content in case.files.items():
-        data = content.encode() if isinstance(content, str) else content
-        (folder / name).write_bytes(data)
-    for name, change in case.changes.items():
-        old = (folder / name).read_text(encoding="utf-8")
-        new = change(old)
-        assert new != old, f"{case.title}: nothing was changed in {name}"
-        (folder / name).write_text(new, encoding="utf-8")
     before = _fingerprints(folder)
     said = io.StringIO()
     here = Path.cwd()
@@ -123,33 +137,3 @@ def _fingerprints(folder: Path) -> dict[str, str]:
         else "folder"
         for path in sorted(folder.rglob("*"))
     }
-
-
-def replaced(old: str, new: str) -> Change:
-    """Return what puts *new* in place of the first *old*."""
-    return lambda text: text.replace(old, new, 1)
-
-
-def cell(row: int, column: str, value: str) -> Change:
-    """Return what puts a value into a cell of a CSV file; row 1 is the header."""
-
-    def change(text: str) -> str:
-        lines = text.splitlines()
-        place = lines[0].split(",").index(column)
-        words = lines[row - 1].split(",")
-        words[place] = value
-        lines[row - 1] = ",".join(words)
-        return "\n".join(lines) + "\n"
-
-    return change
-
-
-def without_column(column: str) -> Change:
-    """Return what takes a column out of a CSV file."""
-
-    def change(text: str) -> str:
-        rows = [line.split(",") for line in text.splitlines()]
-        place = rows[0].index(column)
-        return "\n".join(",".join(row[:place] + row[place + 1 :]) for row in rows) + "\n"
-
-    return change

@@ -16,8 +16,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from benchmarks.bad_inputs.case import Answer, BadInputCase, ask
-from benchmarks.bad_inputs.cases import GROUPS
+from benchmarks.bad_inputs.case import GROUPS, Answer, BadInputCase, ask
 from benchmarks.results_page import as_table, put
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_packaging.package import build

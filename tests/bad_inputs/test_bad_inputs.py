@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.bad_inputs.case import Answer, BadInputCase
-from benchmarks.bad_inputs.cases import GROUPS
+from benchmarks.bad_inputs.case import GROUPS, Answer, BadInputCase
 from benchmarks.bad_inputs.run import answers, good_files, tables
 
 
