@@ -11,15 +11,16 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from benchmarks.learning import learnt
 from benchmarks.results_page import as_table, tell
 from fmu_compensator.fit.columns import targets_of
-from fmu_compensator.fit.contestants import contestants, held
-from fmu_compensator.fit.data import prepare
+from fmu_compensator.fit.contestants import PERSISTENCE, contestants, held
 from measurement.errors import BadInput
 from measurement.figures import figures_of_merit
 from measurement.runs import Run, read_run
@@ -50,22 +51,13 @@ def main() -> int:
 
 
 def _judge(entrant: Any, first: Run, whole: Run, cut: int) -> Iterator[list[str]]:
-    form = entrant.recipe.input_form if entrant.recipe else "rise"
     rig = targets_of([whole], None)
-    train = prepare([first], rig, form)
-    record = prepare([whole], rig, form, sensors=train.sensors).runs[0]
-    if entrant.recipe is None:
-        rows = record.history([])
-        yield _row(entrant.title, rows, held(rows, None), cut)
-        if entrant.name == "persistence":
-            yield _row(entrant.title + ", one step", rows, held(rows, rows.targets), cut)
-        return
-    chosen, _ = entrant.recipe.choose(train, train.runs)
-    fitted = entrant.recipe.fit(train, train.runs, chosen)
+    _, [record], fitted, chosen = learnt(entrant.recipe, [first], [whole], rig)
     rows = record.history(chosen)
-    yield _row(entrant.title, rows, fitted.predict(rows), cut)
-    if fitted.uses_measured:
-        yield _row(entrant.title + ", one step", rows, fitted.predict(rows, rows.targets), cut)
+    predict = partial(held, rows) if fitted is None else partial(fitted.predict, rows)
+    yield _row(entrant.title, rows, predict(None), cut)
+    if entrant.name == PERSISTENCE if fitted is None else fitted.uses_measured:
+        yield _row(entrant.title + ", one step", rows, predict(rows.targets), cut)
 
 
 def _row(title: str, rows: Any, predicted: Any, cut: int) -> list[str]:

@@ -14,7 +14,6 @@ A choice within a model (points, lags, penalties) is made anew for each left-out
 from __future__ import annotations
 
 import argparse
-from concurrent.futures import ProcessPoolExecutor
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -22,17 +21,16 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
+from benchmarks.learning import learnt
 from benchmarks.results_page import as_table, tell
 from benchmarks.trust.questions import lathe_runs
-from fmu_compensator.fit.columns import MeasuredColumns, targets_of
+from fmu_compensator.fit.columns import targets_of
 from fmu_compensator.fit.contestants import contestants, held
 from fmu_compensator.fit.data import prepare
-from fmu_compensator.fit.error_models.base import FittedModel
-from fmu_compensator.fit.recipe import Recipe
 from fmu_compensator.fit.training import TrainingRun
 from measurement.faults import faults_text, find_faults, looked_over
-from measurement.rig import Rig
 from measurement.runs import Run
+from measurement.workers import workers
 from studies.fit.by_run import Block, NormalEquations
 from studies.fit.lagged import THIN_S, thinned
 
@@ -50,23 +48,12 @@ def runs_in(folder: Path) -> tuple[Run, ...]:
     return tuple(looked_over(lathe_runs(folder)))
 
 
-def rig_of(runs: tuple[Run, ...]) -> Rig | MeasuredColumns:
-    """Return the runs' targets."""
-    return targets_of(runs, None)
-
-
 def judge(folder: Path, name: str, index: int) -> dict[str, Any]:
     """Return the errors of one model on one left-out run, under both protocols [um]."""
     runs = runs_in(folder)
-    rig = rig_of(runs)
     recipe = contestants([name])[-1].recipe if name not in BASELINES else None
-    form = recipe.input_form if recipe else "rise"
-    train = prepare(runs[:index] + runs[index + 1 :], rig, form)
-    unseen = prepare([runs[index]], rig, form, sensors=train.sensors).runs[0]
-    fitted, chosen = None, []
-    if recipe is not None:
-        chosen, _ = recipe.choose(train, train.runs)
-        fitted = recipe.fit(train, train.runs, chosen)
+    others = runs[:index] + runs[index + 1 :]
+    train, [unseen], fitted, chosen = learnt(recipe, others, [runs[index]], targets_of(runs, None))
     if name == PLAIN:
         chosen = list(train.candidates)
         fitted = PlainRidge([run.complete(chosen) for run in train.runs])
@@ -79,7 +66,7 @@ def judge(folder: Path, name: str, index: int) -> dict[str, Any]:
         informed = held(rows, given) if name == "persistence" else free
     else:
         free = fitted.predict(rows)
-        informed = informed_prediction(recipe, fitted, rows, given, free, known)
+        informed = informed_prediction(fitted, rows, given, free, known)
     rest = known[GIVEN:]
     return {
         "run": runs[index].name,
@@ -88,14 +75,7 @@ def judge(folder: Path, name: str, index: int) -> dict[str, Any]:
     }
 
 
-def informed_prediction(
-    recipe: Recipe | None,
-    fitted: FittedModel | PlainRidge,
-    rows: Any,
-    given: Any,
-    free: Any,
-    known: Any,
-) -> Any:
+def informed_prediction(fitted: Any, rows: Any, given: Any, free: Any, known: Any) -> Any:
     """Return what a model predicts once the first samples are known.
 
     A model that cannot use measurements is shifted by what it missed at the last ones given.
@@ -146,11 +126,11 @@ def main() -> int:
         print(f"{args.data}: holds {len(runs)} runs named by date; two or more are needed")
         return 2
     print(f"{len(runs)} runs. What is wrong with them:\n{faults_text(find_faults(runs))}\n")
-    names = prepare(runs[:1], rig_of(runs)).targets
+    names = prepare(runs[:1], targets_of(runs, None)).targets
     targets = [name.removeprefix("disp_").upper() for name in names]
     heads = [f"{name} {kind}" for name in targets for kind in ("unseen", "100 given")]
     rows = []
-    with ProcessPoolExecutor(args.jobs) as pool:
+    with workers(args.jobs) as pool:
         for name in [*BASELINES, *args.models.split(",")]:
             work = pool.map(partial(judge, args.data, name), range(len(runs)))
             found = list(tqdm(work, total=len(runs), desc=name, disable=None, leave=False))

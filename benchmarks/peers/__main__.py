@@ -13,7 +13,6 @@ import argparse
 import ctypes
 import importlib.util
 import json
-import shutil
 import statistics
 import subprocess
 import sys
@@ -93,13 +92,20 @@ def by_hand(folder: Path) -> Path:
 
 
 def built_by(module: str, script: str, folder: Path, variables: bytes = b"[]") -> Path:
-    """Return what the builder of pythonfmu or of pythonfmu3 makes of a script and *variables*."""
+    """Return what the builder of pythonfmu or of pythonfmu3 makes of a script and *variables*.
+
+    A script is written for the former; the latter calls the same things otherwise.
+    """
     builder = importlib.import_module(f"{module}.builder").FmuBuilder
     made = getattr(builder, "build_FMU")  # noqa: B009 - two packages, one name
     name = f"{module}_{Path(script).stem}"
     work = folder / name
     work.mkdir()
-    copied = Path(shutil.copy(HERE / script, work / f"{name}.py"))
+    text = (HERE / script).read_text("utf-8")
+    if module == "pythonfmu3":
+        text = text.replace("pythonfmu", module).replace("Fmi2", "Fmi3").replace("Real", "Float64")
+    copied = work / f"{name}.py"
+    copied.write_text(text, "utf-8")
     (work / VARIABLES_FILE).write_bytes(variables)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -131,15 +137,12 @@ def emptied(recipe: Recipe, variables: bytes) -> Package:
 def peers(folder: Path, model: Path) -> tuple[list[Peer], list[str]]:
     """Return the FMUs that can be made here, and what cannot."""
     found, missing = [Peer(BASELINE, by_hand(folder), regression=True)], []
-    for module, script, fmi in (
-        ("pythonfmu", "in_pythonfmu.py", "2.0"),
-        ("pythonfmu3", "in_pythonfmu3.py", "3.0"),
-    ):
+    for module, fmi in (("pythonfmu", "2.0"), ("pythonfmu3", "3.0")):
         if importlib.util.find_spec(module) is None:
             missing.append(f"{module} is not installed: pip install .[benchmarks]")
             continue
         title = f"{module} {version(module)}, FMI {fmi}"
-        found.append(Peer(title, built_by(module, script, folder), regression=True))
+        found.append(Peer(title, built_by(module, "in_pythonfmu.py", folder), regression=True))
     recipe, _ = build_fmu.compensator_recipe(model, "compensator_native", native=True)
     native = native_package(recipe, native_compensator(recipe), compilers()[:1])
     found.append(Peer("this compensator, in C", written(native, folder / "in_c.fmu")))

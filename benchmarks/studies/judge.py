@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from benchmarks.learning import learnt
 from benchmarks.studies.entrants import ENTRANTS, NO_MODEL, PERSISTENCE, TRUTH
 from benchmarks.studies.machines import EVERY_S, Pair, truth
 from fmu_compensator.fit.contestants import held
@@ -42,8 +42,6 @@ class Score:
         Largest size of the axial drift before and after, mean size before and after [um].
     report : dict
         Diagnostics of the fit; of the first protocol only.
-    seconds : float
-        What the fit took [s].
     """
 
     machine: str
@@ -54,7 +52,6 @@ class Score:
     better: tuple[float, ...]
     axial_um: tuple[float, ...]
     report: dict[str, Any]
-    seconds: float
 
 
 @lru_cache(maxsize=1)
@@ -89,24 +86,18 @@ def judge(machine: str, seed: int, name: str) -> list[Score]:
     if entrant.step_s is not None:
         every = round(entrant.step_s / EVERY_S)
         pairs = {protocol: pair.thinned(every) for protocol, pair in pairs.items()}
-    form = entrant.recipe(seed).input_form if entrant.is_fitted else "rise"
-    learnt = prepare([pairs["fit"].measured], rig, form)
-    began, fitted, chosen, report = time.perf_counter(), None, [], {}
-    if entrant.is_fitted:
-        recipe = entrant.recipe(seed)
-        try:
-            chosen, _ = recipe.choose(learnt, learnt.runs)
-        except BadInput:  # a study's points that this machine does not have
-            return []
-        fitted = recipe.fit(learnt, learnt.runs, chosen)
-        report = fitted.report() | {"points": [learnt.sensors[place] for place in chosen]}
-        if isinstance(fitted, BackPropagation):  # a report keeps the curve's beginning
-            report["curve"] = fitted.training.curve
-    seconds = time.perf_counter() - began
+    recipe = entrant.recipe(seed) if entrant.is_fitted else None
+    try:
+        runs = [pair.measured for pair in pairs.values()]
+        _, unseen, fitted, chosen = learnt(recipe, [pairs["fit"].measured], runs, rig)
+    except BadInput:  # a study's points that this machine does not have
+        return []
+    report = fitted.report() if fitted else {}
+    if isinstance(fitted, BackPropagation):  # a report keeps the curve's beginning
+        report["curve"] = fitted.training.curve
     found = []
-    for protocol, pair in pairs.items():
-        run = prepare([pair.measured], rig, form, sensors=learnt.sensors).runs[0]
-        rows = run.history(chosen) if fitted is None else recipe.rows(run, chosen)
+    for (protocol, pair), run in zip(pairs.items(), unseen, strict=True):
+        rows = recipe.rows(run, chosen) if recipe else run.history(chosen)
         told = rows.targets if entrant.measured else None
         if fitted is not None:
             predicted = fitted.predict(rows, told)
@@ -116,17 +107,17 @@ def judge(machine: str, seed: int, name: str) -> list[Score]:
             predicted = np.zeros_like(rows.targets)
         else:
             assert entrant.kind == TRUTH
-            predicted = _exact(pair, rig, form, run)
+            predicted = _exact(pair, rig, run)
         known = rows.known
         figures = _figures(rows.targets[known], predicted[known], rig)
-        found.append(Score(machine, name, protocol, seed, *figures, report, seconds))
+        found.append(Score(machine, name, protocol, seed, *figures, report))
         report = {}
     return found
 
 
-def _exact(pair: Pair, rig: Any, form: str, run: PreparedRun) -> np.ndarray:
+def _exact(pair: Pair, rig: Any, run: PreparedRun) -> np.ndarray:
     """Return the targets without noise, at the rows of the measured run."""
-    exact = prepare([pair.exact], rig, form).runs[0]
+    exact = prepare([pair.exact], rig, "rise").runs[0]
     assert np.array_equal(exact.time_s, run.time_s)
     return exact.targets
 

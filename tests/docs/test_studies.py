@@ -79,7 +79,7 @@ def test_the_page_holds_the_text_and_a_table_at_every_place() -> None:
 
 
 def made_up(model: str, eta: float, better: float, seed: int, protocol: str) -> Score:
-    return Score("study_size", model, protocol, seed, (eta,) * 3, (better,) * 3, (), {}, 0.0)
+    return Score("study_size", model, protocol, seed, (eta,) * 3, (better,) * 3, (), {})
 
 
 def scores(eta: float, better: float, worst: float, ceiling: float) -> dict[object, list[Score]]:
@@ -246,7 +246,7 @@ def test_what_the_page_says_is_what_its_tables_say() -> None:
 def test_the_page_is_made_of_what_all_jobs_give() -> None:
     report = {"curve": [1.0, 0.5, 0.1], "nodes": [4, 10, 5], "iterations": 2}
     done: list[Any] = [
-        Score(machine, name, protocol, seed, etas, gains, (40.0, 4.0, 20.0, 2.0), report, 0.1)
+        Score(machine, name, protocol, seed, etas, gains, (40.0, 4.0, 20.0, 2.0), report)
         for machine, etas, gains in (
             ("study_size", (90.0,) * 3, (80.0, 85.0, 90.0)),
             ("jig_borer", (90.0,) * 3, (80.0, 85.0, 90.0)),
