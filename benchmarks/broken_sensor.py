@@ -10,7 +10,6 @@ those from the fault on.
 
 from __future__ import annotations
 
-import argparse
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -18,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.results_page import as_table, tell
+from benchmarks.results_page import as_table, parser_of, tell
 from benchmarks.trust.questions import Question, fitted, lathe_runs, simulated
 from fmu_compensator.driving import drive
 from fmu_compensator.fit.data import prepare
@@ -166,9 +165,8 @@ def _worst(judged: Sequence[Judged], axis: int) -> str:
 
 def main() -> None:
     """Print the table, or put it into the page."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = parser_of(__doc__)
     parser.add_argument("--lathe", type=Path, help="folder of the lathe's run files")
-    parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     args = parser.parse_args()
     rows = [*jig_borer_rows(), *(lathe_rows(args.lathe) if args.lathe else ())]
     tell("broken_sensor", as_table(HEAD, rows), write=args.write)

@@ -10,7 +10,6 @@ the simulator itself when it is told no more than the page.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 
 import numpy as np
@@ -21,7 +20,7 @@ from benchmarks.gap.around_page import PAGE, drawn_around_page, page_table
 from benchmarks.gap.case import CaseRun, TruthCase
 from benchmarks.gap.truth.case import simulate_case
 from benchmarks.gap.truth.told import as_told
-from benchmarks.results_page import as_table, tell
+from benchmarks.results_page import as_table, parser_of, tell
 from gap_finder.calibrate import calibrate
 from gap_finder.observations import Observations, observe
 from gap_finder.regimes import RunResiduals, gap_of, residuals
@@ -76,9 +75,8 @@ def left_of(page: Machine, seed: int) -> list[float]:
 
 def main() -> int:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = parser_of(__doc__)
     parser.add_argument("--machines", type=int, default=5, metavar="N", help="how many (5)")
-    parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     args = parser.parse_args()
     path = machine_path(PAGE)
     page = machine_from_table(expanded(page_table(), path), path)

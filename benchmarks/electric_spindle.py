@@ -9,7 +9,6 @@ moves, not how good a model is.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -18,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.learning import learnt
-from benchmarks.results_page import as_table, tell
+from benchmarks.results_page import as_table, parser_of, tell
 from fmu_compensator.fit.columns import targets_of
 from fmu_compensator.fit.contestants import PERSISTENCE, contestants, held
 from measurement.errors import BadInput
@@ -30,11 +29,10 @@ MODELS = "mlr,arx,bp,ga_bp,thermal_states,vac,arma"
 
 def main() -> int:
     """Run the benchmark and print its table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = parser_of(__doc__)
     parser.add_argument("record", type=Path)
     parser.add_argument("--share", type=float, default=0.5, help="of the record to learn from")
     parser.add_argument("--models", default=MODELS)
-    parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     args = parser.parse_args()
     whole = read_run(args.record)
     cut = int(args.share * len(whole.frame))

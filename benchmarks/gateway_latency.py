@@ -23,6 +23,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -104,21 +105,23 @@ class Bench:
         assert isinstance(content, dict)
         return message, {name: str(value) for name, value in content.items()}
 
+    def until(self, due: float) -> Iterator[tuple[can.Message, dict[str, Any] | None]]:
+        """Yield what is heard until a moment, and what waits then."""
+        while (heard := self.hear(max(due - time.monotonic(), 0.0))) is not None:
+            yield heard
+
     def drain(self, quiet_s: float = 0.3) -> None:
-        """Take in what waits, until nothing comes that is not the gateway's own idle talk."""
-        until = time.monotonic() + quiet_s
-        while time.monotonic() < until:
-            self.hear(0.01)
+        """Take in what waits, and the gateway's own idle talk for a while."""
+        for _ in self.until(time.monotonic() + quiet_s):
+            pass
 
     def begin(self) -> None:
         """Get in touch with the gateway."""
         until = time.monotonic() + 60.0
         while time.monotonic() < until:
             self.send(0.0, "starting")
-            end = time.monotonic() + 0.1
-            while (left := end - time.monotonic()) > 0.0:
-                heard = self.hear(left)
-                if heard and heard[1] and heard[1]["bus_fault"] == "machine_not_running":
+            for _, content in self.until(time.monotonic() + 0.1):
+                if content and content["bus_fault"] == "machine_not_running":
                     self.drain()
                     return
         raise SystemExit("the gateway does not answer")
@@ -147,25 +150,17 @@ def latency(bench: Bench, cycles: int) -> list[float]:
 
 def held(bench: Bench, rate: float, seconds: float) -> bool:
     """Return whether the gateway answers every cycle at a rate [1/s], without a fault."""
-    count, answered, faults = round(rate * seconds), 0, 0
+    count, told = round(rate * seconds), list[str]()
     begun = time.monotonic()
     for k in range(count):
         bench.send(0.1)
-        due = begun + (k + 1) / rate
-        while True:
-            heard = bench.hear(max(due - time.monotonic(), 0.0))
-            if heard is None:
-                break
-            if heard[1] is not None:
-                answered += 1
-                faults += heard[1]["bus_fault"] != "none"
+        heard = bench.until(begun + (k + 1) / rate)
+        told += [content["bus_fault"] for _, content in heard if content]
     slow = time.monotonic() - begun > 1.05 * seconds
-    until = time.monotonic() + 0.15
-    while answered < count and (left := until - time.monotonic()) > 0.0:
-        heard = bench.hear(left)
-        if heard is not None and heard[1] is not None:
-            answered += 1
-            faults += heard[1]["bus_fault"] != "none"
+    heard = bench.until(time.monotonic() + 0.15)
+    last = takewhile(lambda _: len(told) < count, heard)
+    told.extend(content["bus_fault"] for _, content in last if content)
+    answered, faults = len(told), sum(fault != "none" for fault in told)
     if answered >= count and faults == 0 and not slow:
         return True
     what = f"{answered} of {count} answered, {faults} of them with a fault"
@@ -228,8 +223,11 @@ def _highest(bench: Bench, seconds: float) -> float:
     """Return the highest rate that is held; a rate has some tries, since computers are shared."""
     best, lost = 0.0, 0
     for rate in RATES:
-        if any(_tried(bench, rate, seconds) for _ in range(TRIES)):
-            best, lost = rate, 0
+        for _ in range(TRIES):
+            _recover(bench)
+            if held(bench, rate, seconds):
+                best, lost = rate, 0
+                break
         else:
             lost += 1
         if lost > 1:
@@ -237,20 +235,12 @@ def _highest(bench: Bench, seconds: float) -> float:
     return best
 
 
-def _tried(bench: Bench, rate: float, seconds: float) -> bool:
-    """Begin from a loop without faults."""
-    _recover(bench)
-    return held(bench, rate, seconds)
-
-
 def _recover(bench: Bench) -> None:
     """Run slowly until the offsets are valid again."""
     for _ in range(400):
         bench.send(0.1)
-        until = time.monotonic() + 0.02
-        while (left := until - time.monotonic()) > 0.0:
-            heard = bench.hear(left)
-            if heard and heard[1] and heard[1]["bus_fault"] == "none":
+        for _, content in bench.until(time.monotonic() + 0.02):
+            if content and content["bus_fault"] == "none":
                 bench.drain(0.02)
                 return
 

@@ -7,7 +7,6 @@ the files and functions of this project that run, not those that are only import
 
 from __future__ import annotations
 
-import argparse
 import ast
 import json
 import re
@@ -22,7 +21,7 @@ from pygments.lexers import CLexer, PythonLexer
 from pygments.token import Comment, String, Whitespace
 
 import spindle_drift as sd
-from benchmarks.results_page import as_table, tell
+from benchmarks.results_page import as_table, parser_of, tell
 from fmu_compensator.runtime.compensator import RunningCompensator
 from fmu_compensator.runtime.modelfile import load_model
 from plant_model.effects import catalogue
@@ -200,8 +199,7 @@ def table() -> str:
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--write", action="store_true", help="also write docs/results.md")
+    parser = parser_of(__doc__)
     tell("house", table(), write=parser.parse_args().write)
 
 

@@ -13,7 +13,6 @@ A choice within a model (points, lags, penalties) is made anew for each left-out
 
 from __future__ import annotations
 
-import argparse
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -22,7 +21,7 @@ import numpy as np
 from tqdm import tqdm
 
 from benchmarks.learning import learnt
-from benchmarks.results_page import as_table, tell
+from benchmarks.results_page import as_table, parser_of, tell
 from benchmarks.trust.questions import lathe_runs
 from fmu_compensator.fit.columns import targets_of
 from fmu_compensator.fit.contestants import contestants, held
@@ -115,11 +114,10 @@ def _rmse(missed: Any) -> list[float]:
 
 def main() -> int:
     """Run the benchmark and print its table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = parser_of(__doc__)
     parser.add_argument("data", type=Path, help="folder of the run files")
     parser.add_argument("--models", default="mlr,arx,ne,bp,thermal_states")
     parser.add_argument("--jobs", type=int, default=2, help="processes (default: 2)")
-    parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     args = parser.parse_args()
     runs = runs_in(args.data)
     if len(runs) < 2:

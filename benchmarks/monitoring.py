@@ -10,7 +10,6 @@ machine moves further than it did. Unlike runs show what is said of other condit
 
 from __future__ import annotations
 
-import argparse
 import zlib
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -21,7 +20,7 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from benchmarks.results_page import as_table, tell
+from benchmarks.results_page import as_table, parser_of, tell
 from benchmarks.trust.questions import Question, fitted, questions
 from fmu_compensator.monitoring import Report, monitor
 from fmu_compensator.monitoring.monitor import SENSOR, VERDICTS
@@ -151,10 +150,9 @@ def page(answers: Sequence[Answer]) -> str:
 
 def main() -> int:
     """Ask, print the tables, and write them into a page."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = parser_of(__doc__)
     parser.add_argument("folder", type=Path, metavar="DATA")
     parser.add_argument("--model", default="gaussian")
-    parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     args = parser.parse_args()
     todo = list(logs(args.folder))
     answers = [ask(question, args.model) for question in tqdm(todo, disable=None)]

@@ -8,7 +8,6 @@ which target is met.
 
 from __future__ import annotations
 
-import argparse
 import statistics
 import subprocess
 import tempfile
@@ -19,7 +18,7 @@ from pathlib import Path
 import fmpy
 
 import build_fmu
-from benchmarks.results_page import as_table, tell
+from benchmarks.results_page import as_table, parser_of, tell
 from fmu_packaging.native.build import HEADERS, native_package
 from fmu_packaging.native.compilers import STRICT, compilers, run_compiler
 from plant_model.effects import catalogue
@@ -120,9 +119,8 @@ def _verdict(what: str, ratios: Sequence[float], most: float) -> str:
 
 def main() -> None:
     """Measure, and print a table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = parser_of(__doc__)
     parser.add_argument("--runs", type=int, default=300)
-    parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     given = parser.parse_args()
     rows = []
     worst: dict[str, list[float]] = {}

@@ -11,14 +11,13 @@ any model. Nothing is fitted or chosen on the judged runs; a limit comes from th
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.results_page import as_table, tell
+from benchmarks.results_page import as_table, parser_of, tell
 from benchmarks.trust.questions import (
     NO_SLEW,
     RECORD,
@@ -160,10 +159,9 @@ def _rms(values: np.ndarray) -> float:
 
 def main() -> int:
     """Run the benchmark, print its tables, and put them into the page."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = parser_of(__doc__)
     parser.add_argument("data", type=Path)
     parser.add_argument("--model", default="gaussian")
-    parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     args = parser.parse_args()
     splits = (*lathe_questions(args.data / "lathe"), *electric_questions(args.data / RECORD))
     texts = [

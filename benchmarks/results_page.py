@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -23,6 +24,13 @@ def put(name: str, text: str, path: Path | None = None) -> None:
         return f"{found[1]}\n{text.strip()}\n\n{found[4]}" if found[2] == name else found[0]
 
     write_atomically(path, BLOCK.sub(block, page))
+
+
+def parser_of(doc: str, prog: str | None = None) -> argparse.ArgumentParser:
+    """Return the parser of a command that `tell` says the result of; *doc* is its module's."""
+    parser = argparse.ArgumentParser(prog, description=doc.splitlines()[0])
+    parser.add_argument("--write", action="store_true", help="also write it into docs")
+    return parser
 
 
 def tell(name: str, text: str, *, write: bool) -> None:

@@ -9,7 +9,6 @@ changed or half-written.
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,7 +16,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from benchmarks.bad_inputs.case import GROUPS, Answer, BadInputCase, ask
-from benchmarks.results_page import as_table, put
+from benchmarks.results_page import as_table, parser_of, put
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_packaging.package import build
 from fmu_packaging.publish import publish
@@ -96,8 +95,7 @@ def tables(found: dict[str, list[Answer]], shown: int = 10**6) -> str:
 
 def main() -> int:
     """Ask all, and print or write the tables; 1 if a promise was not kept."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--write", action="store_true", help="also write docs/results.md")
+    parser = parser_of(__doc__)
     args = parser.parse_args()
     good = good_files()
     with tempfile.TemporaryDirectory() as dist:

@@ -8,7 +8,6 @@ chain of a thousand multiplications and additions of doubles, each waiting for t
 
 from __future__ import annotations
 
-import argparse
 import re
 import shutil
 import subprocess
@@ -22,7 +21,7 @@ import numpy as np
 
 import build_fmu
 from benchmarks.controller.stack import Stack
-from benchmarks.results_page import as_table, tell
+from benchmarks.results_page import as_table, parser_of, tell
 from fmu_packaging.native.build import memory_size, native_package
 from fmu_packaging.native.compilers import STRICT, c_files, compilers, run_compiler, write_sources
 from plant_model.machine_file import read_machine
@@ -96,10 +95,9 @@ def followed(kind: type[np.floating]) -> float:
 
 def main() -> int:
     """Measure and print."""
-    parser = argparse.ArgumentParser("benchmarks.controller", description=__doc__)
+    parser = parser_of(__doc__, "benchmarks.controller")
     parser.add_argument("--steps", type=int, default=4000, help="a run (4000)")
     parser.add_argument("--runs", type=int, default=25, help="of which the shortest counts (25)")
-    parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     given = parser.parse_args()
     found = {kind: sources_of(kind) for kind in ("compensator", "plant")}
     heads = ("", "sources, read only", "linked", "static", "stack of a step", "of the start")

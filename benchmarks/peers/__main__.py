@@ -9,7 +9,6 @@ ctypes) and take turns; a ratio is the median over the turns. Times are the proc
 
 from __future__ import annotations
 
-import argparse
 import ctypes
 import importlib.util
 import json
@@ -35,7 +34,7 @@ from fmpy.fmi3 import FMU3Slave
 import build_fmu
 from benchmarks.peers.empty_slave import VARIABLES_FILE
 from benchmarks.peers.in_pythonfmu import INPUTS, OUTPUTS
-from benchmarks.results_page import as_table, put
+from benchmarks.results_page import as_table, parser_of, put
 from fmu_compensator.native.build import native_compensator
 from fmu_packaging.native.build import HEADERS, native_package
 from fmu_packaging.native.compilers import compilers
@@ -269,11 +268,10 @@ def check(outputs: list[float], steps: int) -> None:
 
 def main() -> int:
     """Measure and print."""
-    parser = argparse.ArgumentParser("benchmarks.peers", description=__doc__)
+    parser = parser_of(__doc__, "benchmarks.peers")
     parser.add_argument("--steps", type=int, default=20_000, help="steps a turn (20000)")
     parser.add_argument("--repeats", type=int, default=5, help="turns (5)")
     parser.add_argument("--model", type=Path, default=build_fmu.DEFAULT_MODEL)
-    parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     arguments = parser.parse_args()
     table, missing = measure(arguments.steps, arguments.repeats, arguments.model)
     print("\n".join([table, *missing]))

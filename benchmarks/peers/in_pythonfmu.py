@@ -1,4 +1,4 @@
-"""The regression as pythonfmu has it, FMI 2.0: a script for its own builder."""
+"""The regression as pythonfmu has it: a script for its own builder, and so for pythonfmu3's."""
 
 from pythonfmu import Fmi2Causality, Fmi2Slave, Real
 

@@ -7,9 +7,8 @@ which the thresholds were set. Without the measured data the simulated runs alon
 
 from __future__ import annotations
 
-import argparse
 import sys
-from collections import defaultdict
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from benchmarks.results_page import as_table, tell
+from benchmarks.results_page import as_table, parser_of, tell
 from benchmarks.sensor_faults.breaking import BREAKAGES, ODDITIES, Breakage, planted
 from benchmarks.sensor_faults.plain import plain_faults
 from benchmarks.sensor_faults.sources import Group, is_known, is_sound, report, setting
@@ -33,24 +32,8 @@ TRIES = 40
 Detector = Callable[[Sequence[Run]], list[Fault]]
 
 
-@dataclass
-class Tally:
-    """What was counted for one row of a table.
-
-    Attributes
-    ----------
-    cases, found : int
-        Runs looked at; planted faults found.
-    alarms : int
-        Spans called broken that are not.
-    lost_min : list of float
-        Healthy time of the broken channel called broken, too [min].
-    """
-
-    cases: int = 0
-    found: int = 0
-    alarms: int = 0
-    lost_min: list[float] = field(default_factory=list)
+Place = tuple[str, str, str]
+"""Of what was counted: its source, the row of its table, and the detector."""
 
 
 def grave(faults: Sequence[Fault]) -> list[Fault]:
@@ -101,10 +84,22 @@ def judge(
 
 @dataclass
 class Count:
-    """Everything that was counted, by source, row and detector."""
+    """Everything that was counted.
+
+    Attributes
+    ----------
+    detectors : dict
+        By name.
+    cases, hits : Counter
+        Runs looked at, and spans called broken that are not; or planted faults, and those found.
+    lost_min : list of float
+        Healthy time of a broken channel that the detector called broken, too [min].
+    """
 
     detectors: dict[str, Detector]
-    tallies: dict[tuple[str, str, str], Tally] = field(default_factory=lambda: defaultdict(Tally))
+    cases: Counter[Place] = field(default_factory=Counter)
+    hits: Counter[Place] = field(default_factory=Counter)
+    lost_min: list[float] = field(default_factory=list)
 
     def healthy(self, source: str, group: Group, rng: np.random.Generator) -> None:
         """Count the alarms in runs that are sound: all as recorded, one run of them in odd ways."""
@@ -121,21 +116,19 @@ class Count:
     def _alarms(self, source: str, how: str, runs: Group, places: Sequence[int]) -> None:
         for name, detector in self.detectors.items():
             alarms = [one for one in grave(detector(runs)) if one.place in places]
-            tally = self.tallies[source, f"healthy: {how}", name]
-            tally.cases += len(places)
-            tally.alarms += len(alarms)
+            self.cases[source, f"healthy: {how}", name] += len(places)
+            self.hits[source, f"healthy: {how}", name] += len(alarms)
 
     def broken(self, source: str, group: Group, rng: np.random.Generator) -> None:
         """Count what is found of faults planted one at a time."""
         for breakage, place, column, broken, span in breaks(group, rng):
             for context, runs, at in _contexts(group, place, broken):
                 for name, detector in self.detectors.items():
-                    tally = self.tallies[f"{source}, {context}", breakage.name, name]
                     seen, lost = judge(unusable(detector(runs), GRAVE), at, column, span)
-                    tally.cases += 1
-                    tally.found += seen
-                    if seen:
-                        tally.lost_min.append(lost)
+                    self.cases[f"{source}, {context}", breakage.name, name] += 1
+                    self.hits[f"{source}, {context}", breakage.name, name] += seen
+                    if seen and name == "detector":
+                        self.lost_min.append(lost)
 
 
 def _contexts(group: Group, place: int, changed: Run) -> Iterator[tuple[str, Group, int]]:
@@ -143,20 +136,19 @@ def _contexts(group: Group, place: int, changed: Run) -> Iterator[tuple[str, Gro
     yield "among others", [*group[:place], changed, *group[place + 1 :]], place
 
 
-def tables(found: dict[tuple[str, str, str], Tally]) -> str:
+def tables(count: Count) -> str:
     """Return Markdown tables: false alarms, then faults found."""
-    sources = list(dict.fromkeys(source for source, _, _ in found))
+    sources = list(dict.fromkeys(source for source, _, _ in count.cases))
     lines = []
     for healthy in (True, False):
-        rows = [what for _, what, _ in found if what.startswith("healthy") == healthy]
+        rows = [what for _, what, _ in count.cases if what.startswith("healthy") == healthy]
         title = "Healthy, alarms per run" if healthy else "Planted, share found"
         cells = (
-            [what.removeprefix("healthy: "), *(_cell(found, source, what) for source in sources)]
+            [what.removeprefix("healthy: "), *(_cell(count, source, what) for source in sources)]
             for what in dict.fromkeys(rows)
         )
         lines += [as_table([title, *sources], cells), ""]
-    lost = [one for key, t in found.items() if key[2] == "detector" for one in t.lost_min]
-    if lost:
+    if lost := count.lost_min:
         middle, most = np.percentile(lost, [50, 95])
         lines.append(
             f"Healthy time of a broken channel that is left out with it: median {middle:.0f} min, "
@@ -165,29 +157,25 @@ def tables(found: dict[tuple[str, str, str], Tally]) -> str:
     return "\n".join(lines)
 
 
-def _cell(found: dict[tuple[str, str, str], Tally], source: str, what: str) -> str:
+def _cell(count: Count, source: str, what: str) -> str:
     """Return detector and plain rule as one cell, the plain rule in brackets."""
-    shown = []
-    for name in ("detector", "plain"):
-        tally = found.get((source, what, name), Tally())
-        if not tally.cases:
-            return "-"
-        if what.startswith("healthy"):
-            shown.append(f"{tally.alarms / tally.cases:.2f}")
-        else:
-            shown.append(f"{tally.found}/{tally.cases}")
-    return f"{shown[0]} ({shown[1]})"
+    cases = count.cases[source, what, "detector"]
+    hits = [count.hits[source, what, name] for name in count.detectors]
+    if not cases:
+        return "-"
+    healthy = what.startswith("healthy")
+    ours, plain = (f"{some / cases:.2f}" if healthy else f"{some}/{cases}" for some in hits)
+    return f"{ours} ({plain})"
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Plant, look, count, print."""
-    parser = argparse.ArgumentParser(prog="benchmarks.sensor_faults.run", description=__doc__)
+    parser = parser_of(__doc__, "benchmarks.sensor_faults.run")
     parser.add_argument("part", choices=("setting", "report"))
     parser.add_argument("--lathe", type=Path, metavar="DIR", help="folder of the lathe's runs")
     parser.add_argument("--spindle", type=Path, metavar="FILE", help="electric spindle record")
     parser.add_argument("--cases", type=int, default=8, help="simulated machines (default: 8)")
     parser.add_argument("--seed", type=int, default=0, help="of machines and faults")
-    parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     args = parser.parse_args(arguments)
     first = 1_000_000 + 1000 * args.seed if args.part == "report" else 1000 * args.seed
     groups = list(
@@ -200,7 +188,7 @@ def main(arguments: list[str] | None = None) -> int:
         rng = np.random.default_rng([args.seed, number])
         count.healthy(source, group, rng)
         count.broken(source, group, rng)
-    tell("sensor_faults", tables(count.tallies), write=args.write)
+    tell("sensor_faults", tables(count), write=args.write)
     return 0
 
 

@@ -10,7 +10,6 @@ only these are measured anew (``judge_all:bayes`` one row of theirs), and with `
 
 from __future__ import annotations
 
-import argparse
 import pickle
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import as_completed
@@ -19,6 +18,7 @@ from typing import Any
 
 from tqdm import tqdm
 
+from benchmarks.results_page import parser_of
 from benchmarks.studies.claims import (
     convergence_claim,
     goal_claim,
@@ -158,9 +158,8 @@ def keep(name: str, given: Sequence[Any], results: list[Any]) -> None:
 
 def main() -> int:
     """Run everything and print the page."""
-    parser = argparse.ArgumentParser("benchmarks.studies", description=__doc__.splitlines()[0])
+    parser = parser_of(__doc__, "benchmarks.studies")
     parser.add_argument("parts", nargs="*", metavar="PART", help=f"{', '.join(PARTS)} or page")
-    parser.add_argument("--write", action="store_true", help="also write docs/studies.md")
     parser.add_argument("--seeds", type=int, default=SEEDS, help=f"how many ({SEEDS})")
     parser.add_argument("--workers", type=int, help="processes (one a core)")
     args = parser.parse_args()

@@ -22,7 +22,6 @@ images, one point a group by its grey relational degree to elongation."""
 TS_CHOICE = PRESETS["TS"].grey
 """How the time-series study chooses: hierarchical clustering with C = 4, the ambient air kept, five
 variables by their correlation with elongation."""
-UNDECAYED = TRAINED
 
 
 @dataclass(frozen=True)
@@ -86,24 +85,24 @@ ENTRANTS: Mapping[str, Entrant] = {
     "persistence_270": Entrant(
         "Persistence, 270 s before", PERSISTENCE, step_s=STUDY_STEP_S, measured=True
     ),
-    "bp_study": Entrant("BP, as GA", "bp", UNDECAYED, points=STUDY_POINTS),
+    "bp_study": Entrant("BP, as GA", "bp", TRAINED, points=STUDY_POINTS),
     "ga_bp_study": Entrant(
         "GA-BP, as GA",
         "ga_bp",
-        {**UNDECAYED, "hidden": 10},
+        {**TRAINED, "hidden": 10},
         points=STUDY_POINTS,
     ),
     "ga_bp_nodes": Entrant(
         "GA-BP without decay, nodes by data left out",
         "ga_bp",
-        UNDECAYED,
+        TRAINED,
         points=STUDY_POINTS,
         machines=("study_size",),
     ),
     "ga_bp_nodes_training": Entrant(
         "GA-BP without decay, nodes by the error in training",
         "ga_bp",
-        {**UNDECAYED, "nodes_by": "training"},
+        {**TRAINED, "nodes_by": "training"},
         points=STUDY_POINTS,
         machines=("study_size",),
     ),
@@ -122,7 +121,7 @@ ENTRANTS: Mapping[str, Entrant] = {
     "bp_ts": Entrant(
         "BP 5-5-5-3, as TS",
         "bp",
-        {**UNDECAYED, "hidden": (5, 5)},
+        {**TRAINED, "hidden": (5, 5)},
         points="hierarchical",
         grey=TS_CHOICE,
     ),

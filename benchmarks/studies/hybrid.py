@@ -49,7 +49,6 @@ def as_studied(tau: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
     return {**HYBRID, "ne": {"steady": "fem", **tau}}
 
 
-AS_STUDIED = HYBRID
 STOP = (14400.0, 0.0)
 FIRST = ((0.0, 4000.0), (3600.0, 8000.0), (6000.0, 0.0), (6600.0, 8000.0), (9600.0, 12000.0), STOP)
 SECOND = (
@@ -130,7 +129,7 @@ def experiment(machine: str, seed: int) -> list[Hybrid]:
         model = recipe.fit(learnt, learnt.runs, chosen)
         return model, model.predict(recipe.rows(judged, chosen))
 
-    for kind, options in AS_STUDIED.items():
+    for kind, options in HYBRID.items():
         predicted[kind] = fitted(Recipe(kind, POINTS, options=options))[1]
     sweep = {}
     for name, tau in TAUS.items():
@@ -143,7 +142,7 @@ def experiment(machine: str, seed: int) -> list[Hybrid]:
         if tau is EQUATION_8:
             predicted["cosine"], weights = values, tuple(found[kind] for kind in PARTS)
     for name in HYBRIDS[1:]:
-        options = {"models": PARTS, "parts": AS_STUDIED, "combination": name}
+        options = {"models": PARTS, "parts": HYBRID, "combination": name}
         predicted[name] = fitted(Recipe("vac", POINTS, options=options))[1]
     told = {name: figures(values) for name, values in predicted.items()}
     return [Hybrid(machine, seed, told, weights, _workpieces(machine, seed), sweep)]
@@ -194,7 +193,7 @@ def _workpieces(machine: str, seed: int) -> tuple[Any, ...]:
     if not isinstance(rig, FivePointRig):
         return ()
     learnt = truth(machine).record(_scenario(FIRST, HALL[0]), False, 1000 * seed).measured
-    options = {"models": ",".join(PARTS), "parts": AS_STUDIED}
+    options = {"models": ",".join(PARTS), "parts": HYBRID}
     table = fit_compensator([learnt], rig, "vac", points=POINTS, **options)
     model = parse_model(compensator_text(table), "vac")
     found = []

@@ -9,14 +9,13 @@ The answers are kept in FILE as they come, and a run that was stopped goes on fr
 
 from __future__ import annotations
 
-import argparse
 import json
 from pathlib import Path
 from typing import Any
 
 from tqdm import tqdm
 
-from benchmarks.results_page import tell
+from benchmarks.results_page import parser_of, tell
 from benchmarks.trust.judge import CHOICE, PROTOTYPE, judge
 from benchmarks.trust.questions import questions
 from benchmarks.trust.tables import tables
@@ -28,12 +27,11 @@ MODELS = f"{CHOICE},{PROTOTYPE},mlr,bayes,ridge,lasso,arx,ne,gp,thermal_states,b
 
 def main() -> int:
     """Ask what was not asked yet and print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = parser_of(__doc__)
     parser.add_argument("folder", type=Path, metavar="DATA")
     parser.add_argument("--models", default=MODELS)
     parser.add_argument("--data", help="only this data set")
     parser.add_argument("--json", type=Path, default=Path("results/trust.json"))
-    parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     args = parser.parse_args()
     found: list[dict[str, Any]] = json.loads(args.json.read_text()) if args.json.exists() else []
     asked = {(one["data"], one["question"], one["model"]) for one in found}
