@@ -24,9 +24,8 @@ from fmu_compensator.fit.error_models.options import (
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput
 from studies.fit.arx import usual_step
+from studies.runtime.arma import MOST_DIFFERENCES
 
-MOST_DIFFERENCES = 2
-"""A judgement, set on no data: each difference amplifies a sensor's noise."""
 SIGNIFICANCE = 0.05
 """Of the ADF test, as is usual: set on no data [1]."""
 LARGEST_ORDER = 3

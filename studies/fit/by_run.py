@@ -19,10 +19,8 @@ from fmu_compensator.fit.training import Array
 
 FEWEST_TO_LEAVE_OUT, FEWEST_TO_DISTRUST = 3, 4
 """Runs of which one can be left out to choose by, and of which one can be told to be the odd one
-[1], given by arithmetic: two are left in the one case, and a majority in the other."""
-FOLDS = 3
-"""Parts of the runs that are left out in turn where each trains something anew, for time [1]:
-set on no data."""
+[1], given by arithmetic: two are left in the one case, and a majority in the other. Where leaving
+out trains something anew, as many parts of the runs take turns as the former, the fewest."""
 ROUNDS = 3
 """Of trust in the runs and solution in turn [1]: set on no data."""
 RIDGE = 1e-6

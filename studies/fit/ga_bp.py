@@ -22,7 +22,7 @@ from studies.fit.bp import (
     hidden_layers,
     rows_wanted,
 )
-from studies.fit.by_run import FOLDS
+from studies.fit.by_run import FEWEST_TO_LEAVE_OUT as PARTS
 from studies.fit.genetic import GeneticSettings, evolve
 from studies.fit.network_training import Shape, levenberg_marquardt, nguyen_widrow
 
@@ -143,7 +143,7 @@ def _number_of_nodes(
     splits = (
         [(whole, whole)]
         if nodes_by == "training"
-        else [(fold != k, fold == k) for k in range(FOLDS)]
+        else [(fold != k, fold == k) for k in range(PARTS)]
     )
 
     def missed(nodes: int, learnt: Rows, judged: Rows) -> float:
@@ -179,11 +179,11 @@ def _number_of_nodes(
 def _folds(counts: Sequence[int]) -> NDArray[np.intp]:
     """Return the fold of every row: whole runs, or stretches of time where there are few runs.
 
-    With fewer runs than folds each is cut into twice as many stretches, which take turns.
+    With fewer runs than parts each is cut into twice as many stretches, which take turns.
     """
-    if len(counts) >= FOLDS:
-        return np.repeat(np.arange(len(counts)) % FOLDS, counts)
-    parts = [np.arange(count) * 2 * FOLDS // max(count, 1) % FOLDS for count in counts]
+    if len(counts) >= PARTS:
+        return np.repeat(np.arange(len(counts)) % PARTS, counts)
+    parts = [np.arange(count) * 2 * PARTS // max(count, 1) % PARTS for count in counts]
     return np.concatenate(parts)
 
 

@@ -29,9 +29,8 @@ from studies.fit.thermal_states import (
 )
 
 PENALTIES = tuple(float(value) for value in np.logspace(-0.5, -4.5, 17))
-"""Of the largest penalty, beyond which no input is left [1]."""
-WITHOUT_CHOICE = 1e-2
-"""For one run alone, where nothing can choose: a judgement, set on no data."""
+"""Of the largest penalty, beyond which no input is left [1]; the middle one where too few runs are
+there to choose by."""
 
 
 class Lasso(ThermalStates):
@@ -77,7 +76,7 @@ class Lasso(ThermalStates):
         shares = PENALTIES if penalty is None else (checked_penalty("lasso", penalty, 1.0),)
         if len(task.runs) < FEWEST_TO_LEAVE_OUT:
             lag_sets = lag_sets[-2:][:1]
-            shares = shares if penalty is not None else (WITHOUT_CHOICE,)
+            shares = shares[len(shares) // 2 :][:1]
         found: list[list[LagChoice]] = [[] for _ in task.target_names]
         for lags in lag_sets:
             blocks = blocks_of(task, lags, uses_speed=False, uses_levels=False)

@@ -19,7 +19,7 @@ from fmu_compensator.fit.error_models.options import (
 )
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput, shown
-from studies.fit.by_run import FEWEST_TO_LEAVE_OUT, FOLDS
+from studies.fit.by_run import FEWEST_TO_LEAVE_OUT
 from studies.runtime.vac import CONDITIONS, SAME_SPEED_SHARE, STILL_RPM
 
 COMBINATIONS = ("cosine", "least_squares", "adaptive")
@@ -273,7 +273,7 @@ def _predicted_left_out(
     kinds: Sequence[str], task: Task, options: Mapping[str, Mapping[str, Any]]
 ) -> list[Array]:
     """Return every constituent's prediction of each run by a fit without it, (n, m, models)."""
-    folds = min(len(task.runs), FOLDS)
+    folds = FEWEST_TO_LEAVE_OUT
     parts: list[Array] = [np.zeros(0)] * len(task.runs)
     for fold in range(folds):
         others = [run for number, run in enumerate(task.runs) if number % folds != fold]

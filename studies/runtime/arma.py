@@ -8,6 +8,9 @@ from fmu_compensator.runtime.error_models.base import ErrorModel, Remembering
 from fmu_compensator.runtime.fields import LARGEST, Fields
 from fmu_compensator.runtime.ticks import ticks
 
+MOST_DIFFERENCES = 2
+"""Given by what is remembered of a target: a level and a rate."""
+
 
 class Series(Remembering):
     r"""One target: w = (difference of order d of y - mean) / scale is an ARMA(p, q).
@@ -40,7 +43,7 @@ class Series(Remembering):
     @classmethod
     def from_fields(cls, fields: Fields) -> Series:
         """Return the series that a table describes."""
-        differences = fields.integer("differences", 0, 2)
+        differences = fields.integer("differences", 0, MOST_DIFFERENCES)
         scale = fields.number("scale", 1e-9, LARGEST)
         mean = fields.number("mean", -LARGEST, LARGEST)
         parts = []
