@@ -16,7 +16,7 @@ from gateway.framelog import LOGS
 from gateway.link import Link
 from gateway.machine import AnswerReceiver
 from measurement.errors import BadInput, one_line
-from measurement.workers import LOOK_S
+from measurement.stops import LOOK_S
 
 READ = (*LOGS, ".mf4")
 

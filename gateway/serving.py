@@ -21,7 +21,7 @@ from gateway.state import StateFile
 from gateway.systemd import ServiceManager
 from gateway.unit import CompensatorUnit
 from measurement.errors import BadInput
-from measurement.workers import LOOK_S
+from measurement.stops import LOOK_S
 
 STATUSES = 1000
 """Most changes of status that the summary lists; older ones are dropped. Set on no data."""

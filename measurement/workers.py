@@ -13,11 +13,7 @@ from contextlib import contextmanager, suppress
 
 from threadpoolctl import threadpool_limits
 
-from measurement.stops import STOPS, ending_work
-
-LOOK_S = 0.5
-"""How often a worker looks whether its parent is still there, and who waits whether to end; and how
-long a worker may take to end when told to, before it is killed [s]. Set on no data."""
+from measurement.stops import LOOK_S, STOPS, ending_work
 
 
 @contextmanager

@@ -28,14 +28,13 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from measurement.stops import LOOK_S
 from scenarios.version import PROGRAM, version
 
 ROOMS = ("spindle_drift", "gateway")
 """Whose folders ``commands`` hold commands; by name, as this room knows none above it."""
 TERMINATED = 128 + signal.SIGTERM
 """Exit code after SIGTERM, as a shell gives it."""
-AGAIN_S = 0.05
-"""How soon a SIGTERM that got lost is sent again [s]: set on no data."""
 DESCRIPTION = """\
 Measures, models and compensates the thermal drift of machine-tool spindles.
 
@@ -115,7 +114,7 @@ def _ending_in_order() -> Iterator[None]:
         if getattr(report.exc_value, "code", None) != TERMINATED:
             usual_report(report)
             return
-        again = threading.Timer(AGAIN_S, os.kill, (os.getpid(), signal.SIGTERM))
+        again = threading.Timer(LOOK_S, os.kill, (os.getpid(), signal.SIGTERM))
         again.daemon = True
         again.start()
 

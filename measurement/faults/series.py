@@ -15,6 +15,11 @@ FEWEST_SAMPLES = 5
 """Fewer equal samples in a row say nothing, however far apart they are: set on no data."""
 LASTS = 0.3
 """A leap or a way lasts, or is gone, but for this share [1]. Set on the planted faults."""
+UNUSUALLY = 3.0
+"""So many times more than usual is wrong [1]: a standstill longer than the channel's others, a
+level further off than the others' own spread, or than their range where the run starts, since on a
+machine that is warm the hottest part cannot be told from a wrong level. Set on the planted faults.
+"""
 FAR_K = 10.0
 """A thermometer that alone moves or is so far from all others is wrong [K]. Set on the planted
 faults."""

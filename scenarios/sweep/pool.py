@@ -14,8 +14,7 @@ from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
-from measurement.stops import ending_work
-from measurement.workers import LOOK_S
+from measurement.stops import LOOK_S, ending_work
 from scenarios.fmu_file import Shelf
 from scenarios.sweep.case import failed, outcome_of
 from scenarios.sweep.plan import Job

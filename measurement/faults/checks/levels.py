@@ -16,13 +16,8 @@ import numpy.typing as npt
 
 from measurement.faults.checks.base import Check, Seen
 from measurement.faults.fault import WRONG_LEVEL, Fault
-from measurement.faults.series import FAR_K, FEWEST_SAMPLES
+from measurement.faults.series import FAR_K, FEWEST_SAMPLES, UNUSUALLY
 from measurement.runs import Run
-
-SPREAD_TIMES = 3.0
-"""A wrong level is off by this many times the others' own spread, or their range where the run
-starts [1]: on a machine that is warm already the hottest part cannot be told from a wrong level.
-Set on the planted faults."""
 
 
 class Levels(Check):
@@ -96,7 +91,7 @@ class _Distances:
         away = self.away[column][np.isfinite(self.away[column])]
         if len(self.away) < 4 or away.size < FEWEST_SAMPLES:
             return 0.0
-        limit = max(FAR_K, SPREAD_TIMES * float(self._range[column]))
+        limit = max(FAR_K, UNUSUALLY * float(self._range[column]))
         middle = float(np.median(away))
         least = float(np.min(away * np.sign(middle)))
         return middle if least >= limit else 0.0
@@ -125,6 +120,6 @@ def _level_jumps(tables: Sequence[_Distances], column: int) -> list[tuple[int, f
     if abs(np.median(middle[above])) < abs(np.median(middle[~above])):
         off, wrong = -off, ~above
     spread = max(tables[place].spread[column] for place in have[wrong])
-    if between < max(FAR_K, SPREAD_TIMES * float(spread)):
+    if between < max(FAR_K, UNUSUALLY * float(spread)):
         return []
     return [(int(place), off) for place in have[wrong]]

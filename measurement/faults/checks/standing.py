@@ -21,6 +21,7 @@ from measurement.faults.fault import LEFT_OUT, Fault
 from measurement.faults.leaping import leap_odds
 from measurement.faults.series import (
     FEWEST_SAMPLES,
+    UNUSUALLY,
     lengths_of,
     resolution_of,
     stretches,
@@ -45,9 +46,6 @@ STEPS = 3
 its resolution [1], so many must its own readings span over all runs, or if the others say that it
 moved so far itself; and it must stand `UNUSUALLY` long. Set on standstills planted into the lathe's
 odd runs."""
-UNUSUALLY = 3.0
-"""So many times longer than it does otherwise, or than its usual stretch in the run [1]. Set on the
-planted faults."""
 
 
 class Standing(Check):
