@@ -36,10 +36,9 @@ from fmu_packaging.variables import ZERO, Value, Variable
 STATE_FORMAT = 2
 """Of an FMU state: given by what `DriftSlave` keeps in one."""
 
-SAME_TIME, SAME_TIME_SINGLE = 1e-9, 2.0**-23
-"""Clocks that differ by less, relative to what they show, agree: the first is set on no data. The
-wider one is what single precision leaves of a host's clock; within half a step it cannot be another
-step."""
+SAME_TIME = 2.0**-23
+"""Clocks that differ by less, relative to what they show, agree, where that is within half a step,
+so that it cannot be another step: given by what single precision leaves of a host's clock."""
 
 KINDS = ("real", "integer", "boolean", "string")
 _resources: dict[tuple[str, str], str] = {}
@@ -245,7 +244,7 @@ class DriftSlave(Fmi2Slave):
     def _may_step(self, time_s: float, step_s: float) -> None:
         """Refuse a step that cannot be."""
         shown = abs(self.time_s) + 1.0
-        slack = max(SAME_TIME * shown, min(SAME_TIME_SINGLE * shown, step_s / 2.0))
+        slack = min(SAME_TIME * shown, step_s / 2.0)
         if self._phase is Phase.TERMINATED:
             raise FmuError("a step after the end of the simulation")
         if self._phase is not Phase.STEPPING:

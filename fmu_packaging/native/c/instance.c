@@ -9,10 +9,11 @@ const char *const category_names[] = {"logStatusDiscard", "logStatusError"};
 
 static const char *const NOT_OF_THIS_KIND = "there is no such variable of this type";
 
-/* Clocks that differ by less, relative to what they show, agree. The wider one is what single
-   precision leaves of a host's clock; within half a step it cannot be another step. */
-#define SAME_TIME 1e-9
-#define SAME_TIME_SINGLE 0x1p-23
+/* Clocks that differ by less, relative to what they show, agree, where that is within half a step,
+   so that it cannot be another step: what single precision leaves of a host's clock. */
+#define SAME_TIME 0x1p-23
+/* More than rounding leaves of a sum of steps, relative to it. */
+#define ROUNDING 1e-9
 
 struct instance *instance_new(void)
 {
@@ -129,7 +130,7 @@ const char *instance_may_step(const struct instance *self, double time_s, double
 {
     const struct memory *memory = self->memory;
     double shown = fabs(memory->time_s) + 1.0;
-    double slack = fmax(SAME_TIME * shown, fmin(SAME_TIME_SINGLE * shown, step_s / 2.0));
+    double slack = fmin(SAME_TIME * shown, fabs(step_s) / 2.0);
     if (self->exchange) {
         return "this instance is for model exchange";
     }
@@ -156,7 +157,7 @@ const char *instance_may_step(const struct instance *self, double time_s, double
 
 bool instance_is_due(const struct instance *self, double time_s)
 {
-    return time_s - self->memory->time_s <= SAME_TIME * (fabs(self->memory->time_s) + 1.0);
+    return time_s - self->memory->time_s <= ROUNDING * (fabs(self->memory->time_s) + 1.0);
 }
 
 const char *instance_step(struct instance *self, double time_s, double step_s)
