@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.sparse.csgraph import breadth_first_order
 
+from measurement.iso230 import RUNNING_S
 from measurement.resampling import FINEST_K
 from plant_model.drawing.class_values import CLASS_VALUES
 from plant_model.drawing.known import CLASS
@@ -17,7 +18,7 @@ from plant_model.machine import Item, Machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import FloatArray, Parameter, Values
 from plant_model.simulate import Simulation, simulate
-from plant_model.warm_up import RUNNING_H, warm_up
+from plant_model.warm_up import warm_up
 
 CELL = re.compile(r"^(shaft|housing)_\d+(_(xp|yp|xm|ym|a[\d_]+))?$")
 
@@ -145,7 +146,7 @@ class _Look:
         self.machine = machine
         inputs = self.warm_up = warm_up(machine)
         self.shown = simulate(machine, inputs, step_s=60.0)
-        self.at = int((inputs["time_s"] < RUNNING_H * 3600.0).sum()) - 1
+        self.at = int((inputs["time_s"] < RUNNING_S).sum()) - 1
         self.warm: FloatArray = self.shown.temperatures[0, self.at]
         self.names = [node.name for node in machine.nodes]
         self.inputs = {

@@ -10,10 +10,6 @@ import pandas as pd
 from plant_model.machine import Input, Machine
 from plant_model.simulate import Simulation, simulate
 
-STILL_UM = 0.02
-"""An axis that goes less far than this in all that is tried is moved by nothing [um]: set on no
-data."""
-
 FOUND_BY_UNIT = ("rpm", "Nm")
 """Effects find the spindle's speed and its torque by the unit; a torque waits for them."""
 
@@ -69,8 +65,8 @@ def still_axes(machine: Machine, shown: Simulation, inputs: pd.DataFrame) -> lis
 
 
 def _still(machine: Machine, shown: Simulation) -> set[str]:
-    moved = np.abs(shown.drift(0.0)[0]).max(axis=0)
-    return {axis for axis in _sensors(machine) if moved["XYZ".index(axis)] < STILL_UM}
+    moves = ~np.isclose(shown.drift(0.0)[0], 0.0).all(axis=0)  # what cancels leaves rounding
+    return {axis for axis in _sensors(machine) if not moves["XYZ".index(axis)]}
 
 
 def _stirred(machine: Machine, inputs: pd.DataFrame) -> pd.DataFrame:

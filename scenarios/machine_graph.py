@@ -8,11 +8,9 @@ import numpy as np
 
 from plant_model.checks import Part, part_of
 from plant_model.machine import Machine
-from scenarios.machine_drawing import WIDTH, colour
+from scenarios.machine_drawing import MARGIN, WIDTH, colour
 from scenarios.svg import INK, label, part, picture
 
-HEIGHT, PAD = 600.0, 70.0
-"""Of the picture, and what stays free around the network [px]: set on no data."""
 STROKES = {"wall": "#8b929c", "air": "#c3a15a", "coolant": "#2f6fb3"}
 KINDS = {
     "convection": "air",
@@ -36,7 +34,7 @@ def network_svg(
     """
     outside = list(machine.boundary_index)
     names = [part.name for part in parts] + [name for name in outside if _used(name, links)]
-    place = _placed(names, links)
+    place, height = _placed(names, links)
     kinds = _kinds(machine)
     drawn = []
     strongest = max(links.values(), default=1.0)
@@ -64,7 +62,7 @@ def network_svg(
         square = {"x": x - 9, "y": y - 9, "width": 18, "height": 18}
         drawn.append(part("rect", "", name, **square, **looks))
         drawn.append(label(x, y - 13.0, name))
-    return picture(WIDTH, HEIGHT, "Network of heat paths", drawn)
+    return picture(WIDTH, height, "Network of heat paths", drawn)
 
 
 def _used(name: str, links: dict[tuple[str, str], float]) -> bool:
@@ -82,8 +80,8 @@ def _kinds(machine: Machine) -> dict[tuple[str, str], str]:
 
 def _placed(
     names: list[str], links: dict[tuple[str, str], float]
-) -> dict[str, tuple[float, float]]:
-    """Return a place for each, near to what it is joined to.
+) -> tuple[dict[str, tuple[float, float]], float]:
+    """Return a place for each, near to what it is joined to, and how high that is [px].
 
     Stress majorisation (Gansner, Koren and North, 2005) of the number of joints between two.
     """
@@ -109,7 +107,7 @@ def _placed(
     at -= at.mean(axis=0)
     # The longest direction lies across the page.
     at = at @ np.linalg.svd(at, full_matrices=False)[2].T if len(names) > 2 else at
-    span = np.maximum(np.ptp(at, axis=0), 1e-9)
-    room = np.array([WIDTH - 2.0 * PAD, HEIGHT - 2.0 * PAD])
-    at = (at - at.min(axis=0)) / span * room + PAD
-    return {name: (float(x), float(y)) for name, (x, y) in zip(names, at, strict=True)}
+    across = max(float(np.ptp(at[:, 0])), 1e-9)
+    at = (at - at.min(axis=0)) / across * (WIDTH - 2.0 * MARGIN) + MARGIN
+    height = float(at[:, 1].max()) + MARGIN
+    return {name: (float(x), float(y)) for name, (x, y) in zip(names, at, strict=True)}, height

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 from math import ceil
 
-CLOSEST = 1.0
-"""A thermometer nearer than this to a cut is read by the cell beside it [mm]: set on no data."""
+SHORTEST = 1.0
+"""Of a stretch [mm], given by the format of a page. No cell is shorter: a thermometer nearer than
+this to a cut is read by the cell beside it."""
 
 
 @dataclass(frozen=True)
@@ -60,10 +61,10 @@ def cuts_between(start: float, end: float, read_at: Sequence[float], longest: fl
     longest : float
         No cell is longer [mm].
     """
-    inside = sorted(at for at in set(read_at) if start + CLOSEST <= at <= end - CLOSEST)
+    inside = sorted(at for at in set(read_at) if start + SHORTEST <= at <= end - SHORTEST)
     kept: list[float] = []
     for at in inside:
-        if not kept or at - kept[-1] >= 2.0 * CLOSEST:
+        if not kept or at - kept[-1] >= 2.0 * SHORTEST:
             kept.append(at)
     cuts = [start]
     for i, at in enumerate(kept):
@@ -91,7 +92,7 @@ def slices(
     """Return the cells of touching stretches, numbered from the first on; cut at *edges*, too."""
     found: list[Cell] = []
     for which, (start, end) in enumerate(stretches):
-        inside = {edge for edge in edges if start + CLOSEST <= edge <= end - CLOSEST}
+        inside = {edge for edge in edges if start + SHORTEST <= edge <= end - SHORTEST}
         pieces = pairwise([start, *sorted(inside), end])
         cuts = [cut for piece in pieces for cut in cuts_between(*piece, read_at, longest)]
         for first, last in pairwise(sorted(set(cuts))):

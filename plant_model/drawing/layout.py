@@ -10,6 +10,7 @@ from typing import Any
 
 from measurement.errors import BadInput, checked, one_of, shown
 from plant_model.drawing.bearing_table import Bearing, by_designation, known_designations
+from plant_model.drawing.cells import SHORTEST
 from plant_model.drawing.coolants import ALLOWED, coolant
 from plant_model.drawing.form import (
     BearingForm,
@@ -209,10 +210,11 @@ class Drawing:
             place = f"{part}.stretches.{i}"
             if stretch.material is not None:
                 self.one_of(f"{place}.material", stretch.material, self.materials)
-            if not stretch.start + 1.0 <= stretch.end:
+            if not stretch.start + SHORTEST <= stretch.end:
                 raise self.refuse(
                     place,
-                    f"from {stretch.start:g} to {stretch.end:g} mm: must be 1 mm or more long",
+                    f"from {stretch.start:g} to {stretch.end:g} mm: must be {SHORTEST:g} mm or more"
+                    " long",
                 )
             if not stretch.inner < stretch.outer:
                 raise self.refuse(

@@ -9,7 +9,8 @@ GRADES = (10, 15, 22, 32, 46, 68, 100, 150, 220, 320)
 """Kinematic viscosity at 40 degC, given by ISO 3448 [mm2/s]."""
 
 USUAL_INDEX = 95.0
-"""Viscosity index of a mineral spindle oil [1]: set on no data."""
+"""Viscosity index of a mineral oil [1], given by SKF's diagram of viscosity over temperature for
+rolling bearings, which is drawn for it."""
 
 
 @cache

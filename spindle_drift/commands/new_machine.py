@@ -193,12 +193,12 @@ def _bearing(text: str) -> Bearing:
 
 def _first_look(sheet: MachineFacts) -> list[str]:
     """Return how warm the machine gets at full speed."""
-    from plant_model.warm_up import RUNNING_H
+    from measurement.iso230 import RUNNING_S
 
     thermometers = {name: value for name, (value, unit) in sheet.readings.items() if unit == "degC"}
     warm = ", ".join(f"{name} {value:.1f} degC" for name, value in thermometers.items())
-    x, y, z = sheet.drift
+    hours, (x, y, z) = RUNNING_S / 3600.0, sheet.drift
     return [
-        f"after {RUNNING_H:g} h at full speed in a hall of 20 degC: {warm or 'no thermometer'}",
+        f"after {hours:g} h at full speed in a hall of 20 degC: {warm or 'no thermometer'}",
         f"drift of the nose: X {x:.0f}, Y {y:.0f}, Z {z:.0f} um",
     ]

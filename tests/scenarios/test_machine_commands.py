@@ -42,7 +42,7 @@ def test_a_new_page_simulates_at_once(
     assert path.read_text(encoding="utf-8").count("CHECK") > 5
     machine = read_machine(path)
     found = simulate(machine, warm_up(machine))
-    assert 0.5 < abs(found.drift(0.0)[0, 300, 2]) < 600.0
+    assert 0.5 < abs(found.drift(0.0)[0, 240, 2]) < 600.0
     assert len(machine.sensors) >= 3
     assert not [
         line for line in show_machine(str(path), tmp_path / "x.html").wrong if "bore" in line

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plant_model.drawing.cells import CLOSEST, cuts_between, slices
+from plant_model.drawing.cells import SHORTEST, cuts_between, slices
 
 places = st.lists(st.floats(-50.0, 350.0), max_size=6)
 
@@ -23,7 +23,7 @@ def test_cells_fill_the_stretch_and_none_is_too_long(read_at: list[float], longe
     assert max(lengths) <= longest * (1.0 + 1e-9)
 
 
-@given(st.lists(st.floats(CLOSEST, 299.0), min_size=1, max_size=5), st.floats(5.0, 400.0))
+@given(st.lists(st.floats(SHORTEST, 299.0), min_size=1, max_size=5), st.floats(5.0, 400.0))
 def test_a_thermometer_sits_in_the_middle_of_a_cell(read_at: list[float], longest: float) -> None:
     cells = slices("x", [(0.0, 300.0)], read_at, [], longest)
     kept = [at for at in sorted(read_at) if all(abs(at - o) >= 2 or o == at for o in read_at)]

@@ -23,6 +23,9 @@ from plant_model.warm_up import held_at, warm_up
 from tests.plant_model.drawing.by_hand import lumps
 from tests.plant_model.drawing.pages import changed, machine_of, shipped_page, small_page
 
+WARM = 240
+"""Row of the warm-up at which the spindle is stopped."""
+
 
 def driven(hours: float = 4.0) -> pd.DataFrame:
     """Return speed steps, a swinging hall and a warming coolant."""
@@ -89,7 +92,7 @@ def test_a_thermometer_reads_its_place() -> None:
             page = changed(small_page(), "thermometers.0.at", at)
             machine = machine_of(changed(page, "cells.longest", longest))
             found = simulate(machine, warm_up(machine))
-            read[at, longest] = float(found.readings["T1"][0, 300])
+            read[at, longest] = float(found.readings["T1"][0, WARM])
     for at in places:
         assert read[at, 40.0] == pytest.approx(read[at, 10.0], abs=0.3)
     spread = [read[at, 10.0] for at in places]
@@ -100,12 +103,12 @@ def test_one_sidedness_does_not_depend_on_the_sectors() -> None:
     tilts = []
     for sectors in (4, 8, 16):
         machine = machine_of(small_page(), sectors=sectors)
-        tilts.append(simulate(machine, warm_up(machine)).pose[0, 300, 3])
+        tilts.append(simulate(machine, warm_up(machine)).pose[0, WARM, 3])
     assert abs(tilts[0]) > 1.0
     np.testing.assert_allclose(tilts, tilts[-1], rtol=0.03)
     np.testing.assert_allclose(tilts[1:], tilts[-1], rtol=0.001)
     even = machine_of(small_page(), sectors=1)
-    assert simulate(even, warm_up(even)).pose[0, 300, 3] == 0.0
+    assert simulate(even, warm_up(even)).pose[0, WARM, 3] == 0.0
 
 
 @pytest.mark.parametrize(
@@ -145,7 +148,7 @@ def test_a_calibrated_page_is_written_in_lumps(tmp_path: Path) -> None:
 
 def at_full_speed(machine: Machine) -> tuple[Simulation, dict[str, float]]:
     found = simulate(machine, warm_up(machine))
-    nodes = dict(zip(machine.node_index, found.temperatures[0, 300], strict=True))
+    nodes = dict(zip(machine.node_index, found.temperatures[0, WARM], strict=True))
     return found, {name: float(value) for name, value in nodes.items()}
 
 
@@ -215,8 +218,8 @@ def test_every_number_moves_what_it_should(key: str, value: object, node: str, s
 def test_every_length_moves_the_nose_the_right_way(
     key: str, value: object, axis: int, sign: int
 ) -> None:
-    before = as_drawn()[0].pose[0, 300, axis]
-    after = at_full_speed(machine_of(changed(small_page(), key, value)))[0].pose[0, 300, axis]
+    before = as_drawn()[0].pose[0, WARM, axis]
+    after = at_full_speed(machine_of(changed(small_page(), key, value)))[0].pose[0, WARM, axis]
     assert sign * (after - before) > 1e-3
 
 
@@ -233,7 +236,7 @@ def test_how_far_a_carrier_moves_the_nose_is_calibrated(
 ) -> None:
     plain = machine_of(changed(small_page(), "carriers.0.grows", {"y": -200.0}))
     machine = machine_of(changed(small_page(), "carriers.0.grows", {"y": length}))
-    there, as_before = (at_full_speed(one)[0].pose[0, 300, 1] for one in (machine, plain))
+    there, as_before = (at_full_speed(one)[0].pose[0, WARM, 1] for one in (machine, plain))
     assert there == pytest.approx(as_before)
     free = machine.parameters[f"structure.head_y.{name}"]
     assert free.calibrate

@@ -65,7 +65,7 @@ def test_heat_that_leaves_on_one_side_tilts_the_nose() -> None:
         held = {k: v for k, v in SIDED.items() if k != "side"} | ({"side": side} if side else {})
         # The carriers' own bending is another thing.
         machine = machine_of(changed(changed(page, HOLDS, held), "carriers.0.bends", []))
-        tilts.append(simulate(machine, warm_up(machine, 60.0)).pose[0, -1, 4])
+        tilts.append(simulate(machine, warm_up(machine)).pose[0, -1, 4])
     assert tilts[0] == pytest.approx(0.0, abs=1e-6)
     assert tilts[1] == pytest.approx(-tilts[2], rel=1e-6)
     assert abs(tilts[1]) > 1.0
@@ -92,7 +92,7 @@ def test_a_face_that_is_blown_on_is_cooler() -> None:
     page = changed(small_page(), "jackets", [])
     machine = machine_of(changed(page, "housing.faces", faces))
     assert machine.parameters["numbers.face_1_film"].calibrate
-    inputs = warm_up(machine, 60.0)
+    inputs = warm_up(machine)
     warm = simulate(machine, inputs).temperatures[0, -1]
     ends = {side: warm[machine.node_index[f"housing_2_{side}"]] for side in NAMED.values()}
     assert ends["xp"] < ends["yp"] < ends["xm"]
@@ -137,7 +137,7 @@ def test_a_sleeve_of_its_own_stands_between_bearing_and_housing() -> None:
         "rear_outer",
         "stator",
     }
-    frame: pd.DataFrame = warm_up(machine, 60.0)
+    frame: pd.DataFrame = warm_up(machine)
     end = simulate(machine, frame).temperatures[0, -1]
     at = machine.node_index
     there = {
