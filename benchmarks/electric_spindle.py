@@ -1,8 +1,8 @@
-"""Error models on one long record of an electric spindle: learnt from its first part only.
+"""Error models on one long record of an electric spindle: learnt from its first half only.
 
-    python -m benchmarks.electric_spindle RECORD.csv [--share 0.5] [--write]
+    python -m benchmarks.electric_spindle RECORD.csv [--models mlr,arx] [--write]
 
-Every model runs free from the start of the record; only what comes after the first part is judged.
+Every model runs free from the start of the record; only the second half is judged.
 One-step-ahead rows are given the growth measured one sample before: they say how slowly the growth
 moves, not how good a model is.
 """
@@ -31,11 +31,10 @@ def main() -> int:
     """Run the benchmark and print its table."""
     parser = parser_of(__doc__)
     parser.add_argument("record", type=Path)
-    parser.add_argument("--share", type=float, default=0.5, help="of the record to learn from")
     parser.add_argument("--models", default=MODELS)
     args = parser.parse_args()
     whole = read_run(args.record)
-    cut = int(args.share * len(whole.frame))
+    cut = len(whole.frame) // 2
     first = Run(f"{whole.name}_first_part", whole.frame.iloc[:cut])
     print(f"{cut} of {len(whole.frame)} samples learnt from, the rest judged [um]")
     rows: list[list[str]] = []

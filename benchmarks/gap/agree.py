@@ -3,8 +3,7 @@
 ``python -m benchmarks.gap.agree --truth belt --cases 3`` hides nothing, gives the owner exact
 masses and surfaces, calibrates that file on four runs, and prints what it leaves on the fifth, in
 units of sensor noise and by channel. If that is far above noise, truth and file disagree about
-what both know, and every answer of the gap finder about other cases says so. ``--careless`` does
-the same with the guesses that the owner makes in the benchmark.
+what both know, and every answer of the gap finder about other cases says so.
 """
 
 from __future__ import annotations
@@ -40,16 +39,15 @@ def never_moves(machine: Machine, observed: Sequence[Observations]) -> float:
     return float(np.sqrt(np.nanmean((still / noise) ** 2)))
 
 
-def agreement(name: str, seed: int, *, careless: bool, mistake: str = "") -> None:
+def agreement(name: str, seed: int) -> None:
     """Print what calibration leaves of one case with nothing hidden."""
     truth = TRUTHS[name]
-    assert truth.page is not None
-    case = TruthCase(truth.first + seed, careless=careless, mistake=mistake)
+    case = TruthCase(truth.first + seed, careless=False)
     begun = time.perf_counter()
-    runs = [Run(run.name, run.frame) for run in truth.simulate(case)[0]]
+    runs = [Run(run.name, run.frame) for run in truth.shop.simulate(case)[0]]
     simulated = time.perf_counter() - begun
     with tempfile.TemporaryDirectory() as folder:
-        path = write_atomically(Path(folder) / OWNERS_FILE, truth.page(case))
+        path = write_atomically(Path(folder) / OWNERS_FILE, truth.shop.owners_file(case))
         machine = read_machine(str(path))
     observed = observe(machine, runs)
     begun = time.process_time()
@@ -77,14 +75,12 @@ def agreement(name: str, seed: int, *, careless: bool, mistake: str = "") -> Non
 def main(arguments: list[str] | None = None) -> int:
     """Print the agreement of a few machines."""
     parser = argparse.ArgumentParser(prog="benchmarks.gap.agree", description=__doc__)
-    owned = [name for name, truth in TRUTHS.items() if truth.page is not None]
+    owned = [name for name, truth in TRUTHS.items() if truth.shop.file_of is not None]
     parser.add_argument("--truth", choices=owned, required=True)
     parser.add_argument("--cases", type=int, default=3, help="how many (3)")
-    parser.add_argument("--careless", action="store_true", help="with the owner's guesses")
-    parser.add_argument("--mistake", default="", help="with a mistake of this name")
     args = parser.parse_args(arguments)
     for seed in range(FIRST, FIRST + args.cases):
-        agreement(args.truth, seed, careless=args.careless, mistake=args.mistake)
+        agreement(args.truth, seed)
     return 0
 
 

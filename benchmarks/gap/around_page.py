@@ -9,11 +9,8 @@ from math import log, pi
 from typing import Any
 
 import numpy as np
-import tomlkit
 
-from benchmarks.gap.case import CaseRun, TruthCase
 from benchmarks.gap.truth import parameters
-from benchmarks.gap.truth.case import simulate_case
 from plant_model.machine_file import machine_path
 
 PAGE = "jig_borer"
@@ -105,12 +102,6 @@ def drawn_around_page() -> Iterator[None]:
         parameters.TABLE.update(before)
 
 
-def simulate_around_page(case: TruthCase) -> tuple[list[CaseRun], list[Any]]:
-    """Return what `simulate_case` returns, of a machine around the page."""
-    with drawn_around_page():
-        return simulate_case(case)
-
-
 def page_table() -> dict[str, Any]:
     """Return the page, with thermometers where the fine simulator has them."""
     page = tomllib.loads(machine_path(PAGE).read_text(encoding="utf-8"))
@@ -122,8 +113,3 @@ def page_table() -> dict[str, Any]:
             entry["part"] = "rear.outer"
             del entry["at"]
     return page
-
-
-def owners_page(case: TruthCase) -> str:
-    """Return the page as its owner gives it: the shipped one, whatever the case's machine is."""
-    return tomlkit.dumps(page_table())

@@ -32,13 +32,13 @@ def write_case(planned: Planned, out: Path) -> Path:
     folder = case_folder(planned, out)
     folder.mkdir(parents=True, exist_ok=True)
     answer.parent.mkdir(parents=True, exist_ok=True)
-    truth = TRUTHS[planned.truth]
-    runs, effects = truth.simulate(planned.case)
+    shop = TRUTHS[planned.truth].shop
+    runs, effects = shop.simulate(planned.case)
     for run in runs:
         write_run(run.frame, folder / f"{run.name}.csv")
-    if truth.page is not None:
-        write_atomically(folder / OWNERS_FILE, truth.page(planned.case))
-    mistake = truth.shop.mistakes.get(planned.case.mistake)
+    if shop.file_of is not None:
+        write_atomically(folder / OWNERS_FILE, shop.owners_file(planned.case))
+    mistake = shop.mistakes.get(planned.case.mistake)
     table: dict[str, Any] = {
         "number": planned.number,
         "kind": planned.kind,

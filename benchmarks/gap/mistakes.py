@@ -145,13 +145,12 @@ def runs_of(machine: Machine, seed: int = 0) -> list[Run]:
     return found
 
 
-def asked(mistake: Mistake, given: Machine, seed: int) -> dict[str, Any]:
+def asked(mistake: Mistake, given: Machine) -> dict[str, Any]:
     """Make a mistake and ask what is missing."""
     truth, told = mistake.machines(given)
-    runs = runs_of(truth, seed)
+    runs = runs_of(truth)
     with clocked() as spent:
-        search = Search(seed=seed, workers=1)
-        judged, faults = answer(told, runs[:-1], runs[-1:], search)
+        judged, faults = answer(told, runs[:-1], runs[-1:], Search(workers=1))
     table = report_of(judged, faults)
     named, rivals = named_in(table)
     return {
@@ -170,17 +169,15 @@ def asked(mistake: Mistake, given: Machine, seed: int) -> dict[str, Any]:
 def main(arguments: list[str] | None = None) -> int:
     """Make every mistake, ask, and print a table."""
     parser = argparse.ArgumentParser(prog="benchmarks.gap.mistakes", description=__doc__)
-    parser.add_argument("--machine", default="lathe", help="machine file or shipped name")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR")
     parser.add_argument("--kinds", nargs="+", metavar="KIND", help="only mistakes of these")
-    parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args(arguments)
-    given = read_machine(args.machine)
+    given = read_machine("lathe")
     chosen = [one for one in mistakes(given) if not args.kinds or one.kind in args.kinds]
     answers = []
     args.out.mkdir(parents=True, exist_ok=True)
     for mistake in tqdm(chosen, unit="mistake"):
-        answers.append(asked(mistake, given, args.seed))
+        answers.append(asked(mistake, given))
         write_atomically(args.out / "mistakes.json", json.dumps(answers, indent=1) + "\n")
     rows = []
     for one in answers:

@@ -99,24 +99,6 @@ class Planned:
         return replace(self, kind=EMPTY, case=case, without=())
 
 
-def plan(
-    split: str,
-    count: int,
-    *,
-    kind: str | None = None,
-    effect: str | None = None,
-    size: str | None = None,
-    truth: str = USUAL,
-) -> list[Planned]:
-    """Return the first *count* cases of a split, of all kinds or only those asked for.
-
-    A case keeps its number and its content whatever is asked for.
-    """
-    kinds = KINDS if kind is None else (kind,)
-    found = trials(split, count, kinds=kinds, effect=effect, size=size, truth=truth)
-    return [one for (one,) in found]
-
-
 def trials(
     split: str,
     count: int,

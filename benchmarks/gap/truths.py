@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from benchmarks.gap.around_page import owners_page, simulate_around_page
 from benchmarks.gap.belt.case import SHOP as BELTS
 from benchmarks.gap.belt.effects import BEYOND as BELTS_BEYOND
-from benchmarks.gap.case import CaseRun, Shop, TruthCase
+from benchmarks.gap.case import Shop
 from benchmarks.gap.hidden import Hidden
 from benchmarks.gap.lathe.case import SHOP as LATHES
 from benchmarks.gap.lathe.effects import BEYOND as LATHES_BEYOND
@@ -24,23 +23,16 @@ class Truth:
 
     Attributes
     ----------
-    title : str
     first : int
         Its seeds begin this far from those of the first one.
     shop : Shop
-    simulate : callable
-        From a case to its runs and what is hidden in them.
-    page : callable, optional
-        From a case to its owner's file; without one the shipped machine is asked about.
+        Where no owner writes a file, the shipped machine is asked about.
     beyond : mapping of str to float
         Amplitudes that are larger than usual, of some of the catalogue.
     """
 
-    title: str
     first: int
     shop: Shop
-    simulate: Callable[[TruthCase], tuple[list[CaseRun], list[Hidden]]]
-    page: Callable[[TruthCase], str] | None = None
     beyond: Mapping[str, float] = field(default_factory=dict)
 
     @property
@@ -56,29 +48,8 @@ class Truth:
 
 
 TRUTHS = {
-    USUAL: Truth("Jig borer in 266 cells", 0, JIG_BORERS, JIG_BORERS.simulate),
-    "belt": Truth(
-        "Belt-driven spindle in finite elements, with its owner's page",
-        10_000_000,
-        BELTS,
-        BELTS.simulate,
-        BELTS.owners_file,
-        BELTS_BEYOND,
-    ),
-    "lathe": Truth(
-        "Whole lathe in fine stretches, with its owner's file in lumps",
-        20_000_000,
-        LATHES,
-        LATHES.simulate,
-        LATHES.owners_file,
-        LATHES_BEYOND,
-    ),
-    "page": Truth(
-        "Jig borer in 266 cells, drawn around its page",
-        30_000_000,
-        JIG_BORERS,
-        simulate_around_page,
-        owners_page,
-    ),
+    USUAL: Truth(0, JIG_BORERS),
+    "belt": Truth(10_000_000, BELTS, BELTS_BEYOND),
+    "lathe": Truth(20_000_000, LATHES, LATHES_BEYOND),
 }
 """By name."""

@@ -16,7 +16,7 @@ from measurement.faults import GROSS, cleaned, find_faults
 
 CHOICE = "fit's own choice"
 PROTOTYPE = "one idea"
-"""Ninety lines with rises, three lags and one scale a group, without anything around them."""
+"""Rises, three lags and one scale a group, without anything around them."""
 HALF_WIDTHS = 3.0
 """A sample further off than so many half widths is badly wrong [1]."""
 

@@ -20,6 +20,7 @@ from fmu_compensator.fit.training import Array
 from fmu_compensator.runtime.fields import Fields
 from fmu_compensator.runtime.geometry import Direct, geometry_from_fields
 from measurement.rig import FivePointRig
+from studies.fit.lagged import lagged
 
 LAGS_MIN = (10.0, 40.0, 160.0)
 EVERY = 10
@@ -40,7 +41,7 @@ def one_idea(question: Question) -> list[RunLeft]:
     test = [_groups(run, columns) for run in judged.runs]
     said, spread = [], []
     for target in range(len(prepared.targets)):
-        known = [_rows(*pair, target, EVERY) for pair in zip(prepared.runs, train, strict=True)]
+        known = [_rows(*pair, target) for pair in zip(prepared.runs, train, strict=True)]
         model = _robust([one for one in known if len(one[0]) >= 10])
         both = [
             _predicted(model, run, groups) for run, groups in zip(judged.runs, test, strict=True)
@@ -93,15 +94,8 @@ def _left(run: PreparedRun, said: Array, spread: Array, weights: Array) -> RunLe
 
 def _groups(run: PreparedRun, columns: Sequence[int]) -> list[Array]:
     rises = np.column_stack([_filled(run.inputs[:, column]) for column in columns])
-    steps = np.diff(run.time_s, prepend=run.time_s[:1])
-    found = [rises]
-    for lag in LAGS_MIN:
-        lagged = np.zeros_like(rises)
-        for row in range(1, len(rises)):
-            part = 1.0 - np.exp(-steps[row] / (60.0 * lag))
-            lagged[row] = lagged[row - 1] + part * (rises[row] - lagged[row - 1])
-        found.append(lagged)
-    return found
+    elapsed = np.diff(run.time_s, prepend=run.time_s[:1])
+    return [rises, *(lagged(rises, elapsed, 60.0 * lag) for lag in LAGS_MIN)]
 
 
 def _filled(values: Array) -> Array:
@@ -110,10 +104,10 @@ def _filled(values: Array) -> Array:
 
 
 def _rows(
-    run: PreparedRun, groups: list[Array], target: int, every: int
+    run: PreparedRun, groups: list[Array], target: int
 ) -> tuple[Array, list[Array], Array, float]:
     rows = np.flatnonzero(run.usable & np.isfinite(run.targets[:, target]))
-    rows = rows[rows > 0][::every]
+    rows = rows[rows > 0][::EVERY]
     hours = (run.time_s[rows] - run.time_s[0]) / 3600.0
     return hours, [group[rows] for group in groups], run.targets[rows, target], 1.0
 
@@ -133,11 +127,9 @@ def _fitted(runs: Sequence[Any]) -> tuple[Any, ...]:
         for hours, groups, measured, size in runs:
             both = np.column_stack([*(g * c for g, c in zip(groups, scale, strict=True)), measured])
             white, more = _whitened(hours, both, walk * size, noise)
-            gram, cross = (
-                gram + white[:, :-1].T @ white[:, :-1],
-                cross + white[:, :-1].T @ white[:, -1],
-            )
-            squares, determinant = squares + white[:, -1] @ white[:, -1], determinant + more
+            left, right = white[:, :-1], white[:, -1]
+            gram, cross = gram + left.T @ left, cross + left.T @ right
+            squares, determinant = squares + right @ right, determinant + more
         inside = gram + np.eye(len(gram))
         weights = np.linalg.solve(inside, cross)
         if whole:

@@ -1,4 +1,4 @@
-"""Made-up records."""
+"""Made-up records, and the plan's cases."""
 
 from __future__ import annotations
 
@@ -6,9 +6,18 @@ import json
 from pathlib import Path
 from typing import Any
 
+from benchmarks.gap.plan import KINDS, Planned, trials
+from benchmarks.gap.truths import USUAL
 from measurement.files import write_atomically
 
 THERMOMETER = "sensor_offset:T3"
+
+
+def plan(
+    split: str, count: int, kinds: tuple[str, ...] = KINDS, truth: str = USUAL
+) -> list[Planned]:
+    """Return the first cases of a split."""
+    return [one for (one,) in trials(split, count, kinds=kinds, truth=truth)]
 
 
 def hidden(key: str, size: str = "strong", amplitude: float = 1.0) -> dict[str, Any]:

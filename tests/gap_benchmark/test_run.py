@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from benchmarks.gap import run
-from benchmarks.gap.plan import DELETED_SIZES, balanced, plan, trials
+from benchmarks.gap.plan import DELETED_SIZES, balanced, trials
+from tests.gap_benchmark.made_up import plan
 
 ARGUMENTS = ["--split", "development", "--workers", "1"]
 
@@ -76,7 +77,7 @@ def test_what_was_stopped_goes_on_and_nothing_is_asked_twice(
 ) -> None:
     arguments = [*ARGUMENTS, "--cases", "2", "--kind", "none", "--out", str(tmp_path)]
     kept = run.ask
-    first, second = (one.files for one in plan("development", 2, kind="none"))
+    first, second = (one.files for one in plan("development", 2, ("none",)))
 
     def breaks(folder: Path, without: tuple[str, ...] = ()) -> dict[str, Any]:
         if folder.name == second:

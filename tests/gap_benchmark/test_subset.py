@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from benchmarks.gap.ask import runs_of
-from benchmarks.gap.plan import plan
 from benchmarks.gap.truth.case import simulate_case
 from gap_finder.find import Judged, find_gap
 from gap_finder.observations import observe
@@ -21,6 +20,7 @@ from measurement.runs import Run, write_run
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
+from tests.gap_benchmark.made_up import plan
 
 KNOWN = ("centrifugal_shift", "column_bending", "slow_structure", "windage", "sensor_drift")
 OTHERS = [name for name in catalogue() if name not in KNOWN]

@@ -10,9 +10,9 @@ import pytest
 
 from benchmarks.gap import table
 from benchmarks.gap.outcome import groups_of, outcome, outcome_of_mistake
-from benchmarks.gap.plan import plan, trials
+from benchmarks.gap.plan import trials
 from benchmarks.gap.truths import TRUTHS
-from tests.gap_benchmark.made_up import Folder, added, answer, hidden
+from tests.gap_benchmark.made_up import Folder, added, answer, hidden, plan
 
 NUT = {"kind": "heat_source", "place": ["z_nut", "feed_z"]}
 

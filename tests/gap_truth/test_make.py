@@ -7,8 +7,9 @@ from pathlib import Path
 
 from benchmarks.gap.hidden import SIZES
 from benchmarks.gap.make import case_folder, write_case
-from benchmarks.gap.plan import SPLITS, plan
+from benchmarks.gap.plan import SPLITS
 from benchmarks.gap.truths import TRUTHS
+from tests.gap_benchmark.made_up import plan
 
 CATALOGUE = TRUTHS["jig_borer"].catalogue
 
@@ -30,7 +31,7 @@ def test_the_splits_share_nothing() -> None:
 
 
 def test_cases_are_written_resumed_and_say_nothing(tmp_path: Path) -> None:
-    (planned,) = plan("development", 1, kind="effect")
+    (planned,) = plan("development", 1, ("effect",))
     answer = write_case(planned, tmp_path)
     (effect,) = json.loads(answer.read_text())["effects"]
     folder = case_folder(planned, tmp_path)

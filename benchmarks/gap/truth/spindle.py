@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.gap.truth.laws import gap_film, viscous_torque, watts
-from benchmarks.gap.truth.layout import BAR, HOUSING, Layout, build
+from benchmarks.gap.truth.layout import Layout, build
 from benchmarks.gap.truth.parameters import Parameters
 
 Array = NDArray[np.float64]
@@ -209,7 +209,3 @@ class Spindle:
             shown[f"{name}_um"] = shift + z * 1e3 * np.tan(tilt * 1e-6)
         shown["S5_um"] = -(elongation + bar)
         return shown
-
-
-BAR_LENGTH = BAR[1] - BAR[0]
-FRONT = HOUSING["front"]
