@@ -97,9 +97,14 @@ def import_files(
     tables = [
         table_of(sheet, mapping, units, axes) for path in paths for sheet in read_sheets(Path(path))
     ]
+    if not tables:
+        raise BadInput("import", "files", "none was given: at least one is needed")
     _need_signals(tables)
     for option, patterns in (("--unit", units), ("--axis", axes)):
-        _need_headers(tables, option, patterns)
+        for pattern in patterns:
+            _need_header(tables, option, (pattern,))
+    if mapping.time.columns:
+        _need_header(tables, "time", mapping.time.columns)
     logs, lonely = joined([table for table in tables if len(table.frame.columns)])
     pieces: list[Piece] = []
     notes = [f"{table.where}: {note}" for table in tables for note in _said(table)] + lonely
@@ -133,16 +138,15 @@ def _need_signals(tables: Sequence[Table]) -> None:
         raise BadInput(tables[0].where, place, f"no column can be placed: {text}")
 
 
-def _need_headers(tables: Sequence[Table], option: str, patterns: Iterable[str]) -> None:
+def _need_header(tables: Sequence[Table], option: str, patterns: Sequence[str]) -> None:
     headers = {entry.text for table in tables for entry in table.sheet.headings}
-    for pattern in patterns:
-        if not any(fits(header, pattern) for header in headers):
-            names = ", ".join(sorted(headers))
-            raise BadInput(option, "", f"no column is called {pattern!r}: {names}")
+    if not any(fits(header, pattern) for header in headers for pattern in patterns):
+        names, wanted = ", ".join(sorted(headers)), " or ".join(map(repr, patterns))
+        raise BadInput(option, "", f"no column is called {wanted}: {names}")
 
 
 def _said(table: Table) -> list[str]:
-    notes = list(table.sheet.notes)
+    notes = [*table.sheet.notes, *table.notes]
     if table.clock.shared:
         count = table.clock.shared
         notes.append(f"{count} rows share a time stamp with the row before and are spread over it")

@@ -169,7 +169,11 @@ def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
     if above in data:
         raise _wrong_width(path, f"{place}row {above + 1}", len(rows[above]), usual)
     notes = [f"{_lines(skipped)} before the header: skipped"] if skipped else []
-    last = next(i for i in range(len(rows) - 1, -1, -1) if _is_data(rows[i], numeric, 1))
+    last = next(
+        i
+        for i in range(len(rows) - 1, first - 1, -1)
+        if i == first or (_is_data(rows[i], numeric, 1) and not _is_summed_up(rows[i], numeric))
+    )
     if after := sum(map(_filled, rows[last + 1 :])):
         notes.append(f"{_lines(after)} after the last row of numbers: skipped")
     kept = [(i + 1, rows[i]) for i in range(first, last + 1) if _filled(rows[i])]
@@ -318,6 +322,14 @@ def _is_data(row: Sequence[Cell], numeric: set[int], fewest: int) -> bool:
     said = [cell for at, cell in enumerate(row) if at in numeric and not is_missing(cell)]
     values = sum(_is_value(cell) for cell in said)
     return len(filled) >= fewest and 2 * values > len(said)
+
+
+def _is_summed_up(row: Sequence[Cell], numeric: set[int]) -> bool:
+    """Return whether a row of numbers is a mean or a maximum of those above: a word says so where
+    they have the first number or time.
+    """
+    first = row[min(numeric)] if min(numeric) < len(row) else None
+    return not is_missing(first) and not _is_value(first)
 
 
 def _is_value(cell: Any) -> bool:

@@ -36,6 +36,8 @@ class Table:
         By header: what was decided, what could not be placed included.
     hints : dict of str to str
         By header: why a column was left out, and what to do.
+    notes : tuple of str
+        What was taken for missing.
     """
 
     sheet: Sheet
@@ -44,6 +46,7 @@ class Table:
     sources: dict[str, str]
     rules: dict[str, ColumnRule] = field(default_factory=dict)
     hints: dict[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     @property
     def where(self) -> str:
@@ -70,7 +73,7 @@ def table_of(
     Raises
     ------
     BadInput
-        If there is no time, a cell is no number, a value is outside the unit's range, or two
+        If there is no time, a cell is no number, values are outside the unit's range, or two
         columns would have one name.
     """
     time = mapping.time
@@ -83,16 +86,17 @@ def table_of(
     _name_the_axes(rules, axes)
     columns: dict[str, np.ndarray] = {}
     sources: dict[str, str] = {}
+    notes: list[str] = []
     for at, entry in enumerate(sheet.headings):
         rule = rules.get(entry.text)
         if rule is None or not rule.keep or not rule.unit:
             continue
-        name, values = _signal(sheet, at, rule)
+        name, values = _signal(sheet, at, rule, notes)
         if name in columns:
             problem = f"would be {name}, as {sources[name]!r} is: give it another name"
             raise BadInput(sheet.where, f"column {entry.text}", problem)
         columns[name], sources[name] = values, entry.text
-    return Table(sheet, clock, pd.DataFrame(columns), sources, rules, hints)
+    return Table(sheet, clock, pd.DataFrame(columns), sources, rules, hints, tuple(notes))
 
 
 def _times(sheet: Sheet, pattern: str, unit: str) -> bool:
@@ -184,8 +188,12 @@ def _likely(name: str, sheet: Sheet, at: int) -> str:
     return ""
 
 
-def _signal(sheet: Sheet, at: int, rule: ColumnRule) -> tuple[str, np.ndarray]:
-    """Return a signal's column name and its values in the run file's unit."""
+def _signal(sheet: Sheet, at: int, rule: ColumnRule, notes: list[str]) -> tuple[str, np.ndarray]:
+    """Return a signal's column name and its values in the run file's unit.
+
+    One number outside the unit's range among sound ones, such as -999, is a recorder's sign of a
+    broken wire: missing.
+    """
     place = f"column {sheet.headings[at].text}"
 
     def refuse(problem: str) -> BadInput:
@@ -203,9 +211,14 @@ def _signal(sheet: Sheet, at: int, rule: ColumnRule) -> tuple[str, np.ndarray]:
         )
         problem = (
             f"{read[row]:g} {rule.unit}{converted} is outside {unit.low:g}..{unit.high:g} "
-            f"{unit.suffix}: is {rule.unit} its unit?"
+            f"{unit.suffix}"
         )
-        raise BadInput(sheet.where, f"row {sheet.rows[row]}, {place}", problem)
+        where = f"row {sheet.rows[row]}, {place}"
+        if len(set(read[wrong])) > 1 or wrong.size == np.isfinite(values).sum():
+            raise BadInput(sheet.where, where, f"{problem}: is {rule.unit} its unit?")
+        values[wrong] = np.nan
+        count = f"it and {wrong.size - 1} more are" if wrong.size > 1 else "it is"
+        notes.append(f"{where}: {problem}: {count} taken for missing")
     return column(signal_name(rule.name), kind.suffix), values
 
 

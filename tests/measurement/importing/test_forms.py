@@ -60,6 +60,7 @@ TEXTS = {
     "settings of the recorder with numbers": "Intervall;60s\nKanal;Name;Art;Spanne;0;100;C\n"
     + SECONDS,
     "a line below": SECONDS + "Ende der Messung;;;;;\n",
+    "means and maxima below": SECONDS + "\nMittel;25;23;20,5;5700;-6\nMax;28;24;20,7;6000;0\n",
     "ISO with a zone": table(stamps(ISO + "+01:00"), clock="timestamp"),
     "ISO, universal": table(stamps(ISO + "Z"), clock="timestamp"),
     "month first": table(stamps("%m/%d/%Y %I:%M:%S %p", 40, 60.0), clock="Date/Time"),
@@ -119,6 +120,19 @@ def test_a_workbook_with_a_cover_and_two_sheets(ending: str, tmp_path: Path) -> 
         "Achsen": [[row[0], *row[4:]] for row in rows],
     }
     check(imported(workbook(tmp_path / f"log{ending}", parts)))
+
+
+def test_a_wire_that_broke_is_missing_and_told(tmp_path: Path) -> None:
+    values = signals()
+    values[15:, 1] = -999.0
+    path = tmp_path / "log.csv"
+    path.write_text(table(elapsed(), clock="t [s]", values=values), encoding="utf-8")
+    found = imported(path)
+    (run,) = found.runs
+    np.testing.assert_allclose(run.frame["T_hinten_degC"][:15], signals()[:15, 1])
+    assert run.frame["T_hinten_degC"][15:].isna().all()
+    told = "row 17, column T hinten (degC): -999 degC is outside -60..400 degC: it and 24 more are"
+    assert any(told in note for note in found.notes)
 
 
 def test_fahrenheit(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from measurement.errors import BadInput
 from measurement.importing.log import import_files
+from measurement.importing.mapping import Mapping, TimeRule
 from tests.measurement.importing.made import HEADER, elapsed, signals, stamps, table, workbook
 
 SECONDS = table(elapsed(), clock="Zeit [s]")
@@ -113,8 +114,9 @@ CASES = {
         (with_header(LINES[0].replace("Halle [°C]", "Halle [K]")),),
         "row 2, column Halle [K]: 20.5 K (-252.65 degC) is outside -60..400 degC: is K its unit?",
     ),
-    "a broken wire": Bad(
-        (changed(7, "20,56", "9999,9"),), "row 7, column Halle [°C]: 9999.9 °C is outside -60..400"
+    "tenths of a degree": Bad(
+        (changed(7, "20,56", "401,5", changed(8, "20,56", "402")),),
+        "row 7, column Halle [°C]: 401.5 °C is outside -60..400 degC: is °C its unit?",
     ),
     "no unit at all": Bad(
         ("Zeit [s];T1;T2\n0;20;21\n1;20;21\n2;20;21\n",),
@@ -162,6 +164,19 @@ def test_a_workbook_without_a_table_is_refused(tmp_path: Path) -> None:
     path = workbook(tmp_path / "cover.xlsx", {"Deckblatt": [["Messung 7"], ["Müller", "Halle"]]})
     with pytest.raises(BadInput, match=r"cover\.xlsx: Deckblatt: holds no table"):
         import_files([path])
+
+
+def test_a_column_of_time_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(SECONDS, encoding="utf-8")
+    rule = TimeRule(columns=["Zeti [s]"])
+    with pytest.raises(BadInput, match=r"time: no column is called 'Zeti \[s\]': .*, Zeit \[s\]"):
+        import_files([path], Mapping(time=rule))
+
+
+def test_no_file_is_refused() -> None:
+    with pytest.raises(BadInput, match="import: files: none was given"):
+        import_files([])
 
 
 def test_a_unit_for_a_column_that_is_not_there_is_refused(tmp_path: Path) -> None:
