@@ -114,9 +114,8 @@ def promise(figures: dict[str, Any], runs: int) -> list[str]:
         "out",
         f"the 90 % interval holds, axis that it holds least: {held}",
     ]
-    hardest = max(
-        unseen.get("unlike_folds", ()), key=lambda fold: fold["ratio_to_none"], default=None
-    )
+    folds = [fold for fold in unseen.get("unlike_folds", ()) if fold["ratio_to_none"] is not None]
+    hardest = max(folds, key=lambda fold: fold["ratio_to_none"], default=None)
     if hardest is not None:
         share = 100 * hardest["ratio_to_none"]
         lines.append(f"worst: {hardest['left_out']} left out, {share:.0f} % of the drift is left")

@@ -105,7 +105,7 @@ class Prepared:
     sensors : tuple of str
         Signal names of the temperatures that every run has, in the first run's order.
     candidates : tuple of int
-        Indices of those that move in every run.
+        Indices of those that a choice may be made from.
     targets : tuple of str
         Signal names of the targets.
     notes : tuple of str
@@ -220,10 +220,11 @@ def _common_sensors(
     for name in dict.fromkeys(columns):
         signal = split_column(name)[0]
         absent = [run.name for run in runs if not _mostly_there(run, name)]
+        broken = [run.name for run in left if name in run.frame and run.frame[name].isna().all()]
         if absent:
             notes.append(f"{signal} is left out: missing in {_listed(absent)}")
-        elif not any(run.frame[name].notna().any() for run in left):
-            notes.append(f"{signal} is left out: broken in every run")
+        elif 2 * len(broken) >= len(left):
+            notes.append(f"{signal} is left out: broken in {_listed(broken)}")
         elif not is_name(signal):
             raise BadInput(
                 runs[0].path or runs[0].name,
@@ -342,6 +343,8 @@ def _candidates(
             reason = _unfit(run.temperatures[:, index], is_broken, input_form)
             if reason:
                 unfit.setdefault(reason, []).append(run.name)
+        if not moves(runs, index):
+            unfit["constant in"] = [run.name for run in runs if not moves([run], index)]
         if unfit:
             reasons = "; ".join(f"{reason} {_listed(where)}" for reason, where in unfit.items())
             notes.append(f"{name} is no candidate: {reasons}")
@@ -353,6 +356,14 @@ def _candidates(
     return tuple(candidates)
 
 
+def moves(runs: Sequence[PreparedRun], index: int) -> bool:
+    """Return whether a temperature moves in most of some runs: it moves then without a fifth of
+    them, too.
+    """
+    readings = [run.temperatures[:, index] for run in runs]
+    return 2 * sum(len(np.unique(here[np.isfinite(here)])) > 1 for here in readings) > len(runs)
+
+
 def _unfit(values: Array, is_broken: bool, input_form: str) -> str:
     """Return why a sensor cannot be chosen because of one run; nothing where it can."""
     there = np.isfinite(values)
@@ -360,7 +371,7 @@ def _unfit(values: Array, is_broken: bool, input_form: str) -> str:
         return "broken for most of"
     if is_broken and input_form == "rise" and not there[0]:
         return "broken at the start of"
-    return "constant in" if np.ptp(values[there]) == 0.0 else ""
+    return ""
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -69,7 +69,7 @@ def fit_compensator(
         Gaussian. By default there is none: `fmu_compensator.fit.gaussian` does it all.
     points : {"grey", "hierarchical", "fuzzy", "all"} or names, optional
         The temperatures to use: one per group of the grey, hierarchical or fuzzy clustering, every
-        one that moves in every run, or those named; by default what is usual for the model.
+        one that moves in most runs, or those named; by default what is usual for the model.
     input_form : {"rise", "absolute", "level"}, optional
         ``rise``: temperatures and displacements are relative to their first valid sample. A
         sensor whose level jumps between runs then does no harm. ``absolute``: as read. ``level``:

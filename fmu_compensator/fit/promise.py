@@ -24,6 +24,9 @@ from fmu_compensator.runtime.modelfile import Model
 from measurement.rig import AXES, Rig
 from measurement.runs import Run
 
+FEWEST_ROWS = 3
+"""With fewer measurements a run says nothing of its drift [1]: set on no data."""
+
 
 @dataclass(frozen=True)
 class AxisLeft:
@@ -78,7 +81,7 @@ def left_of(driven: Driven, run: str) -> RunLeft:
     error, width = driven.error, driven.half_width
     for place, axis in enumerate(AXES):
         known = np.isfinite(error[:, place])
-        if not known.any():
+        if known.sum() < FEWEST_ROWS:
             continue
         missed, half = error[known, place], width[known, place]
         axes[axis] = AxisLeft(
@@ -124,10 +127,7 @@ def by_axis(records: Sequence[RunLeft]) -> dict[str, dict[str, float]]:
         By axis: RMSE with the compensator (``model``) and without (``no_model``), and what the
         interval expects (``expected``) [um]; share of the samples within it (``inside``) [1].
     """
-    names = dict.fromkeys(axis for record in records for axis in record.axes)
-    here = {
-        axis: [record.axes[axis] for record in records if axis in record.axes] for axis in names
-    }
+    here = {axis: [record.axes[axis] for record in records if axis in record.axes] for axis in AXES}
     return {
         axis: {
             "model": _pooled([part.left for part in parts]),
@@ -136,6 +136,7 @@ def by_axis(records: Sequence[RunLeft]) -> dict[str, dict[str, float]]:
             "inside": float(np.mean([part.inside for part in parts])),
         }
         for axis, parts in here.items()
+        if parts
     }
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from fmu_compensator.fit.data import Prepared, PreparedRun
+from fmu_compensator.fit.data import Prepared, PreparedRun, moves
 from fmu_compensator.fit.error_models import fitted_models
 from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.points import GROUPINGS, Choice, choose_points, target_place
@@ -67,16 +67,18 @@ class Recipe:
 
     def choose(self, prepared: Prepared, runs: Sequence[PreparedRun]) -> tuple[list[int], Any]:
         """Return the indices of the chosen sensors, and the choice for the provenance."""
-        if self.points in ("all", *GROUPINGS) and not prepared.candidates:
-            raise BadInput("training runs", "", "no temperature moves in every run")
+        candidates = [index for index in prepared.candidates if moves(runs, index)]
+        if self.points in ("all", *GROUPINGS) and not candidates:
+            problem = "no temperature moves in most runs and is sound in all"
+            raise BadInput("training runs", "", problem)
         if self.points == "all":
-            return list(prepared.candidates), {}
+            return candidates, {}
         if isinstance(self.points, str) and self.points in GROUPINGS:
             settings: dict[str, Any] = {"grouping": self.points, "names": prepared.sensors}
             settings |= self.grey
             if settings.get("target") is not None:
                 settings["target"] = target_place(prepared.targets, settings["target"], "fit")
-            choice: Choice = choose_points(runs, prepared.candidates, **settings)
+            choice: Choice = choose_points(runs, candidates, **settings)
             return choice.chosen, choice.table(prepared.sensors)
         names = self.points.split(",") if isinstance(self.points, str) else list(self.points)
         names = list(dict.fromkeys(name.strip() for name in names))

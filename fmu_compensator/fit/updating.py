@@ -12,7 +12,7 @@ from fmu_compensator.fit.data import Prepared, PreparedRun, left_out, prepare
 from fmu_compensator.fit.error_models.base import predicted
 from fmu_compensator.fit.gaussian import Gaussian, Sample, directions, sample_of
 from fmu_compensator.fit.installed import listed, rises_of
-from fmu_compensator.fit.promise import RunLeft, followed, judge_runs
+from fmu_compensator.fit.promise import FEWEST_ROWS, RunLeft, followed, judge_runs
 from fmu_compensator.fit.ranges import limits_table, sensor_table
 from fmu_compensator.fit.run_conditions import ranges_of
 from fmu_compensator.runtime.modelfile import Model, model_text, parse_model
@@ -60,7 +60,7 @@ def update_compensator(
     names = [sensor.name for sensor in model.sensors]
     runs = looked_over(runs)
     prepared = prepare(runs, rig, model.input_form, sensors=names)
-    chosen = [prepared.sensors.index(model.sensors[index].name) for index in model.chosen]
+    chosen = _places(model, prepared)
     left = cleaned(runs, find_faults(runs), left_out(frozen=True))
     pairs = list(zip(runs, left, strict=True))
     before = judge_runs(model, pairs, rig, model.limits.judged_tool())
@@ -107,6 +107,31 @@ def _check_new(model: Model, runs: Sequence[Run], rig: Rig) -> None:
         if lost is not None:
             problem = "is missing, and the compensator was fitted with it"
             raise BadInput(run.path or run.name, f"column {lost}", problem)
+
+
+def _places(model: Model, prepared: Prepared) -> list[int]:
+    """Return where the thermometers in use stand among the runs'.
+
+    Raises
+    ------
+    BadInput
+        If one of them is not to be had, or a run has no row with all of them and all displacements.
+    """
+    used = [model.sensors[index].name for index in model.chosen]
+    for name in used:
+        if name not in prepared.sensors:
+            why = next(note for note in prepared.notes if note.startswith(f"{name} is left out: "))
+            problem = f"{why.partition(': ')[2]}, and the compensator uses it: leave such runs out"
+            raise BadInput("update", name, problem)
+    chosen = [prepared.sensors.index(name) for name in used]
+    for run in prepared.runs:
+        if run.complete(chosen).known.sum() < FEWEST_ROWS:
+            problem = (
+                f"has fewer than {FEWEST_ROWS} rows with all displacements and all thermometers "
+                "in use: nothing can be learnt from it"
+            )
+            raise BadInput("update", run.name, problem)
+    return chosen
 
 
 def _taken_in(

@@ -15,9 +15,6 @@ from fmu_compensator.fit.promise import AxisLeft, left_of
 from fmu_compensator.monitoring.bounds import upper_bound
 from measurement.rig import AXES
 
-FEWEST_ROWS = 3
-"""With fewer measurements a run says nothing of its drift [1]: set on no data."""
-
 
 @dataclass(frozen=True)
 class AxisError(AxisLeft):
@@ -62,8 +59,6 @@ def axis_errors(driven: Driven, bounds: Mapping[str, float]) -> list[AxisError]:
     for axis, left in left_of(driven, "").axes.items():
         place = AXES.index(axis)
         known = np.isfinite(driven.error[:, place])
-        if known.sum() < FEWEST_ROWS:
-            continue
         drift, said = driven.drift[known, place], driven.predicted[known, place]
         size = float(said @ said)
         gain = float(said @ drift) / size if size > 0.0 else np.nan

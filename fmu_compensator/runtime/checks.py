@@ -61,6 +61,7 @@ class Sensor:
         name = fields.name("name")
         fields.choice("unit", ("degC",))
         low, high = fields.range("low", "high", -60, 400)
+        trained_low = fields.number("trained_low", -1000, 1000)
         sensor = cls(
             name,
             low,
@@ -70,7 +71,8 @@ class Sensor:
             None
             if fields.raw("stale_after_s") is None
             else fields.number("stale_after_s", 1e-3, 1e7),
-            *fields.range("trained_low", "trained_high", -1000, 1000),
+            trained_low,
+            fields.number("trained_high", trained_low, 1000),
         )
         fields.done()
         return sensor

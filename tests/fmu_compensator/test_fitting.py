@@ -106,6 +106,18 @@ def test_the_hottest_part_is_used(rig: FivePointRig) -> None:
     assert table["provenance"]["notes"] == []
 
 
+@pytest.mark.parametrize("model", [None, "mlr"])
+def test_a_thermometer_that_stands_still_in_a_short_run_is_used(
+    rig: FivePointRig, model: str | None
+) -> None:
+    """A run of a minute takes no thermometer from the others; one dead in most runs is told."""
+    short = Run("short", make_run("short", 9).frame.head(4).assign(T4_degC=21.0))
+    runs = [changed(run, T3_degC=20.0) for run in (*RUNS, short)]
+    table = fit_compensator(runs, rig, model, points="all")
+    assert table["chosen"] == ["T1", "T2", "T4"]
+    assert "T3 is left out: broken in a, b, c and 1 more" in table["provenance"]["notes"]
+
+
 def test_a_sensor_that_is_read_rarely_counts_by_straight_lines(rig: FivePointRig) -> None:
     # It is judged with its last reading held, as in a control: more is left than with every one.
     rare = [

@@ -114,3 +114,16 @@ def test_it_refuses_what_it_cannot_take_in() -> None:
     del model.provenance["rig"]
     with pytest.raises(BadInput, match=r"provenance\.rig: is missing: fit it anew"):
         update_compensator(model, runs(3))
+
+
+def test_a_run_that_teaches_nothing_is_refused() -> None:
+    """A thermometer died in it, or nothing was measured: each in one line, and no new promise."""
+    model = model_of(runs(0, 1, 2), points="T1,T4")
+    (new,) = runs(3)
+    rows = np.arange(len(new.frame))
+    died = np.where(rows < len(rows) // 4, new.frame["T4_degC"], np.nan)
+    with pytest.raises(BadInput, match="T4: missing in run3, and the compensator uses it"):
+        update_compensator(model, [Run("run3", new.frame.assign(T4_degC=died))])
+    first = np.where(rows < 2, new.frame["S1_um"], np.nan)
+    with pytest.raises(BadInput, match="run3: has fewer than 3 rows with all displacements"):
+        update_compensator(model, [Run("run3", new.frame.assign(S1_um=first))])
