@@ -147,7 +147,7 @@ def _cells(row: CompensationRow | None, reference: bool) -> str:
     if row is None:
         return f"{'-':>7}{'-':>8}{'-':>8} "
     better = "" if reference else percent(row.improvement_percent)
-    return f"{number(row.after_max_um):>7}{number(row.after_mean_um):>8}{better:>8} "
+    return f"{number(row.after_max_um):>7}{number(row.after_mean_um):>8} {better:>7} "
 
 
 def number(value: float) -> str:

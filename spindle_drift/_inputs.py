@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias, Union
 import pandas as pd
 
 from measurement.doubts import doubts
+from measurement.errors import BadInput
 from measurement.runs import Run
 from measurement.runs import read_run as read_run_file
 
@@ -35,7 +36,10 @@ def as_runs(given: RunLike | Sequence[RunLike]) -> list[Run]:
     """Return several runs; frames are called ``run_1``, ``run_2``, ..."""
     if isinstance(given, (Run, pd.DataFrame, str, Path)):
         return [as_run(given)]
-    return [as_run(entry, f"run_{number}") for number, entry in enumerate(given, 1)]
+    runs = [as_run(entry, f"run_{number}") for number, entry in enumerate(given, 1)]
+    if not runs:
+        raise BadInput("runs", "", "none was given: at least one is needed")
+    return runs
 
 
 class DoubtfulData(UserWarning):
