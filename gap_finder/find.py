@@ -130,12 +130,14 @@ class Judged:
 
     @property
     def in_doubt(self) -> bool:
-        """Whether something is named, and too much is left with it.
+        """Whether something is named, and too much is left with it, or unseen runs gain nothing.
 
         Then something else is missing too, or what is named only acts like it.
         """
         before, after = self.found.before.left, self.found.after.left
-        sound = self.is_adequate and is_closed_where_better(before, after)
+        gap = self.unseen.gap()
+        gained = gap["after"] < gap["before"]
+        sound = self.is_adequate and is_closed_where_better(before, after) and gained
         return bool(self.found.keys) and not sound
 
 

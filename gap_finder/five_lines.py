@@ -62,9 +62,8 @@ def _what(table: Mapping[str, Any]) -> str:
             return f"What is missing: {titles}; {evidence}."
         others = [*table["one_of_keys"][1:], *(_key(one) for one in table["runners_up"][:2])]
         instead = f"{', '.join(dict.fromkeys(others))}, " if others else ""
-        much = "where it acts" if table["remaining"]["is_adequate"] else "with it"
         return (
-            f"What may be missing: {titles}. In doubt: too much is left {much}, so it may be "
+            f"What may be missing: {titles}. In doubt: {_doubt(table)}, so it may be "
             f"{instead}or something that no catalogue holds, instead or besides; {left}. "
             f"{evidence[:1].upper()}{evidence[1:]}.{look}"
         )
@@ -76,6 +75,15 @@ def _what(table: Mapping[str, Any]) -> str:
             f"{left[:1].upper()}{left[1:]}.{look}"
         )
     return f"What is missing: nothing that these runs prove; residuals are within tolerance.{look}"
+
+
+def _doubt(table: Mapping[str, Any]) -> str:
+    """Return in words why what is named is in doubt."""
+    gap = table["gap"]["holdout"]
+    if gap["after"] >= gap["before"]:
+        return "the held-out run is predicted no better with it"
+    much = "where it acts" if table["remaining"]["is_adequate"] else "with it"
+    return f"too much is left {much}"
 
 
 def _title(entry: Mapping[str, Any]) -> str:

@@ -68,6 +68,11 @@ class Hypothesis:
         left = float(np.sum(self.fit.left / units)) + self.fit.moved_cost / float(units.mean())
         return left + self.prior_cost
 
+    def fits_better(self, other: Hypothesis) -> bool:
+        """Whether it is likelier than another, to the tolerance, by the runs calibrated on."""
+        costs = [one.fit.calibration.cost + one.prior_cost for one in (self, other)]
+        return costs[0] < costs[1]
+
 
 def units_of(nothing: Hypothesis, some: Iterable[Hypothesis]) -> FloatArray:
     """Return what the best of some hypotheses leaves of each channel per run, shape (C,).
@@ -290,7 +295,9 @@ def added_to(
 ) -> Hypothesis | None:
     """Return a hypothesis with one more addition, fully scored.
 
-    None if it cannot be simulated, fits no better, or is so small that any machine has it.
+    None if it cannot be simulated, fits the runs no better than its prior costs, or is so small
+    that any machine has it. What predicts runs left out better and fits no better has changed how
+    calibration errs, and explains nothing.
 
     Parameters
     ----------
@@ -321,11 +328,11 @@ def added_to(
         additions = tuple(each.read(found.machine) for each in (*best.additions, one))
     except (IntegrationError, ParameterError):
         return None
-    last = additions[-1]
+    last, hypothesis = additions[-1], Hypothesis(additions, prior, found)
     ordinary = isinstance(last, AddedEffect) and last.is_ordinary
-    if ordinary or found.calibration.cost > best.fit.calibration.cost:
+    if ordinary or not hypothesis.fits_better(best):
         return None
-    return Hypothesis(additions, prior, found)
+    return hypothesis
 
 
 def _in_place_of(like: Hypothesis, best: Hypothesis, first: Added) -> Machine:

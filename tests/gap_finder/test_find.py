@@ -6,6 +6,8 @@ import base64
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -150,3 +152,18 @@ def test_a_name_is_judged_where_it_acts(missing: float, left: float, *, closed: 
     # What another channel leaves with the name or without says nothing of it.
     before[0, 0] = after[0, 0] = 9.0
     assert is_closed_where_better(before, after) is closed
+
+
+@pytest.mark.parametrize(("after", "in_doubt"), [(1.9, False), (2.0, True)])
+def test_a_name_with_which_unseen_runs_are_predicted_no_better_is_in_doubt(
+    after: float, *, in_doubt: bool
+) -> None:
+    gap = {"before": 2.0, "after": after, "reference": 1.5}
+    unseen: Any = SimpleNamespace(gap=lambda: gap, gap_beside=lambda known: gap)
+    found: Any = SimpleNamespace(
+        keys=("windage",),
+        before=SimpleNamespace(left=np.full((3, 4), 40.0)),
+        after=SimpleNamespace(left=np.ones((3, 4)), left_each=1.0),
+    )
+    reference: Any = SimpleNamespace(known=(), unseen=())
+    assert Judged(found, unseen, unseen, reference).in_doubt is in_doubt

@@ -109,6 +109,7 @@ def test_the_first_line_of_a_name_in_doubt_says_what_it_may_be_instead(
         look_at=["links.film.coefficient is 9 where the file has 3: far from usual"],
         in_doubt=in_doubt,
         remaining={"is_adequate": is_adequate, "where": [], "share": 0.0},
+        gap={"holdout": {"before": 2.0, "after": 0.9, "reference": 1.7, "floor": 0.5}},
     )
     missing = five_lines(table)[0]
     assert missing.startswith("What may be missing: Windage. In doubt:") == in_doubt
@@ -116,6 +117,9 @@ def test_the_first_line_of_a_name_in_doubt_says_what_it_may_be_instead(
     assert ("it may be motor_iron_loss, or" in missing) == in_doubt
     assert ("too much is left where it acts" in missing) == (in_doubt and is_adequate)
     assert ("Look at: links.film.coefficient" in missing) == in_doubt
+    table["gap"]["holdout"]["after"] = 2.0
+    worse = five_lines(table)[0]
+    assert ("In doubt: the held-out run is predicted no better with it" in worse) == in_doubt
 
 
 def test_channels_that_got_worse_are_told() -> None:
