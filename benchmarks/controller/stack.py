@@ -38,20 +38,14 @@ class Stack:
             if INDIRECT in callees:
                 callees |= pointed_at
 
-    def deepest(self, name: str, above: tuple[str, ...] = ()) -> tuple[int, list[str]]:
-        """Return how many bytes a call of a function takes at most, and the way there.
+    def deepest(self, name: str, above: tuple[str, ...] = ()) -> int:
+        """Return how many bytes a call of a function takes at most.
 
         Functions of the C library count as nothing. A function that is on the way already is not
         entered again: an error model that holds others holds none of its own kind.
         """
-        found: tuple[int, list[str]] = (0, [])
-        for callee in self._calls.get(name, ()):
-            if callee in self.frames and callee not in (*above, name):
-                found = max(found, self.deepest(callee, (*above, name)))
-        return found[0] + self.frames[name], [name, *found[1]]
-
-    @property
-    def outside(self) -> list[str]:
-        """The functions of the C library that are called."""
-        called = set().union(*self._calls.values())
-        return sorted(called - set(self.frames) - {INDIRECT})
+        way = (*above, name)
+        entered = [
+            one for one in self._calls.get(name, ()) if one in self.frames and one not in way
+        ]
+        return self.frames[name] + max((self.deepest(one, way) for one in entered), default=0)

@@ -11,38 +11,33 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-# Before numpy is there: the finder's processes keep the cores busy.
-for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ.setdefault(_name, "1")
+import numpy as np
+import pandas as pd
+from tqdm import tqdm
 
-import numpy as np  # noqa: E402
-import pandas as pd  # noqa: E402
-from tqdm import tqdm  # noqa: E402
-
-from benchmarks.gap.clock import clocked  # noqa: E402
-from benchmarks.gap.outcome import NONE, RIGHT, named_in, outcome_of_mistake  # noqa: E402
-from benchmarks.results_page import as_table  # noqa: E402
-from gap_finder.find import answer  # noqa: E402
-from gap_finder.kinds.base import Change  # noqa: E402
-from gap_finder.kinds.coarse_part import CoarsePart  # noqa: E402
-from gap_finder.kinds.conductance_with_motion import ConductanceWithMotion  # noqa: E402
-from gap_finder.kinds.heat_source import HeatSource  # noqa: E402
-from gap_finder.kinds.hidden_mass import HiddenMass  # noqa: E402
-from gap_finder.kinds.moves_axis import MovesAxis  # noqa: E402
-from gap_finder.kinds.sensor_place import SensorPlace  # noqa: E402
-from gap_finder.report import report_of  # noqa: E402
-from gap_finder.search import Search  # noqa: E402
-from measurement.files import write_atomically  # noqa: E402
-from measurement.runs import Run  # noqa: E402
-from plant_model.machine import Machine  # noqa: E402
-from plant_model.machine_file import read_machine  # noqa: E402
-from plant_model.simulate import simulate  # noqa: E402
+from benchmarks.gap.clock import clocked
+from benchmarks.gap.outcome import NONE, RIGHT, named_in, outcome_of_mistake
+from benchmarks.results_page import as_table
+from gap_finder.find import answer
+from gap_finder.kinds.base import Change
+from gap_finder.kinds.coarse_part import CoarsePart
+from gap_finder.kinds.conductance_with_motion import ConductanceWithMotion
+from gap_finder.kinds.heat_source import HeatSource
+from gap_finder.kinds.hidden_mass import HiddenMass
+from gap_finder.kinds.moves_axis import MovesAxis
+from gap_finder.kinds.sensor_place import SensorPlace
+from gap_finder.report import report_of
+from gap_finder.search import Search
+from measurement.files import write_atomically
+from measurement.runs import Run
+from plant_model.machine import Machine
+from plant_model.machine_file import read_machine
+from plant_model.simulate import simulate
 
 HOURS = 5.0
 
