@@ -23,7 +23,9 @@ MARGIN = 6.0
 """Score that tells two hypotheses apart, odds of one in twenty: an addition is named if it lowers
 the score by more, and what comes within it cannot be excluded. Set on the lathe's questions of the
 ninth and eleventh split: in 44 searches what is not there lowers the score by nothing, what is by
-8, 10, 14, 14, 15, 20 and more, save imitators of a law that is on no list."""
+8, 10, 14, 14, 15, 20 and more, save imitators of a law that is on no list. That it holds for the
+runs calibrated on, too, was set on those of the thirteenth and the fourteenth's jig borer 0000,
+where a law that is not there wins 7.7 by runs left out and 0.3 by these."""
 
 LAW = 0.05
 """Share of the squares that were missing at first that a right law may still leave [1]: no machine
@@ -69,9 +71,9 @@ class Hypothesis:
         return left + self.prior_cost
 
     def fits_better(self, other: Hypothesis) -> bool:
-        """Whether it is likelier than another, to the tolerance, by the runs calibrated on."""
+        """Whether the runs that it is calibrated on exclude another, to the tolerance."""
         costs = [one.fit.calibration.cost + one.prior_cost for one in (self, other)]
-        return costs[0] < costs[1]
+        return costs[0] + MARGIN < costs[1]
 
 
 def units_of(nothing: Hypothesis, some: Iterable[Hypothesis]) -> FloatArray:
@@ -295,9 +297,9 @@ def added_to(
 ) -> Hypothesis | None:
     """Return a hypothesis with one more addition, fully scored.
 
-    None if it cannot be simulated, fits the runs no better than its prior costs, or is so small
-    that any machine has it. What predicts runs left out better and fits no better has changed how
-    calibration errs, and explains nothing.
+    None if it cannot be simulated, does not fit the runs better by the margin and what its prior
+    costs, or is so small that any machine has it. What predicts runs left out better and fits no
+    better has changed how calibration errs, and explains nothing.
 
     Parameters
     ----------
