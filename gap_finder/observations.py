@@ -17,7 +17,7 @@ import pandas as pd
 
 from measurement.errors import BadInput
 from measurement.runs import Run
-from plant_model.drive import Drive, drive_from
+from plant_model.drive import SWITCH, Drive, drive_from
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import column_of, displacement_names, noise_and_resolution
@@ -32,10 +32,6 @@ no data."""
 TEMPERATURE_TOLERANCE = 0.1
 DISPLACEMENT_TOLERANCE = 0.5
 """What a good lumped model may be wrong by, beside noise [K, um]; set on no data."""
-
-SWITCH = 0.02
-"""A held input that changes by more than this share of its range has switched [1]; set on no
-data."""
 
 SPARSE_S = 90.0
 """Rows further apart than this are taken not to have been written for the switch [s]; set on no

@@ -14,23 +14,14 @@ import numpy as np
 
 from gap_finder.calibrate import Calibration, Progress, calibrate, quiet
 from gap_finder.data_faults import DataFault, taken_out
-from gap_finder.observations import Observations, observe
+from gap_finder.observations import INDEPENDENT_S, Observations, observe
 from gap_finder.regimes import RunResiduals, residuals
-from measurement.faults.series import resolution_of, stretches, valid
+from measurement.faults.series import UNUSUALLY, resolution_of, stretches, valid
+from measurement.resampling import WARMS_K
 from measurement.runs import Run
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import column_of, displacement_names
-
-LEAST_S = 3600.0
-"""A shorter standstill hurts little [s]; set on no data."""
-
-MOVED_K = 2.0
-"""The model must have moved by this much meanwhile [K]; set on no data."""
-
-TIMES = 3.0
-"""And by so many times the thermometer's resolution, its tolerance, and what the model leaves of it
-in the other runs [1]: one that does not follow it cannot tell that it is broken. Set on no data."""
 
 
 def standing_still(machine: Machine, observed: Sequence[Observations]) -> list[DataFault]:
@@ -42,6 +33,13 @@ def standing_still(machine: Machine, observed: Sequence[Observations]) -> list[D
         Calibrated.
     observed : sequence of Observations
         Of two runs or more; only those compared so far count.
+
+    Notes
+    -----
+    A standstill of less than `INDEPENDENT_S` hurts little. In a longer one the model must have
+    moved as a machine does that warms, and unusually far beside the thermometer's resolution, its
+    tolerance, and what the model leaves of it in the other runs: a model that does not follow it
+    cannot tell that it is broken.
     """
     lengths = set(displacement_names(machine))
     left = [residuals(machine, one) for one in observed]
@@ -58,7 +56,7 @@ def standing_still(machine: Machine, observed: Sequence[Observations]) -> list[D
             moved, usual = _moved(one, i, span), _usual(others, i)
             having = [other.observed.run for other in left if column in other.observed.run.frame]
             step = resolution_of(having, column)
-            if moved < max(MOVED_K, TIMES * max(step, usual, float(one.observed.tolerance[i]))):
+            if moved < max(WARMS_K, UNUSUALLY * max(step, usual, float(one.observed.tolerance[i]))):
                 continue
             run = observed[place].run.name
             text = (
@@ -115,7 +113,7 @@ def _longest(observed: Observations, column: str) -> tuple[float, float] | None:
         return None
     starts, ends = (observed.run.time_s[rows[places]] for places in stretches(values))
     k = int(np.argmax(ends - starts))
-    return (float(starts[k]), float(ends[k])) if ends[k] - starts[k] >= LEAST_S else None
+    return (float(starts[k]), float(ends[k])) if ends[k] - starts[k] >= INDEPENDENT_S else None
 
 
 def _moved(one: RunResiduals, channel: int, span: tuple[float, float]) -> float:
