@@ -241,10 +241,13 @@ class DriftSlave(Fmi2Slave):
         self.time_s = current_time + step_size
         return True
 
+    def slack(self, step_s: float) -> float:
+        """Return by how much a host's clock may be off in a step of some length [s]."""
+        return min(SAME_TIME * (abs(self.time_s) + 1.0), step_s / 2.0)
+
     def _may_step(self, time_s: float, step_s: float) -> None:
         """Refuse a step that cannot be."""
-        shown = abs(self.time_s) + 1.0
-        slack = min(SAME_TIME * shown, step_s / 2.0)
+        slack = self.slack(step_s)
         if self._phase is Phase.TERMINATED:
             raise FmuError("a step after the end of the simulation")
         if self._phase is not Phase.STEPPING:

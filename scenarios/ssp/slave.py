@@ -17,10 +17,6 @@ from fmu_packaging.variables import Variable
 SIGNALS_FILE = "signals.csv"
 """The signals in the FMU's resources: ``time_s`` and one column ``name_unit`` a signal."""
 
-EARLY = 1e-6
-"""Part of a step by which a master's time may fall short of a communication point: set on no
-data."""
-
 
 class SignalsSlave(DriftSlave):
     """Plays a table of held values."""
@@ -41,8 +37,8 @@ class SignalsSlave(DriftSlave):
         self._show(self.time_s)
 
     def advance(self, time_s: float, step_s: float) -> None:
-        """Show the values at the end of the step."""
-        self._show(time_s + step_s * (1.0 + EARLY))
+        """Show the values at the end of the step, which a master's time may fall short of."""
+        self._show(time_s + step_s + self.slack(step_s))
 
     def _show(self, time_s: float) -> None:
         row = self._rows[max(bisect_right(self._times, time_s) - 1, 0)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import shutil
 import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
@@ -125,6 +126,27 @@ def plays_the_scenario(path: Path) -> None:
         wanted = np.where(result["time"] < 10.0 - 1e-6, 1000.0, 2000.0)
         assert result["speed"].tolist() == wanted.tolist()
         assert set(result["tool_length"]) == {100.0}
+    assert speed_by_a_clock_of_single_precision(fmu) == 2000.0
+
+
+def speed_by_a_clock_of_single_precision(fmu: str) -> float:
+    """Return the speed after a hundred steps of 0.1 s, the last of which ends short of 10 s."""
+    description, folder = fmpy.read_model_description(fmu), fmpy.extract(fmu)
+    slave = fmpy.instantiate_fmu(folder, description, "CoSimulation")
+    slave.setupExperiment(startTime=0.0, stopTime=20.0)
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    step = float(np.float32(0.1))
+    for k in range(100):
+        time = float(np.float32(0.1 * k))
+        slave.doStep(time, step)
+    assert time + step < 10.0
+    (reference,) = (v.valueReference for v in description.modelVariables if v.name == "speed")
+    (shown,) = slave.getReal([reference])
+    slave.terminate()
+    slave.freeInstance()
+    shutil.rmtree(folder)
+    return float(shown)
 
 
 def test_version_2_is_valid_by_its_schema(

@@ -9,9 +9,6 @@ const char *const category_names[] = {"logStatusDiscard", "logStatusError"};
 
 static const char *const NOT_OF_THIS_KIND = "there is no such variable of this type";
 
-/* Clocks that differ by less, relative to what they show, agree, where that is within half a step,
-   so that it cannot be another step: what single precision leaves of a host's clock. */
-#define SAME_TIME 0x1p-23
 /* More than rounding leaves of a sum of steps, relative to it. */
 #define ROUNDING 1e-9
 
@@ -129,8 +126,7 @@ const char *instance_terminate(struct instance *self)
 const char *instance_may_step(const struct instance *self, double time_s, double step_s)
 {
     const struct memory *memory = self->memory;
-    double shown = fabs(memory->time_s) + 1.0;
-    double slack = fmin(SAME_TIME * shown, fabs(step_s) / 2.0);
+    double slack = clock_slack(memory->time_s, step_s);
     if (self->exchange) {
         return "this instance is for model exchange";
     }

@@ -2,6 +2,7 @@
 #ifndef MODEL_H
 #define MODEL_H
 
+#include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -32,6 +33,13 @@ extern const size_t model_variable_count;
 /* In FMI 3.0, variables in a row may be one array, under the reference of the first. */
 extern const struct array { size_t first, count; } model_array;
 extern const bool model_clock_may_jump; /* a step need not begin where the one before ended */
+
+/* By how much a host's clock may be off in a step: what single precision leaves of it, and half a
+   step at most, so that it cannot be another step. */
+static inline double clock_slack(double time_s, double step_s)
+{
+    return fmin(0x1p-23 * (fabs(time_s) + 1.0), fabs(step_s) / 2.0);
+}
 
 /* What an instance computes with, and what it remembers: each model has its own. All that changes
    and counts is in the content, which begins with the outputs and is copied as bytes. */

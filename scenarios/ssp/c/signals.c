@@ -3,8 +3,6 @@
 
 #include <string.h>
 
-#define EARLY 1e-6 /* part of a step by which a host's time may fall short of a point */
-
 const bool model_clock_may_jump = false;
 const struct continuous *const model_continuous = NULL;
 const struct derivatives *const model_derivatives = NULL;
@@ -54,7 +52,7 @@ const char *model_step(
     char problem[PROBLEM_LENGTH])
 {
     (void)self, (void)values, (void)problem;
-    show(content, time_s + step_s * (1.0 + EARLY));
+    show(content, time_s + step_s + clock_slack(time_s, step_s));
     return NULL;
 }
 
