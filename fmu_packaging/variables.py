@@ -11,9 +11,10 @@ Causality: TypeAlias = Literal["input", "output", "parameter", "local"]
 Variability: TypeAlias = Literal["continuous", "discrete", "fixed", "tunable"]
 
 ZERO: dict[str, Value] = {"real": 0.0, "integer": 0, "boolean": False, "string": ""}
-START_DEGC, START_TOOL_MM = 20.0, 150.0
-"""Start values of a temperature and of a tool's length, in both FMUs [degC, mm]: set on no
-data."""
+START_DEGC = 20.0
+"""Start value of a temperature in both FMUs [degC]: the reference temperature, given by ISO 1."""
+START_TOOL_MM = 150.0
+"""Start value of a tool's length in both FMUs [mm]: set on no data."""
 
 
 @dataclass(frozen=True)

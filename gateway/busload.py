@@ -38,10 +38,10 @@ def frame_bits(size: int, *, stuffed: bool = True, extended: bool = False) -> in
     return data + OVERHEAD_BITS + more + stuffing + PAUSE_BITS
 
 
-def bus_load(database: Database, bit_rate: int | None = None, *, stuffed: bool = True) -> float:
-    """Return the share of the bus that all frames take at a bit rate [bit/s]; 1 is all of it."""
+def bus_load(database: Database, *, stuffed: bool = True) -> float:
+    """Return the share of the bus that all frames take at its bit rate; 1 is all of it."""
     bits = sum(
         frame_bits(frame.size, stuffed=stuffed, extended=frame.extended) / frame.cycle_s
         for frame in database.frames
     )
-    return bits / (bit_rate or database.bit_rate)
+    return bits / database.bit_rate

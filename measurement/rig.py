@@ -127,7 +127,7 @@ class FivePointRig(SimulatedRig):
         """The five run-file columns, in the same order."""
         return [column(name, "um") for name in self.sensors]
 
-    def pose(self, frame: pd.DataFrame, *, small_angle: bool = False) -> pd.DataFrame:
+    def pose(self, frame: pd.DataFrame) -> pd.DataFrame:
         """Return the pose of the spindle from the five readings.
 
         yaw = atan((x_distal - x_near) / D), pitch = atan((y_distal - y_near) / D).
@@ -136,8 +136,6 @@ class FivePointRig(SimulatedRig):
         ----------
         frame : DataFrame
             Has the five columns [um].
-        small_angle : bool
-            Leave out the arc tangent.
 
         Returns
         -------
@@ -163,8 +161,8 @@ class FivePointRig(SimulatedRig):
             bar = self.test_bar_mm * UM_PER_MM
             # (reading + bar) / cos - bar, written so that no digits cancel.
             elongation = elongation + (elongation + bar) * _less_one(slope_x, slope_y)
-        tilt = (slope_x, slope_y) if small_angle else (np.arctan(slope_x), np.arctan(slope_y))
-        values = (elongation, tilt[0] / RAD_PER_URAD, tilt[1] / RAD_PER_URAD, x, y)
+        tilt = np.arctan([slope_x, slope_y]) / RAD_PER_URAD
+        values = (elongation, *tilt, x, y)
         return pd.DataFrame(dict(zip(POSE, values, strict=True)), index=frame.index)
 
     def readings(self, pose: pd.DataFrame) -> pd.DataFrame:

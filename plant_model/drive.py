@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -144,7 +144,6 @@ def drive_from(
     machine: Machine,
     frame: pd.DataFrame,
     step_s: float,
-    boundary: Literal["linear", "held"] = "linear",
     at: FloatArray | None = None,
 ) -> Drive:
     """Put the inputs of a run on a grid.
@@ -158,8 +157,6 @@ def drive_from(
     step_s : float
         Longest step [s]. Rows are instants of the grid, unless they are denser than that; so are
         instants where a held input switches.
-    boundary : {"linear", "held"}
-        Whether boundary temperatures are joined by lines, or stay until the next row.
     at : array, optional
         Instants of the grid instead of the rows [s]; even ones step faster than uneven rows.
 
@@ -181,16 +178,17 @@ def drive_from(
     if not step_s > 0.0:
         raise DriveError(f"step_s: {step_s:g} must be above 0")
     series = {entry.name: _series(frame, entry) for entry in machine.inputs}
-    held_entries = [e for e in machine.inputs if not e.is_boundary or boundary == "held"]
     steps = (time[-1] - time[0]) / step_s
     # Rows are instants of the grid, thinned where they are denser than the steps.
     every = max(1, int(step_s / np.median(np.diff(time)) + 1e-9))
     rows = time[::every] if at is None else np.append(time[0], at[(at > time[0]) & (at < time[-1])])
     switches = [rows, time[-1:]]
-    for entry in held_entries:
+    for entry in machine.inputs:
+        if entry.is_boundary:
+            continue
         jumps = np.abs(np.diff(series[entry.name])) > SWITCH * (entry.high - entry.low)
         # An input that jumps at nearly every step is noisy: its mean in each step serves.
-        if jumps.sum() <= 0.5 * steps + 1.0 or boundary == "held":
+        if jumps.sum() <= 0.5 * steps + 1.0:
             switches.append(time[1:][jumps])
     fixed = np.unique(np.concatenate(switches))
     grid = np.append(_cut(fixed, step_s), time[-1])
@@ -201,8 +199,6 @@ def drive_from(
         values = series[entry.name]
         if not entry.is_boundary:
             held[entry.name] = _step_means(time, values, grid)
-        elif boundary == "held":
-            first[entry.name] = last[entry.name] = _step_means(time, values, grid)
         else:
             on_grid = np.interp(grid, time, values)
             first[entry.name], last[entry.name] = on_grid[:-1], on_grid[1:]

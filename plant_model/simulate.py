@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 import pandas as pd
@@ -52,13 +51,8 @@ class Simulation:
     pose: FloatArray
     states: FloatArray
 
-    def run_frame(self, which: int = 0) -> pd.DataFrame:
-        """Return one parameter set's result as a run: inputs and readings by run column.
-
-        Parameters
-        ----------
-        which : int
-            Position of the parameter set.
+    def run_frame(self) -> pd.DataFrame:
+        """Return the first parameter set's result as a run: inputs and readings by run column.
 
         Returns
         -------
@@ -71,7 +65,7 @@ class Simulation:
             if entry.column not in shown:
                 columns[entry.column] = self.inputs[entry.name]
         for column, name in shown.items():
-            columns[column] = self.readings[name][which]
+            columns[column] = self.readings[name][0]
         return pd.DataFrame(columns)
 
     def drift(self, tool_length_mm: float) -> FloatArray:
@@ -96,7 +90,6 @@ def simulate(
     parameters: Mapping[str, float | FloatArray | Iterable[float]] | None = None,
     *,
     step_s: float = 10.0,
-    boundary: Literal["linear", "held"] = "linear",
     noise_seed: int | None = None,
     tolerance: float = TOLERANCE,
     at: FloatArray | None = None,
@@ -117,8 +110,6 @@ def simulate(
     step_s : float
         Longest internal step [s]. Rows that are denser than that are joined by lines; with fewer
         rows, what is returned at a row is what the model is at that instant.
-    boundary : {"linear", "held"}
-        How boundary temperatures run between rows.
     noise_seed : int, optional
         Adds each sensor's noise and resolution; without it the readings are exact.
     tolerance : float
@@ -128,7 +119,7 @@ def simulate(
     start : array, shape (sets or 1, nodes), optional
         Temperatures to start from, instead of those that the inputs give [degC].
     drive : Drive, optional
-        The inputs on their grid, if they are there already; *step_s* and *boundary* are then its.
+        The inputs on their grid, if they are there already; *step_s* is then its.
     bounded : bool
         Refuse a parameter outside its range.
 
@@ -146,7 +137,7 @@ def simulate(
     IntegrationError
         When a model that depends on temperature cannot be stepped.
     """
-    drive = drive or drive_from(machine, inputs, step_s, boundary)
+    drive = drive or drive_from(machine, inputs, step_s)
     (whole,) = simulate_all(
         machine,
         [Driven(inputs, drive, at, start)],

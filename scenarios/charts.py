@@ -168,9 +168,9 @@ def kept(values: FloatArray, most: int = WIDTH) -> npt.NDArray[np.intp]:
     return found[found < count]
 
 
-def kept_steps(values: FloatArray, most: int = WIDTH) -> npt.NDArray[np.intp]:
+def kept_steps(values: FloatArray) -> npt.NDArray[np.intp]:
     """Return which samples a drawing of a held value needs: each one that begins a new level."""
     changes = np.flatnonzero(np.diff(values) != 0.0) + 1
-    if len(changes) > most:
-        return kept(values, most)
+    if len(changes) > WIDTH:
+        return kept(values)
     return np.unique(np.concatenate(([0], changes, [len(values) - 1])))

@@ -12,6 +12,7 @@ from fmu_compensator.runtime.modelfile import Model
 from fmu_packaging.arrays import NAME, in_array, temperatures
 from fmu_packaging.package import Recipe, slave_of
 from fmu_packaging.publish import Reference
+from fmu_packaging.variables import START_DEGC, START_TOOL_MM
 from plant_model.machine import Machine
 
 REFERENCE_S, REFERENCE_STEP_S = 3600.0, 10.0
@@ -39,14 +40,14 @@ def compensator_reference(model: Model) -> Reference:
     profiles: dict[str, Any] = {}
     for sensor in model.sensors:
         if model.input_form == "rise":
-            start, rise = 20.0, 0.6 * max(sensor.trained_high, 0.0)
+            start, rise = START_DEGC, 0.6 * max(sensor.trained_high, 0.0)
         else:
             start = sensor.trained_low
             rise = 0.6 * (sensor.trained_high - sensor.trained_low)
         profiles[sensor.name] = partial(_warming, start=start, rise=rise)
     low, high = model.limits.tool_length_mm
     profiles["speed"] = partial(_switched, start=0.0, then=6000.0)
-    profiles["tool_length"] = partial(_steady, value=min(max(150.0, low), high))
+    profiles["tool_length"] = partial(_steady, value=min(max(START_TOOL_MM, low), high))
     return Reference(profiles, REFERENCE_S, REFERENCE_STEP_S)
 
 
@@ -85,12 +86,12 @@ def plant_reference(machine: Machine) -> Reference:
     for entry in machine.inputs:
         start = entry.default or 0.0
         if entry.is_boundary:
-            middle = min(max(20.0, entry.low + 1.0), entry.high - 1.0)
+            middle = min(max(START_DEGC, entry.low + 1.0), entry.high - 1.0)
             profiles[entry.name] = partial(_swing, middle=middle, swing=1.0)
         else:
             then = start + 0.3 * (entry.high - start)
             profiles[entry.name] = partial(_switched, start=start, then=then)
-    profiles["tool_length"] = partial(_steady, value=150.0)
+    profiles["tool_length"] = partial(_steady, value=START_TOOL_MM)
     for axis in "XYZ":
         profiles[f"d{axis}"] = partial(_swing, middle=0.0, swing=5.0)
     return Reference(profiles, REFERENCE_S, REFERENCE_STEP_S)

@@ -14,9 +14,7 @@ NAME = "{name}"
 """Stands for the name of the component in its command."""
 
 
-def write_folder(
-    folder: Path, way: str, commands: Mapping[str, Sequence[str]], *, compensated: bool = True
-) -> Path:
+def write_folder(folder: Path, way: str, commands: Mapping[str, Sequence[str]]) -> Path:
     """Write the files of a simulated machine; return its INI file.
 
     Parameters
@@ -27,15 +25,12 @@ def write_folder(
         How offsets get in.
     commands : mapping of str to sequence of str
         What ``thermal`` and ``spindle`` are started with, and ``display``.
-    compensated : bool
-        Whether the component is there.
     """
     for name in ("tool.tbl", "thermal.hal"):
         (folder / name).write_text((CONFIG / name).read_text())
     ini = folder / "machine.ini"
     ini.write_text((CONFIG / ini.name).read_text())
-    parts = ["machine.hal", WAYS[way], "guard.hal", "spindle.hal"]
-    parts += ["thermal.hal"] if compensated else []
+    parts = ["machine.hal", WAYS[way], "guard.hal", "spindle.hal", "thermal.hal"]
     (folder / "machine.hal").write_text("\n".join((CONFIG / part).read_text() for part in parts))
     for name, command in commands.items():
         script = folder / f"{name}.sh"

@@ -15,20 +15,20 @@ NEAR_S = 300.0
 _SWITCHED = ("rpm", "mm_min", "Nm", "W", "lpm")
 
 
-def near_switch(run: Run, before_s: float = NEAR_S, after_s: float = NEAR_S) -> BoolArray:
+def near_switch(run: Run, after_s: float = NEAR_S) -> BoolArray:
     """Return which rows are near a switch of speed, feed, torque, power or flow, shape (rows,).
 
     Parameters
     ----------
     run : Run
-    before_s, after_s : float
-        How long before and after a switch a row still counts as near [s].
+    after_s : float
+        How long after a switch a row still counts as near [s].
     """
     time = run.time_s
     # What was switched before the first sample is not known.
     near: BoolArray = time <= time[0] + after_s
     for at in np.flatnonzero(switched_after(run)).tolist():
-        near |= (time >= time[at] - before_s) & (time <= time[at + 1] + after_s)
+        near |= (time >= time[at] - NEAR_S) & (time <= time[at + 1] + after_s)
         # Coarse sampling: the samples on both sides belong to it, however far apart.
         near[max(0, at - 1) : at + 3] = True
     return near

@@ -43,11 +43,10 @@ def material(
     specific_heat: float,
     conductivity: tuple[float, float, float],
     expansion: tuple[float, float, float],
-    source: str = HANDBOOK,
 ) -> Material:
     """Return a material from its density [kg/m3], specific heat [J/(kg K)] and the rest."""
     heat = density * specific_heat
-    said = f"{name}, {source}"
+    said = f"{name}, {HANDBOOK}"
     return Material(
         name,
         Known(heat, 0.92 * heat, 1.08 * heat, "J/(m3 K)", f"density and specific heat of {said}"),

@@ -485,8 +485,6 @@ def possible(effect: type[Effect], parameter: str) -> tuple[float, float]:
     return TIMES_USUAL * min(usual.low, 0.0), TIMES_USUAL * max(usual.high, 0.0)
 
 
-def amplitude(
-    nominal: float, low: float, high: float, source: str, *, unit: str = "1"
-) -> Parameter:
+def amplitude(nominal: float, low: float, high: float, source: str) -> Parameter:
     """Return the usual amplitude: a factor that is 1 when the effect has its nominal size."""
-    return Parameter(nominal, unit, low, high, source)
+    return Parameter(nominal, "1", low, high, source)

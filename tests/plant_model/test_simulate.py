@@ -85,14 +85,6 @@ def test_nodes_start_at_the_sensor_that_the_file_names(jig_borer_lumps: Machine)
     assert first[jig_borer_lumps.node_index["housing_front_xm"]] == 21.0
 
 
-def test_held_boundaries_jump_at_their_row(jig_borer_lumps: Machine) -> None:
-    inputs = inputs_over(0.5, steps=False)
-    inputs["T5_degC"] = np.where(inputs["time_s"] < 905.0, 20.0, 30.0)
-    drive = drive_from(jig_borer_lumps, inputs, 600.0, "held")
-    assert 910.0 in drive.grid
-    assert set(drive.first["ambient"]) == {20.0, 30.0}
-
-
 def test_noise_has_the_stated_size_and_seed(jig_borer_lumps: Machine) -> None:
     inputs = inputs_over(4.0)
     exact = simulate(jig_borer_lumps, inputs).readings

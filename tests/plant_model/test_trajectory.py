@@ -46,7 +46,7 @@ def test_what_is_said_not_to_warm_changes_no_temperature(name: str) -> None:
     assert any(one.startswith("structure.") for one in moved)
     values = Values(machine.parameters, moved)
     network = Network(machine, values, effects_in_force(machine, values))
-    drive = drive_from(machine, inputs, 60.0, "linear")
+    drive = drive_from(machine, inputs, 60.0)
     start = np.broadcast_to(simulate(machine, inputs).temperatures[0, 0], (3, network.node_count))
     (whole,) = trajectories(machine, network, [drive], [start], 1e-3)
     found = whole[..., : network.node_count]
