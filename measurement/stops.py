@@ -19,9 +19,9 @@ from typing import Any
 STOPS = (signal.SIGINT, signal.SIGTERM)
 
 LOOK_S = 0.5
-"""How often a worker looks whether its parent is still there, and who waits whether to end; how
-long a worker may take to end when told to, before it is killed; and how soon a SIGTERM that got
-lost is sent again [s]. Set on no data."""
+"""How often a worker looks whether its parent is still there, who waits whether to end, and others
+are shown how it is; how long a worker may take to end when told to, before it is killed; and how
+soon a SIGTERM that got lost is sent again [s]. Set on no data."""
 
 HOLDS_LOCKS = ("concurrent.futures", "multiprocessing", "threading")
 """Where nothing may be raised: modules that hold a lock which other threads wait for."""

@@ -15,7 +15,7 @@ from gap_finder.regimes import gap_of
 from plant_model.machine import Machine
 from scenarios.channel_charts import measured_against_model
 from scenarios.charts import SHOWN
-from scenarios.parameter_rows import DETERMINED, parameter_rows
+from scenarios.parameter_rows import is_determined, parameter_rows
 from scenarios.report import page_text
 
 
@@ -85,7 +85,7 @@ def calibration_page(
 
 def summary_lines(calibration: Calibration, gap: dict[str, float], runs: int) -> list[str]:
     """Return what the page says first: how much is left, and how little that may mean."""
-    told = sum(parameter.prior_contraction >= DETERMINED for parameter in calibration.parameters)
+    told = sum(map(is_determined, calibration.parameters))
     several = f"{runs} runs" if runs > 1 else "one run"
     lines = [
         f"On the {several} of the calibration the model leaves {gap['after']:.2g} times the "

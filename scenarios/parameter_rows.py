@@ -12,6 +12,11 @@ DETERMINED = 0.5
 """Prior contraction from which the runs are said to determine a parameter [1]: set on no data."""
 
 
+def is_determined(parameter: ParameterEstimate) -> bool:
+    """Return whether the runs are said to determine a parameter, or moved it far."""
+    return parameter.prior_contraction >= DETERMINED or parameter.is_far
+
+
 def parameter_rows(
     machine: Machine, parameters: Sequence[ParameterEstimate], added: Sequence[str] = ()
 ) -> list[dict[str, Any]]:
@@ -39,7 +44,7 @@ def parameter_rows(
             "contraction": parameter.prior_contraction,
             "deviations": parameter.deviations,
             "is_far": parameter.is_far,
-            "is_told": parameter.prior_contraction >= DETERMINED or parameter.is_far,
+            "is_told": is_determined(parameter),
         }
         for parameter in sorted(parameters, key=lambda parameter: -parameter.prior_contraction)
     ]

@@ -24,6 +24,7 @@ from urllib.parse import urlsplit
 from gateway.background import Background
 from gateway.protocols.base import Adapter, Participant, Report, Say
 from measurement.errors import BadInput
+from measurement.stops import LOOK_S
 
 if TYPE_CHECKING:
     from gateway.codec import Value
@@ -31,8 +32,6 @@ if TYPE_CHECKING:
     from gateway.unit import CompensatorUnit
 
 DEFAULT_URL = "opc.tcp://127.0.0.1:4840/spindle-drift"
-EVERY_S = 0.5
-"""How often values are updated [s]: set on no data."""
 STATES: dict[str, str] = {
     "valid": "bool",
     "status": "int",
@@ -169,7 +168,7 @@ class HallStatus(Participant):
         }
         files = {name: str(path) for name, path in vars(security).items()} if security else None
         first = {"url": url, "title": "Gateway", "variables": units | {"state": STATES}}
-        self._write({**first, "security": files, "stale_s": LATEST_STEPS * EVERY_S})
+        self._write({**first, "security": files, "stale_s": LATEST_STEPS * LOOK_S})
         self._url = url
 
     def tell(
@@ -179,7 +178,7 @@ class HallStatus(Participant):
         outputs: Mapping[str, float],
         state: Mapping[str, Value | bool],
     ) -> None:
-        """Send values every `EVERY_S`, changes of state at once.
+        """Send values every `LOOK_S`, changes of state at once.
 
         Parameters
         ----------
@@ -191,7 +190,7 @@ class HallStatus(Participant):
             The keys of `STATES`.
         """
         changed = tuple(state[key] for key in ("valid", "status", "gateway_state", "bus_fault"))
-        if now - self._sent_at < EVERY_S and changed == self._before:
+        if now - self._sent_at < LOOK_S and changed == self._before:
             return
         if changed[0] != self._valid and self._valid is not None:
             text = f"offsets are {'valid' if changed[0] else 'not valid'}: {state['status_text']}"

@@ -32,7 +32,7 @@ def run(args: argparse.Namespace) -> int:
     from measurement.files import write_together
     from plant_model.machine_writer import machine_text
     from scenarios.calibration_page import calibration_page, page_beside
-    from scenarios.parameter_rows import DETERMINED
+    from scenarios.parameter_rows import is_determined
     from scenarios.progress import CALIBRATE, spoken
     from scenarios.version import PROGRAM, version
     from spindle_drift._inputs import as_runs
@@ -72,9 +72,7 @@ def run(args: argparse.Namespace) -> int:
     print(f"{'RMS [K, um]':<14}{'before':>10}{'after':>10}")
     for name, before, after in found.residuals.itertuples():
         print(f"{name:<14}{before:>10.2f}{after:>10.2f}")
-    determined = [
-        entry for entry in parameters if entry.prior_contraction >= DETERMINED or entry.is_far
-    ]
+    determined = list(filter(is_determined, parameters))
     print(f"\nThe runs determine {len(determined)} of {len(parameters)} free parameters:")
     for entry in sorted(determined, key=lambda entry: -entry.prior_contraction):
         far = f"  {abs(entry.deviations):.1f} deviations: look at it" if entry.is_far else ""
