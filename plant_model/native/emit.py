@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+from plant_model.native.product import LANES
 from plant_model.native.trace import Expr, literal
 
 INFIX = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
@@ -16,9 +17,6 @@ CALLS |= {"sin": "sin", "cos": "cos", "tan": "tan", "arctan": "atan", "tanh": "t
 CALLS |= {"floor": "floor", "power": "pow", "sign": "sign_of", "remainder": "modulo"}
 CALLS |= {"maximum": "larger", "minimum": "smaller", "radians": "radians"}
 POWERS = {2.0: "square", 3.0: "cube", 4.0: "fourth"}
-GROUP = 4
-"""Terms of a sum that are added one after the other; groups do not wait for each other. Set on the
-shipped plants, stepped in C."""
 
 
 class Stage:
@@ -163,8 +161,8 @@ class _Writer:
 
 
 def _operation(cell: Expr, args: Sequence[str]) -> str:
-    if len(args) > GROUP:
-        sums = [" + ".join(args[k : k + GROUP]) for k in range(0, len(args), GROUP)]
+    if len(args) > LANES:
+        sums = [" + ".join(args[k : k + LANES]) for k in range(0, len(args), LANES)]
         return " + ".join(f"({part})" for part in sums)
     if cell.op == "add":
         return " + ".join(args)

@@ -14,11 +14,8 @@ from collections.abc import Iterable, Iterator, Sequence
 
 LANES = 4
 """Numbers that are taken at once, and then cost as much as one: given by AVX, the widest that most
-processors have."""
-
-TERM, ALONE, GROUP, ROW = 2, 3, 7, 9
-"""Operations of a group's term, of an element by itself, of a group and of a row: set on a page,
-by what GCC makes of the loops."""
+processors have. As many terms of a sum are added one after the other, and groups of them apart, so
+that they do not wait for each other."""
 
 PLUS = "\n           + "
 Place = tuple[int, int]
@@ -131,14 +128,15 @@ class Product:
 
 
 def groups(rows: Sequence[set[int]]) -> list[int]:
-    """Return the first rows of the groups of the cheapest cut of a matrix's rows.
+    """Return the first rows of the groups of the cut of a matrix's rows with the fewest operations.
 
-    A row that has more alone than there are lanes will share them.
+    A term is one, and so are an element by itself, a row and a group. A row that has more alone
+    than there are lanes will share them.
     """
     best: list[tuple[int, list[int]]] = [(0, [])]
     for end in range(1, len(rows) + 1):
         cost, before = best[-1]
-        tried = [(cost + ROW + ALONE * min(LANES, len(rows[end - 1])), before)]
+        tried = [(cost + 1 + min(LANES, len(rows[end - 1])), before)]
         if end >= LANES:
             first = end - LANES
             cost, before = best[first]
@@ -146,7 +144,7 @@ def groups(rows: Sequence[set[int]]) -> list[int]:
             found = terms(rows, first, left)
             left.difference_update(*(places for _, places in found))
             alone = sum(min(LANES, sum(i == row for row, _ in left)) for i in _lanes(first))
-            tried.append((cost + GROUP + TERM * len(found) + ALONE * alone, [*before, first]))
+            tried.append((cost + 1 + len(found) + alone, [*before, first]))
         best.append(min(tried))
     return best[-1][1]
 
