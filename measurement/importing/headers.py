@@ -13,6 +13,7 @@ from measurement.units import split_column
 
 _BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[\(\{<](?P<unit>[^\[\]\(\)\{\}<>]*)[\]\)\}>]\s*$")
 _SEPARATED = re.compile(r"^(?P<name>.+?)\s*(?:,|;|\bin\b|\s/|/(?=°)|:)\s*(?P<unit>\S{1,10})$")
+_QUOTIENT = re.compile(r"^(?P<name>[^\s/]+)/(?P<unit>\S{1,10})$")
 _LAST_WORD = re.compile(r"^(?P<name>.+)[\s_](?P<unit>\S{1,8})$")
 _TIME = re.compile(
     r"^(?:elapsed|rel\w*|abs\w*|local|log|mess|sample)?[\s_]*"
@@ -70,10 +71,12 @@ def _heading(text: str, second: str) -> Heading:
     if bracketed and bracketed["name"]:
         said = bracketed["unit"].strip()
         return Heading(text, bracketed["name"], said if conversion_of(said) else "", said)
-    for pattern in (_SEPARATED, _LAST_WORD):
+    for pattern in (_SEPARATED, _QUOTIENT, _LAST_WORD):
         found = pattern.match(text)
+        if pattern is _QUOTIENT and found and any(map(conversion_of, (text, found["name"]))):
+            continue  # "mm/min" is a unit, and "m/s" no name and unit
         # "Temp C" and "Temp K" have a unit; "Spindle 1" and "Bearing s" have none.
-        if found and _is_surely_a_unit(found["unit"], pattern is _SEPARATED):
+        if found and _is_surely_a_unit(found["unit"], pattern is not _LAST_WORD):
             return Heading(text, found["name"], found["unit"], found["unit"])
     word = re.search(r"\b(rpm|krpm)\b", text, re.IGNORECASE)
     return Heading(text, text, word[1] if word else "", word[1] if word else "")
@@ -88,9 +91,9 @@ def headings(texts: Sequence[str], seconds: Sequence[str]) -> list[Heading]:
     --------
     >>> headings(["Temp. Lager vorn [°C]"], [""])
     [Heading(text='Temp. Lager vorn [°C]', name='Temp. Lager vorn', unit='°C', said='°C')]
-    >>> texts = ["T1", "disp_z_um", "Spindle speed rpm", "T2, K"]
-    >>> [entry.unit for entry in headings(texts, ["(degC)", "", "", ""])]
-    ['degC', 'um', 'rpm', 'K']
+    >>> texts = ["T1", "disp_z_um", "Spindle speed rpm", "T2, K", "t/s", "v/mm/min", "mm/min"]
+    >>> [entry.unit for entry in headings(texts, ["(degC)", *6 * [""]])]
+    ['degC', 'um', 'rpm', 'K', 's', 'mm/min', '']
     >>> [entry.unit for entry in headings(["front_C", "rear_C", "z_um"], ["", "", ""])]
     ['C', 'C', 'um']
     >>> [entry.unit for entry in headings(["Sensor B", "Sensor C"], ["", ""])]

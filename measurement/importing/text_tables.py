@@ -20,6 +20,7 @@ _DECIMAL_COMMA = re.compile(r"\s*[+-]? *\d+,\d+(?:[eE][+-]?\d+)?\s*")
 _DECIMAL_POINT = re.compile(r"\s*[+-]? *\d*\.\d+(?:[eE][+-]?\d+)?\s*")
 _ONE_NUMBER = re.compile(r"\s*[+-]? *\d+(?:[.,]\d*)?(?:[eE][+-]?\d+)?\s*")
 _THOUSANDS = re.compile(r"\s*[+-]? *\d{1,3}(?:\.\d{3})+,\d+\s*")
+_GROUPED = re.compile(r"\s*[+-]? *\d{1,3}(?:\.\d{3})+\s*")
 
 
 def decoded(data: bytes, path: Path) -> str:
@@ -103,13 +104,14 @@ def decimal_mark(rows: list[list[str]], path: Path) -> tuple[str, str]:
         If both marks stand in numbers that cannot be told apart.
     """
     cells = [cell for row in rows[:HEAD_LINES] for cell in row]
-    if any(_THOUSANDS.fullmatch(cell) for cell in cells):
-        return ",", "."
-    commas = next((cell for cell in cells if _DECIMAL_COMMA.fullmatch(cell)), None)
+    thousands = next((cell for cell in cells if _THOUSANDS.fullmatch(cell)), None)
+    if thousands:
+        cells = [cell for cell in cells if not _GROUPED.fullmatch(cell)]
+    commas = thousands or next((cell for cell in cells if _DECIMAL_COMMA.fullmatch(cell)), None)
     points = next((cell for cell in cells if _DECIMAL_POINT.fullmatch(cell)), None)
     if commas and points:
         problem = (
             f"both {shown(commas)} and {shown(points)} stand in it: one decimal mark is needed"
         )
         raise BadInput(path, "", problem)
-    return ("," if commas else "."), ""
+    return ("," if commas else "."), ("." if thousands else "")

@@ -114,6 +114,10 @@ CASES = {
         (with_header(LINES[0].replace("Halle [°C]", "Halle [K]")),),
         "row 2, column Halle [K]: 20.5 K (-252.65 degC) is outside -60..400 degC: is K its unit?",
     ),
+    "points among thousands with points": Bad(
+        (SECONDS.replace(";6000;", ";6.000,0;").replace("\n120;", "\n120.5;"),),
+        "both '6.000,0' and '120.5' stand in it: one decimal mark is needed",
+    ),
     "tenths of a degree": Bad(
         (changed(7, "20,56", "401,5", changed(8, "20,56", "402")),),
         "row 7, column Halle [°C]: 401.5 °C is outside -60..400 degC: is °C its unit?",
