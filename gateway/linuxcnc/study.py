@@ -76,13 +76,19 @@ def run_days(out: Path, kinds: Mapping[str, Path], plant: Path, plan: Plan) -> d
         folder.mkdir(parents=True)
         running[kind] = folder, _begin(folder, kind, fmu, plant.resolve(), plan)
     noses = {}
-    for kind, (folder, process) in running.items():
-        printed = process.communicate()[1].decode(errors="replace")
-        if process.returncode:
-            (folder / "error.txt").write_text(printed)
-            last = printed.strip().rpartition("\n")[2]
-            raise BadInput(folder, "", f"the day came to no end: {last}")
-        noses[kind] = read_nose(folder, HOLD_S)
+    try:
+        for kind, (folder, process) in running.items():
+            printed = process.communicate()[1].decode(errors="replace")
+            if process.returncode:
+                (folder / "error.txt").write_text(printed)
+                last = printed.strip().rpartition("\n")[2]
+                raise BadInput(folder, "", f"the day came to no end: {last}")
+            noses[kind] = read_nose(folder, HOLD_S)
+    finally:  # none writes on into a folder that is being removed
+        for _, process in running.values():
+            if process.poll() is None:
+                process.kill()
+                process.communicate()
     return noses
 
 

@@ -15,11 +15,12 @@ import pytest
 
 from gateway.control import FOLLOWING, HOLDING, OffsetFollower
 from gateway.database import OFFSETS
-from gateway.linuxcnc import native_component, sandbox
+from gateway.linuxcnc import native_component, sandbox, study
 from gateway.linuxcnc.axes import AxisOffset
 from gateway.linuxcnc.component import NAMES, ControlPins, sent_signals
 from gateway.linuxcnc.folder import CONFIG, renamed, write_folder
 from gateway.mapping import read_database
+from measurement.errors import BadInput
 from scenarios.cli import main
 from tests.gateway.control_axis import ControlAxis
 
@@ -221,3 +222,20 @@ def test_the_nose_of_a_real_control_is_held_through_all_faults(tmp_path: Path) -
         # Two looks of the component at half a micrometre each, in whole counts.
         assert figures["jump_um"] < 1.02
         assert figures["left_after_clear_um"] < 0.05
+
+
+def test_a_day_that_fails_ends_the_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else it writes on into the folder that is being removed."""
+    begun = []
+
+    def begin(folder: Path, kind: str, *_: Any) -> subprocess.Popen[bytes]:
+        said = "echo no axis >&2; exit 3" if kind == "one" else "exec sleep 600"
+        begun.append(subprocess.Popen(["sh", "-c", said], stderr=subprocess.PIPE))
+        return begun[-1]
+
+    monkeypatch.setattr(study, "check", lambda: None)
+    monkeypatch.setattr(study, "_begin", begin)
+    kinds = {"one": tmp_path, "other": tmp_path}
+    with pytest.raises(BadInput, match="the day came to no end: no axis"):
+        study.run_days(tmp_path, kinds, tmp_path, study.Plan(1, 1.0, 1.0, "own"))
+    assert [process.returncode for process in begun] == [3, -9]
