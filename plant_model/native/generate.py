@@ -93,12 +93,10 @@ def _functions(equations: Equations, product: Product) -> tuple[list[str], int, 
     of_parameters = Stage("k", {"p"})
     of_inputs = Stage("h", {"p", "u"})
     first, both = [of_parameters], [of_parameters, of_inputs]
-    k, u, rows = "const double *k", "const double *u", "const double *T, const double *x"
-    lists = {
-        "capacity": equations.capacity,
-        "decay": equations.decay,
-        "time_constants": equations.time_constants,
-    }
+    k, now = "const double *k", "const double *k, const double *u"
+    rows = f"{now}, const double *T, const double *x"
+    shown = f"{rows}, const double *s, const double *w"
+    names = ("capacity", "decay", "time_constants")
     matrix = equations.matrix
     parts = {
         "diagonal": [matrix[i, i] for i in range(len(equations.capacity))],
@@ -107,66 +105,44 @@ def _functions(equations: Equations, product: Product) -> tuple[list[str], int, 
         ],
         "outside": list(equations.boundary.values()),
     }
-    of_matrix = "double *diagonal, double *entries, double *outside)"
+    places = _places(parts.items())
+    still = [(place, _still(cell)) for place, cell in places]
+    moving = [(place, cell) for place, cell in places if _moves(cell)]
+    of_matrix = "double *diagonal, double *entries, double *outside"
+    fixed = _places((name, getattr(equations, name)) for name in names)
+    dependent = _places([("heat", equations.dependent), ("rates", equations.rates)])
+    force = _places([("force", equations.force)])
     made = [
+        function(f"void equations_fixed({k}, double *{', double *'.join(names)})", fixed, first),
+        function(f"void equations_still({k}, {of_matrix})", still, first),
+        function(f"void equations_moving({now}, {of_matrix})", moving, first),
         function(
-            f"void equations_fixed({k}, double *capacity, double *decay, double *time_constants)",
-            _places(lists.items()),
-            first,
-        ),
-        function(
-            f"void equations_still({k}, {of_matrix}",
-            [(place, _still(cell)) for place, cell in _places(parts.items())],
-            first,
-        ),
-        function(
-            f"void equations_moving({k}, {u}, {of_matrix}",
-            [(place, cell) for place, cell in _places(parts.items()) if _moves(cell)],
-            first,
-        ),
-        function(
-            f"void equations_force({k}, {u}, const double *h, const double *outside, "
-            "double *force)",
-            _places([("force", equations.force)]),
+            f"void equations_force({now}, const double *h, const double *outside, double *force)",
+            force,
             both,
         ),
         function(
-            f"void equations_dependent({k}, {u}, const double *h, {rows}, double *heat, "
-            "double *rates)",
-            _places([("heat", equations.dependent), ("rates", equations.rates)]),
+            f"void equations_dependent({now}, const double *h, "
+            "const double *T, const double *x, double *heat, double *rates)",
+            dependent,
             both,
-        ),
-        function(
-            f"void equations_target({k}, {u}, const double *T, double *target)",
-            _places([("target", equations.target)]),
-            first,
-        ),
-        function(
-            f"void equations_settled({k}, {u}, {rows}, double *settled)",
-            _places([("settled", equations.settled)]),
-            first,
-        ),
-        function(
-            f"void equations_first({k}, {u}, const double *T, double *first)",
-            _places([("first", equations.first)]),
-            first,
-        ),
-        function(
-            f"void equations_outputs({k}, {u}, {rows}, const double *s, const double *w, "
-            "double *outputs)",
-            _places([("outputs", equations.outputs)]),
-            first,
         ),
     ]
+    for name, given in (
+        ("target", f"{now}, const double *T"),
+        ("settled", rows),
+        ("first", f"{now}, const double *T"),
+        ("outputs", shown),
+    ):
+        cells = _places([(name, getattr(equations, name))])
+        made.append(function(f"void equations_{name}({given}, double *{name})", cells, first))
     # The largest of all, which no controller asks for.
     made.append("#ifndef NO_HEAP")
     for name, found in derivatives_of(equations).items():
-        head = f"void equations_{name}({k}, {u}, {rows}, const double *s, const double *w, "
-        made.append(
-            function(f"{head}const double *d, double *found)", _places([("found", found)]), first)
-        )
+        head = f"void equations_{name}({shown}, const double *d, double *found)"
+        made.append(function(head, _places([("found", found)]), first))
     made.append("#endif\n")
-    made.append(stage_function(f"void equations_held({k}, {u}, double *h)", of_inputs, first))
+    made.append(stage_function(f"void equations_held({now}, double *h)", of_inputs, first))
     made.append(
         stage_function("void equations_prepare(const double *p, double *k)", of_parameters, [])
     )
