@@ -3,7 +3,8 @@
 ``python -m benchmarks.gap.agree --truth belt --cases 3`` hides nothing, gives the owner exact
 masses and surfaces, calibrates that file on four runs, and prints what it leaves on the fifth, in
 units of sensor noise and by channel. If that is far above noise, truth and file disagree about
-what both know, and every answer of the gap finder about other cases says so.
+what both know, and every answer of the gap finder about other cases says so. ``--careless`` does
+the same with the guesses that the owner makes in the benchmark.
 """
 
 from __future__ import annotations
@@ -39,10 +40,10 @@ def never_moves(machine: Machine, observed: Sequence[Observations]) -> float:
     return float(np.sqrt(np.nanmean((still / noise) ** 2)))
 
 
-def agreement(name: str, seed: int) -> None:
+def agreement(name: str, seed: int, *, careless: bool) -> None:
     """Print what calibration leaves of one case with nothing hidden."""
     truth = TRUTHS[name]
-    case = TruthCase(truth.first + seed, careless=False)
+    case = TruthCase(truth.first + seed, careless=careless)
     begun = time.perf_counter()
     runs = [Run(run.name, run.frame) for run in truth.shop.simulate(case)[0]]
     simulated = time.perf_counter() - begun
@@ -78,9 +79,10 @@ def main(arguments: list[str] | None = None) -> int:
     owned = [name for name, truth in TRUTHS.items() if truth.shop.file_of is not None]
     parser.add_argument("--truth", choices=owned, required=True)
     parser.add_argument("--cases", type=int, default=3, help="how many (3)")
+    parser.add_argument("--careless", action="store_true", help="with the owner's guesses")
     args = parser.parse_args(arguments)
     for seed in range(FIRST, FIRST + args.cases):
-        agreement(args.truth, seed)
+        agreement(args.truth, seed, careless=args.careless)
     return 0
 
 

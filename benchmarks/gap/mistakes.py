@@ -61,24 +61,14 @@ class Mistake:
     ----------
     kind : str
     place : tuple of str
-    change : Change or None
-        Put into the truth with *numbers*; else the file lacks *item*, (family, name).
+    truth, told : Machine
+        The machine itself, and as the file has it.
     """
 
     kind: str
     place: tuple[str, ...]
-    change: Change | None = None
-    numbers: dict[str, float] | None = None
-    item: tuple[str, str] = ("", "")
-
-    def machines(self, given: Machine) -> tuple[Machine, Machine]:
-        """Return the truth, and the machine as the file has it."""
-        if self.change is not None:
-            return self.change.put_into(given, self.numbers or {}), given
-        if not self.item[0]:
-            return given, given
-        items = tuple(one for one in given.items if (one.family, one.name) != self.item)
-        return given, replace(given, items=items)
+    truth: Machine
+    told: Machine
 
     def outcome(self, answer: dict[str, Any]) -> str:
         """Return what an answer is; where nothing is missing, saying so is right."""
@@ -89,10 +79,10 @@ class Mistake:
 def mistakes(given: Machine) -> list[Mistake]:
     """Return the mistakes that are made, and none as the first."""
     mass = {node.name: node.capacity.value for node in given.nodes}
-    found = [Mistake("nothing", ())]
+    found = [Mistake("nothing", (), given, given)]
 
     def put(change: Change, **numbers: float) -> None:
-        found.append(Mistake(change.name, change.place, change, numbers))
+        found.append(Mistake(change.name, change.place, change.put_into(given, numbers), given))
 
     put(HeatSource(("z_nut",)), power=40.0)
     put(HeatSource(("tray", "speed")), power=200.0)
@@ -111,7 +101,8 @@ def mistakes(given: Machine) -> list[Mistake]:
         ("heat_path", ("headstock", "ambient"), ("links", "headstock-ambient")),
         ("heat_path", ("tray", "air"), ("links", "tray-air")),
     ):
-        found.append(Mistake(kind, place, item=item))
+        items = tuple(one for one in given.items if (one.family, one.name) != item)
+        found.append(Mistake(kind, place, given, replace(given, items=items)))
     return found
 
 
@@ -140,12 +131,11 @@ def runs_of(machine: Machine, seed: int = 0) -> list[Run]:
     return found
 
 
-def asked(mistake: Mistake, given: Machine) -> dict[str, Any]:
-    """Make a mistake and ask what is missing."""
-    truth, told = mistake.machines(given)
-    runs = runs_of(truth)
+def asked(mistake: Mistake) -> dict[str, Any]:
+    """Ask what is missing where a mistake is made."""
+    runs = runs_of(mistake.truth)
     with clocked() as spent:
-        judged, faults = answer(told, runs[:-1], runs[-1:], Search(workers=1))
+        judged, faults = answer(mistake.told, runs[:-1], runs[-1:], Search(workers=1))
     table = report_of(judged, faults)
     named, rivals = named_in(table)
     return {
@@ -172,7 +162,7 @@ def main(arguments: list[str] | None = None) -> int:
     answers = []
     args.out.mkdir(parents=True, exist_ok=True)
     for mistake in tqdm(chosen, unit="mistake"):
-        answers.append(asked(mistake, given))
+        answers.append(asked(mistake))
         write_atomically(args.out / "mistakes.json", json.dumps(answers, indent=1) + "\n")
     rows = []
     for one in answers:

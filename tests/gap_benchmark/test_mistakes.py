@@ -9,10 +9,11 @@ from tests.gap_benchmark.made_up import answer
 
 
 def test_saying_nothing_is_right_only_where_nothing_is_missing() -> None:
-    nothing = Mistake("nothing", ())
+    lathe = read_machine("lathe")
+    nothing = Mistake("nothing", (), lathe, lathe)
     assert nothing.outcome(answer()) == "right"
     assert nothing.outcome(answer(verdict="unknown")) == "unknown"
-    assert Mistake("heat_source", ("z_nut",)).outcome(answer()) == "none"
+    assert Mistake("heat_source", ("z_nut",), lathe, lathe).outcome(answer()) == "none"
 
 
 def test_every_kind_of_change_is_made_but_the_one_that_runs_decide() -> None:
@@ -20,6 +21,5 @@ def test_every_kind_of_change_is_made_but_the_one_that_runs_decide() -> None:
     made = mistakes(given)
     assert {one.kind for one in made} == {"nothing", *kinds()} - {"start_state"}
     for one in made[1:]:
-        truth, told = one.machines(given)
-        assert truth != told
-        assert given in (truth, told)
+        assert one.truth != one.told
+        assert given in (one.truth, one.told)

@@ -28,8 +28,7 @@ ONLY_THE_DESCRIPTION = Search(tuple(catalogue()), most=1, workers=1)
 @pytest.mark.long
 @pytest.mark.parametrize("mistake", FOUND)
 def test_a_mistake_is_named_with_its_place(mistake: Mistake) -> None:
-    truth, told = mistake.machines(LATHE)
-    found = find_gap(told, runs_of(truth)[:5], ONLY_THE_DESCRIPTION)
+    found = find_gap(mistake.told, runs_of(mistake.truth)[:5], ONLY_THE_DESCRIPTION)
     assert found.keys == (":".join((mistake.kind, "+".join(mistake.place))),)
 
 
