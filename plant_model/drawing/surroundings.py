@@ -65,12 +65,10 @@ def _jacket(sheet: Sheet, jacket: JacketForm) -> None:
     fed_by = f"jacket_{jacket.after}" if jacket.after else jacket.inlet
     heat = within(0.15, 1e3 * volume * fluid.heat_per_litre, "J/K", "coolant in the channel")
     sheet.node(node, heat.parameter())
-    low, high = (
-        (jacket.flow.low or 0.85 * jacket.flow.value) / jacket.flow.value,
-        (jacket.flow.high or 1.15 * jacket.flow.value) / jacket.flow.value,
-    )
+    given = jacket.flow.known("l/min")
     said = "1 as the page says; data sheet of the cooling unit"
-    flow = sheet.number("coolant_flow", Known(1.0, low, high, "1", said), free=free(jacket.flow))
+    known = Known(1.0, given.low / given.value, given.high / given.value, "1", said)
+    flow = sheet.number("coolant_flow", known, free=free(jacket.flow))
     sheet.link(
         "coolant_flow",
         node,
@@ -86,11 +84,10 @@ def _jacket(sheet: Sheet, jacket: JacketForm) -> None:
     if jacket.inlet_side is None:
         return
     angle = degrees(jacket.inlet_side)
-    given = jacket.unevenness
-    uneven = stated(given, CLASS_VALUES["unevenness"], 0.5).scaled(wall.value)
+    uneven = stated(jacket.unevenness, CLASS_VALUES["unevenness"], 0.5).scaled(wall.value)
     said = f"times {wall.value:.0f} W/K of the wall: {uneven.source}"
     known = Known(uneven.value, uneven.low, uneven.high, "W/K", said)
-    name = sheet.number(f"{node}_unevenness", known, free=free(given))
+    name = sheet.number(f"{node}_unevenness", known, free=free(jacket.unevenness))
     for sector, share in parts:
         if sector.angle is None:
             continue

@@ -61,24 +61,19 @@ class Standing(Check):
 
     def in_run(self, run: Run) -> Iterator[Fault]:
         """Return the displacements that stand still while other channels move."""
-        return _displacements(run)
-
-
-def _displacements(run: Run) -> Iterator[Fault]:
-    """Find displacements that stand still while other channels move."""
-    for name in lengths_of(run):
-        rows, values = valid(run, name)
-        for first, last in _long(run.time_s[rows], values, FEWEST_SAMPLES):
-            start, end = int(rows[first]), int(rows[last])
-            moved = _what_moved(run, name, start, end)
-            if moved is None:
-                continue
-            text = f"exactly {values[first]:g} {unit_of(name)} while {moved}"
-            kind = "frozen"
-            if _at_end_of_range(run, name, start, end):
-                kind = "saturated"
-                text += "; it is the channel's own extreme: the end of the sensor's range"
-            yield _fault(run, name, kind, start, end, text)
+        for name in lengths_of(run):
+            rows, values = valid(run, name)
+            for first, last in _long(run.time_s[rows], values, FEWEST_SAMPLES):
+                start, end = int(rows[first]), int(rows[last])
+                moved = _what_moved(run, name, start, end)
+                if moved is None:
+                    continue
+                text = f"exactly {values[first]:g} {unit_of(name)} while {moved}"
+                kind = "frozen"
+                if _at_end_of_range(run, name, start, end):
+                    kind = "saturated"
+                    text += "; it is the channel's own extreme: the end of the sensor's range"
+                yield _fault(run, name, kind, start, end, text)
 
 
 def _thermometers(runs: Sequence[Run]) -> Iterator[Fault]:
