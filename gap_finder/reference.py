@@ -148,16 +148,19 @@ class ReferenceModel:
                     groups.setdefault((i, doing), []).append((one.values[rows, i], left[rows, i]))
         lengths = set(displacement_names(self._machine))
         names = self._known[0].observed.channels
-        found = []
+        found: list[tuple[float, ReducibleGap]] = []
         for (i, regime), parts in groups.items():
             before, after = (np.concatenate(part) for part in zip(*parts, strict=True))
-            if np.isfinite(before).sum() < 3:
+            count = int(np.isfinite(before).sum())
+            if count < 3:
                 continue
             rms, least = (float(np.sqrt(np.nanmean(part**2))) for part in (before, after))
             share = np.sqrt(max(rms**2 - least**2, 0.0)) / float(self._tolerance[i])
             unit = "um" if names[i] in lengths else "K"
-            found.append(ReducibleGap(names[i], regime, rms, least, unit, float(share)))
-        ranked = sorted(found, key=lambda one: -one.tolerances)
+            place = ReducibleGap(names[i], regime, rms, least, unit, float(share))
+            found.append((count * place.tolerances**2, place))
+        # A regime of a few minutes holds little of it, however far off it is.
+        ranked = [place for _, place in sorted(found, key=lambda pair: -pair[0])]
         return [one for one in ranked if one.tolerances > 1.0][:most]
 
     def sources(self) -> list[Predictor]:
