@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -86,8 +86,8 @@ class ImportedLog:
     doubts: dict[str, list[str]]
     notes: list[str]
     asks: dict[str, str]
-    _imported: Imported
-    _paths: tuple[Path, ...]
+    _imported: Imported = field(repr=False)
+    _paths: tuple[Path, ...] = field(repr=False)
 
     def plot(self, which: int = 0) -> Figure:
         """Return a figure of one of the runs: temperatures, displacements, speed.

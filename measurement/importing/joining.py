@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -150,11 +150,20 @@ def padded(names: Sequence[str]) -> list[str]:
 
 
 def _chains(tables: Sequence[Table]) -> list[list[Table]]:
-    """Return the tables of the same columns together."""
-    chains: dict[frozenset[str], list[Table]] = {}
+    """Return the tables of the same columns together; on some days one may be more or less."""
+    chains: list[list[Table]] = []
     for table in tables:
-        chains.setdefault(frozenset(table.sources), []).append(table)
-    return list(chains.values())
+        alike = (chain for chain in chains if _same_columns(table.sources, chain[0].sources))
+        chain = next(alike, None)
+        if chain is None:
+            chains.append(chain := [])
+        chain.append(table)
+    return chains
+
+
+def _same_columns(one: Mapping[str, str], other: Mapping[str, str]) -> bool:
+    """Return whether each has most of its columns in common with the other."""
+    return 2 * len(one.keys() & other.keys()) > max(len(one), len(other))
 
 
 def _on_one_clock(chains: Sequence[Sequence[Table]]) -> list[list[Table]]:
@@ -204,7 +213,8 @@ def _after_each_other(chain: Sequence[Table]) -> Log:
             raise BadInput(after.paths[0], "", problem)
     frame = pd.concat([log.frame for log in logs], ignore_index=True)
     paths = tuple(path for log in logs for path in log.paths)
-    return Log(logs[0].name, frame, logs[0].absolute, logs[0].sources, paths)
+    sources = {name: header for log in logs for name, header in log.sources.items()}
+    return Log(logs[0].name, frame, logs[0].absolute, sources, paths)
 
 
 def _beside(logs: Sequence[Log]) -> Log:

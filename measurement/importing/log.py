@@ -7,6 +7,8 @@ from collections.abc import Mapping as Mapped
 from dataclasses import dataclass
 from pathlib import Path
 
+import pandas as pd
+
 from measurement.doubts import doubts
 from measurement.errors import BadInput
 from measurement.importing.joining import Log, joined
@@ -111,7 +113,7 @@ def import_files(
     for log in logs:
         found, left_out = split(log, mapping)
         pieces += found
-        notes += [*left_out, *_sparse(log, mapping)]
+        notes += [*left_out, *_sparse(log, found, mapping)]
     hints = {header: text for table in tables for header, text in table.hints.items()}
     runs = [piece.run for piece in pieces]
     return Imported(
@@ -153,9 +155,9 @@ def _said(table: Table) -> list[str]:
     return notes
 
 
-def _sparse(log: Log, mapping: Mapping) -> list[str]:
-    signals = log.frame.drop(columns="time_s")
-    share = float(signals.isna().any(axis=1).mean())
+def _sparse(log: Log, pieces: Sequence[Piece], mapping: Mapping) -> list[str]:
+    signals = (piece.run.frame.dropna(axis=1, how="all") for piece in pieces)
+    share = float(pd.concat([frame.isna().any(axis=1) for frame in signals]).mean())
     if len(set(log.paths)) < 2 or share < 0.5 or mapping.every_s:
         return []
     text = f"{100 * share:.0f} % of the rows lack a value, since the tables' clocks differ"

@@ -19,7 +19,7 @@ from measurement.warm import WARM_START
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.simulate import simulate
-from tests.measurement.importing.made import elapsed, signals, stamps, table
+from tests.measurement.importing.made import HEADER, elapsed, signals, stamps, table
 
 DAY0 = dt.datetime(2026, 3, 2)
 
@@ -255,3 +255,26 @@ def test_a_mapping_file_that_will_not_do_is_refused(
         read_mapping(mapping)
     assert told in str(caught.value)
     assert str(mapping) in str(caught.value)
+
+
+@pytest.mark.parametrize("dated", [True, False])
+def test_days_with_a_thermometer_more_or_less_follow_each_other(
+    dated: bool, tmp_path: Path
+) -> None:
+    """No other thermometer is lost for it, and no name has to be changed."""
+    paths = []
+    for day, header in enumerate((HEADER, HEADER[1:], (*HEADER, "Spindel [°C]"))):
+        begin = DAY0 + dt.timedelta(days=day)
+        clock = [(begin + dt.timedelta(minutes=n)).isoformat(" ") for n in range(40)]
+        values = np.column_stack([signals(), signals()[:, 0]])
+        shown = [([*HEADER, "Spindel [°C]"]).index(name) for name in header]
+        given = {"header": header, "values": values[:, shown]}
+        told = table(clock, **given) if dated else table(elapsed(), clock="t [s]", **given)
+        paths.append(tmp_path / f"day{day}.csv")
+        paths[-1].write_text(told, encoding="utf-8")
+    found = import_files(paths)
+    first, second, third = found.runs
+    assert found.notes == ()
+    assert first.frame["T_hinten_degC"].equals(third.frame["T_hinten_degC"])
+    assert not second.frame.get("Temp_Lager_vorn_degC", pd.Series(np.nan)).notna().any()
+    assert third.frame["Spindel_degC"].notna().all()
