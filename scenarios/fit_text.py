@@ -133,7 +133,7 @@ def promise_line(unseen: Mapping[str, Any] | None) -> str:
     if not unseen:
         return ""
     behind = [
-        f"{unseen[name]} {unit}{'s' if unseen[name] != 1 else ''}"
+        f"{unseen[name]:.0f} {unit}{'s' if round(unseen[name]) != 1 else ''}"
         for name, unit in (("like_behind", "run"), ("unlike_behind", "condition"))
         if name in unseen
     ]

@@ -67,12 +67,15 @@ class RunLeft:
         By axis; those that were measured.
     new : float
         Share of the samples outside training [1].
+    counts : float
+        For how many runs it counts: less than one where it ended before any of training did [1].
     """
 
     run: str
     fold: Fold | None
     axes: dict[str, AxisLeft]
     new: float
+    counts: float = 1.0
 
 
 def left_of(driven: Driven, run: str) -> RunLeft:
@@ -115,7 +118,7 @@ def judge_runs(
 
 
 def by_axis(records: Sequence[RunLeft]) -> dict[str, dict[str, float]]:
-    """Return what is left along each axis, every run counting as one.
+    """Return what is left along each axis, every run counting as it says.
 
     Parameters
     ----------
@@ -127,17 +130,19 @@ def by_axis(records: Sequence[RunLeft]) -> dict[str, dict[str, float]]:
         By axis: RMSE with the compensator (``model``) and without (``no_model``), and what the
         interval expects (``expected``) [um]; share of the samples within it (``inside``) [1].
     """
-    here = {axis: [record.axes[axis] for record in records if axis in record.axes] for axis in AXES}
-    return {
-        axis: {
-            "model": _pooled([part.left for part in parts]),
-            "no_model": _pooled([part.none for part in parts]),
-            "expected": _pooled([part.expected for part in parts]),
-            "inside": float(np.mean([part.inside for part in parts])),
+    found: dict[str, dict[str, float]] = {}
+    for axis in AXES:
+        here = [record for record in records if axis in record.axes]
+        if not here:
+            continue
+        parts, counts = [record.axes[axis] for record in here], [record.counts for record in here]
+        found[axis] = {
+            "model": _pooled([part.left for part in parts], counts),
+            "no_model": _pooled([part.none for part in parts], counts),
+            "expected": _pooled([part.expected for part in parts], counts),
+            "inside": float(np.average([part.inside for part in parts], weights=counts)),
         }
-        for axis, parts in here.items()
-        if parts
-    }
+    return found
 
 
 def promise(records: Sequence[RunLeft]) -> dict[str, Any] | None:
@@ -206,7 +211,8 @@ def followed(unseen: Mapping[str, Any] | None, records: Sequence[RunLeft]) -> di
     if not records:
         return None if unseen is None else dict(unseen)
     new, found = by_axis(records), dict(unseen if unseen and "promised" in unseen else {})
-    for kind, count in ((LIKE, len(records)), (UNLIKE, 1)):
+    runs = sum(record.counts for record in records)
+    for kind, count in ((LIKE, runs), (UNLIKE, runs / len(records))):
         if kind in found or kind == LIKE:
             behind = found.get(f"{kind}_behind", 0)
             found[kind] = _together(found.get(kind, {}), behind, new, count)
@@ -217,9 +223,9 @@ def followed(unseen: Mapping[str, Any] | None, records: Sequence[RunLeft]) -> di
 
 def _together(
     old: Mapping[str, Mapping[str, float]],
-    behind: int,
+    behind: float,
     new: Mapping[str, Mapping[str, float]],
-    count: int,
+    count: float,
 ) -> dict[str, dict[str, float]]:
     """Return the figures by axis of *behind* observations and *count* more."""
     found = {axis: dict(row) for axis, row in {**new, **old}.items()}
@@ -253,8 +259,8 @@ def _ratio(records: Sequence[RunLeft], fold: Fold) -> float:
     return float(np.exp(np.mean(logs))) if logs else float("nan")
 
 
-def _pooled(values: Sequence[float]) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
+def _pooled(values: Sequence[float], counts: Sequence[float]) -> float:
+    return float(np.sqrt(np.average(np.square(values), weights=counts)))
 
 
 def _rms(values: np.ndarray) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from fmu_compensator.fit.gaussian import Gaussian, Sample, directions, sample_of
 from fmu_compensator.fit.installed import listed, rises_of
 from fmu_compensator.fit.promise import FEWEST_ROWS, RunLeft, followed, judge_runs
 from fmu_compensator.fit.ranges import limits_table, sensor_table
-from fmu_compensator.fit.run_conditions import ranges_of
+from fmu_compensator.fit.run_conditions import NAMES, ranges_of
 from fmu_compensator.runtime.modelfile import Model, model_text, parse_model
 from measurement.doubts import doubt_lines
 from measurement.errors import BadInput
@@ -75,10 +76,10 @@ def update_compensator(
     provenance["notes"] += [note for note in notes if note not in provenance["notes"]]
     figures = provenance["figures"]
     used = [model.sensors[index].name for index in model.chosen]
-    figures["conditions"] = _together(figures.get("conditions") or (), ranges_of(runs, used))
-    figures["unseen"] = followed(
-        figures.get("unseen"), before if len(runs) == 1 else _unseen(model, prepared, chosen, pairs)
-    )
+    unseen = before if len(runs) == 1 else _unseen(model, prepared, chosen, pairs)
+    known = figures.get("conditions") or ()
+    figures["unseen"] = followed(figures.get("unseen"), _counted(unseen, runs, known))
+    figures["conditions"] = _together(known, ranges_of(runs, used))
     figures["updated"] = [*figures.get("updated", ()), *(_listed_left(record) for record in before)]
     table["created"] = created
     return table, before
@@ -156,6 +157,19 @@ def _unseen(
         without = parse_model(model_text(table), model.source)
         found += judge_runs(without, [pair], rig, model.limits.judged_tool())
     return found
+
+
+def _counted(
+    records: Sequence[RunLeft], runs: Sequence[Run], conditions: Sequence[Sequence[float] | None]
+) -> list[RunLeft]:
+    """Return what was left of runs, one that was broken off counting as a part of a run."""
+    ranges = dict(zip((name for name, _ in NAMES), conditions, strict=False))
+    shortest_h = (ranges.get("duration") or (0.0,))[0]
+    hours = [float(np.ptp(run.time_s)) / 3600.0 for run in runs]
+    return [
+        replace(record, counts=min(1.0, lasted / shortest_h)) if shortest_h else record
+        for record, lasted in zip(records, hours, strict=True)
+    ]
 
 
 def sample_of_run(model: Model, run: PreparedRun, chosen: Sequence[int]) -> Sample:

@@ -127,3 +127,18 @@ def test_a_run_that_teaches_nothing_is_refused() -> None:
     first = np.where(rows < 2, new.frame["S1_um"], np.nan)
     with pytest.raises(BadInput, match="run3: has fewer than 3 rows with all displacements"):
         update_compensator(model, [Run("run3", new.frame.assign(S1_um=first))])
+
+
+def test_a_run_that_was_broken_off_counts_as_a_part_of_one() -> None:
+    """It drifted little, and says little of what is left in whole runs."""
+    table = fit_compensator(runs(0, 1, 2, 3), RIG, points="T1,T4")
+    model = parse_model(compensator_text(table), "m.json")
+    (new,) = runs(4)
+    start = Run("start", new.frame[new.frame["time_s"] <= 360.0])
+    before, after = (m.provenance["figures"]["unseen"] for m in (model, updated(model, [start])))
+    assert after["like_behind"] == pytest.approx(4.05, abs=0.01)
+    assert after["unlike_behind"] == pytest.approx(3.05, abs=0.01)
+    for axis, row in before["promised"].items():
+        assert after["promised"][axis]["model"] == pytest.approx(row["model"], rel=0.03)
+    whole = updated(model, [new]).provenance["figures"]["unseen"]
+    assert (whole["like_behind"], whole["unlike_behind"]) == (5, 4)
