@@ -30,7 +30,7 @@ from fmu_packaging.native.compilers import compilers
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from plant_model.stepper import PlantStepper
-from tests.native.conftest import Driver, drivers
+from tests.native.conftest import Driver, compile_program, drivers
 from tests.native.made import MADE, Samples, made_model
 from tests.native.test_twin import STEPS as SAMPLES
 from tests.native.test_twin import line_of
@@ -121,7 +121,9 @@ def is_on(key: str, values: dict[str, float]) -> bool:
 
 def compensators(steps: int, folder: Path) -> Iterator[Case]:
     """Compare compensators until there are enough samples."""
-    driver_of = drivers(compilers()[0].command, folder)
+    command, compiled = compilers()[0].command, folder / "compensators"
+    compile_program(command, compiled)
+    driver_of = drivers(command, compiled, folder)
     for turn in range(-(-steps // (SAMPLES * len(MADE)))):
         seed = 1000 + turn  # beyond those of the tests
         for kind in sorted(MADE):

@@ -183,7 +183,7 @@ def _samples(frame: pd.DataFrame) -> pd.DataFrame:
     found = frame.iloc[rows].reset_index(drop=True)
     if "elongation_um" not in found:
         found = found.assign(elongation_um=-found["S5_um"])
-    kept = [name for name in found if not name.startswith("S")]
+    kept = [name for name in found.columns if not name.startswith("S")]
     return found[kept]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -25,6 +26,7 @@ from tests.patience import PATIENCE_S
 
 HERE = Path(__file__).resolve().parent
 SANITIZED = ("-g", "-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+CHECKED = (*STRICT, *SANITIZED, "-I.")
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -71,24 +73,28 @@ def driver_of(
     compiler: tuple[str, ...], shared: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> Callable[[Model], Driver]:
     """Makes the program that runs a model."""
+    compiled = once(shared / "driver", partial(compile_program, compiler))
+    return drivers(compiler, compiled, tmp_path_factory.mktemp("driver"))
+
+
+def compile_program(compiler: Sequence[str], new: Path) -> None:
+    """Compile all of the program but a model's data into a new folder."""
     sources = {**front(2), **program(), "constants.h": constants()}
     sources |= {"driver.c": (HERE / "driver.c").read_text()}
-    strict = [*compiler, *STRICT, *SANITIZED, "-I."]
+    new.mkdir()
+    write_sources(new, sources)
+    run_compiler([*compiler, *CHECKED, "-c", *c_files(sources)], new)
 
-    def compiled(new: Path) -> None:
-        new.mkdir()
-        write_sources(new, sources)
-        run_compiler([*strict, "-c", *c_files(sources)], new)
 
-    program_of_all = once(shared / "driver", compiled)
-    folder = tmp_path_factory.mktemp("driver")
+def drivers(compiler: Sequence[str], compiled: Path, folder: Path) -> Callable[[Model], Driver]:
+    """Return what makes the program that runs a model, in a folder, of what is compiled already."""
 
     def driver(model: Model) -> Driver:
         data = data_sources(model, variables(model), model.name, "{0}")
         write_sources(folder, {f"{model.name}.c": data})
-        objects = [str(path) for path in sorted(program_of_all.glob("*.o"))]
-        command = [*strict, f"-I{program_of_all}", "-o", model.name, f"{model.name}.c", *objects]
-        run_compiler([*command, "-lm"], folder)
+        objects = [str(path) for path in sorted(compiled.glob("*.o"))]
+        command = [*compiler, *CHECKED, f"-I{compiled}", "-o", model.name, f"{model.name}.c"]
+        run_compiler([*command, *objects, "-lm"], folder)
         return Driver(folder / model.name)
 
     return driver

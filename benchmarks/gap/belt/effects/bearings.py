@@ -10,8 +10,9 @@ from scipy.sparse import csc_matrix, diags
 from scipy.sparse.linalg import splu
 
 from benchmarks.gap import hidden
+from benchmarks.gap.belt.grouped import BEARINGS
 from benchmarks.gap.belt.laws import walther
-from benchmarks.gap.belt.machine import BEARINGS, TOP_SPEED, Machine
+from benchmarks.gap.belt.machine import TOP_SPEED, Machine
 from benchmarks.gap.belt.numbers import FRONT_AT
 from benchmarks.gap.drive import Array, Drive
 from benchmarks.gap.hidden import Hidden, X, Y
