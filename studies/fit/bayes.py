@@ -11,7 +11,7 @@ from fmu_compensator.fit.error_models.base import Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown
 from studies.fit import thermal_states
 from studies.fit.evidence import SAMPLES_PER_RUN, posterior
-from studies.fit.lagged import blocks_of, start_range
+from studies.fit.lagged import blocks_of, learnt_from, start_range
 from studies.fit.thermal_states import ThermalStates, checked_lags
 
 LAGS_S = thermal_states.LAGS_S[::2]
@@ -66,7 +66,7 @@ class Bayes(ThermalStates):
             "determined": round(float(np.sum(solved.values / (solved.values + solved.ratio))), 2),
             "trust": {
                 run.name: round(float(value), 3)
-                for run, value in zip(task.runs, solved.trust, strict=False)
+                for run, value in zip(learnt_from(task), solved.trust, strict=True)
             },
         }
         return cls(lags, start_range(task.runs), coefficients, diagnostics)

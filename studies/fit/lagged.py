@@ -143,7 +143,7 @@ def thinned(run: TrainingRun, step_s: float) -> np.ndarray[Any, np.dtype[np.intp
 def blocks_of(
     task: Task, lags_s: Sequence[float], *, uses_speed: bool, uses_levels: bool
 ) -> list[Block]:
-    """Return every run's thinned rows as regressors and targets.
+    """Return the thinned rows of the runs of `learnt_from` as regressors and targets.
 
     Parameters
     ----------
@@ -153,13 +153,16 @@ def blocks_of(
     uses_speed, uses_levels : bool
         As `features` takes them.
     """
-    rows = [thinned(run, THIN_S) for run in task.runs]
     return [
         Block(
-            (run.time_s[row] - run.time_s[0]) / 3600.0,
+            (run.time_s[row := thinned(run, THIN_S)] - run.time_s[0]) / 3600.0,
             features(run, lags_s, uses_speed=uses_speed, uses_levels=uses_levels)[row],
             run.targets[row],
         )
-        for run, row in zip(task.runs, rows, strict=True)
-        if len(row) > 1
+        for run in learnt_from(task)
     ]
+
+
+def learnt_from(task: Task) -> list[TrainingRun]:
+    """Return the runs that make a block: those with two thinned rows or more."""
+    return [run for run in task.runs if len(thinned(run, THIN_S)) > 1]

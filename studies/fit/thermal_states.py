@@ -14,7 +14,7 @@ from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown
 from fmu_compensator.fit.training import Array
 from measurement.errors import BadInput
 from studies.fit.by_run import FEWEST_TO_LEAVE_OUT, NormalEquations, Solution
-from studies.fit.lagged import blocks_of, start_range
+from studies.fit.lagged import blocks_of, learnt_from, start_range
 
 LAGS_S = ((2400.0,), (600.0, 2400.0), (600.0, 2400.0, 9600.0))
 """Each set holds the one before: the average of all needs no more lags than the last [s]. Set on
@@ -165,7 +165,7 @@ class ThermalStates(FittedModel):
                     at = inputs + lags.index(lag) * block
                     row[at : at + block] += part
         chosen = [max(mix, key=lambda part: part[0])[1] for mix in mixes]
-        names = [run.name for run in task.runs]
+        names = [run.name for run in learnt_from(task)]
         diagnostics = {
             "speed": uses_speed,
             "targets": {

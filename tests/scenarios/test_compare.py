@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from measurement.runs import write_run
+from measurement.runs import Run, write_run
 from scenarios.cli import main
 from tests.fmu_compensator.conftest import make_run
 
@@ -82,6 +83,7 @@ def test_runs_can_be_left_out_in_turn(runs: list[str], capsys: pytest.CaptureFix
         (["--train", "A", "--validate", "B", "--points", "T9"], "'T9' is not allowed"),
         (["--train", "A", "--validate", "B", "--seed", "-1"], "seed: -1 is not allowed"),
         (["--train", "A", "--validate", "missing.csv"], "no such file"),
+        (["--train", "A", "--validate", "C"], "judged runs: blind: has fewer than 3 rows with all"),
     ],
 )
 def test_a_refusal_is_one_line_and_writes_nothing(
@@ -91,7 +93,9 @@ def test_a_refusal_is_one_line_and_writes_nothing(
     arguments: list[str],
     told: str,
 ) -> None:
-    files = {"A": runs[0], "B": runs[1]}
+    blind = make_run("blind", 9, hours=1.5)
+    blind = Run("blind", blind.frame.assign(S1_um=np.nan))
+    files = {"A": runs[0], "B": runs[1], "C": str(write_run(blind, tmp_path / "blind.csv"))}
     out = tmp_path / "out"
     code = main(["compare", *(files.get(word, word) for word in arguments), "--out", str(out)])
     assert code == 2

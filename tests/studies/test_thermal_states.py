@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from fmu_compensator.fit.error_models.mlr import MultipleLinearRegression
 from fmu_compensator.fit.training import TrainingRun
 from measurement.errors import BadInput
+from studies.fit.bayes import Bayes
 from studies.fit.by_run import Solution
 from studies.fit.lagged import features
 from studies.fit.lasso import Lasso
@@ -82,6 +84,19 @@ def test_a_run_that_the_others_do_not_explain_is_trusted_less() -> None:
     assert trust["r7"] < 0.2 * np.median(list(trust.values()))
     errors = [rms(unseen.targets - model.predict(unseen)) for model in (robust, plain)]
     assert errors[0] < 0.5 * errors[1]
+
+
+@pytest.mark.parametrize("kind", [ThermalStates, Bayes])
+def test_trust_is_told_by_the_runs_it_is_of(kind: type[ThermalStates]) -> None:
+    """One of two rows makes no block, and gives its name to none."""
+    runs = [hysteresis_run(seed) for seed in range(4)]
+    short = replace(runs[0], name="short")
+    runs.insert(0, short.at(np.arange(len(short.time_s)) < 2))
+    runs = [replace(run, name=f"run{place}") for place, run in enumerate(runs)]
+    told = kind.fit(task_of(runs, "level")).report()
+    trust = told["trust"] if kind is Bayes else told["targets"]["y0"]["trust"]
+    names = list(trust)
+    assert names == [run.name for run in runs if len(run.time_s) > 2]
 
 
 def test_rows_without_targets_still_count_as_history() -> None:
