@@ -67,7 +67,7 @@ class Hypothesis:
         runs only with unlikely numbers, or unlikely errors of thermometers, pays for these as for
         what it leaves: what they have absorbed is missing all the same.
         """
-        left = float(np.sum(self.fit.left / units)) + self.fit.moved_cost / float(units.mean())
+        left = float(np.sum(self.fit.left / units)) + self.fit.moved_cost / unit_of(units)
         return left + self.prior_cost
 
     def fits_better(self, other: Hypothesis) -> bool:
@@ -79,10 +79,16 @@ class Hypothesis:
 def units_of(nothing: Hypothesis, some: Iterable[Hypothesis]) -> FloatArray:
     """Return what the best of some hypotheses leaves of each channel per run, shape (C,).
 
-    In squared tolerances; never less than the tolerance, nor than what laws are known to.
+    In squared tolerances; never less than the tolerance, nor than laws are known to where they act.
     """
     least = np.min([one.fit.left.mean(axis=0) for one in some], axis=0)
-    return np.asarray(np.maximum(max(1.0, LAW * nothing.fit.left_each), least))
+    known = LAW * nothing.fit.left.mean(axis=0)
+    return np.asarray(np.maximum(np.maximum(1.0, known), least))
+
+
+def unit_of(units: FloatArray) -> float:
+    """Return the one unit that weighs all channels together as theirs do [tolerances squared]."""
+    return float(1.0 / np.mean(1.0 / units))
 
 
 @dataclass(frozen=True)
@@ -178,7 +184,7 @@ class Searching:
     ) -> Step:
         """Score what the screening proposes beside the best so far."""
         self._progress(f"screening, {len(best.additions) + 1}")
-        law = LAW * self.nothing.fit.left_each
+        law = unit_of(np.maximum(1.0, LAW * self.nothing.fit.left.mean(axis=0)))
         proposed = screened(best.fit, listed, law)
         first, later = proposed.likely[:LEADERS], proposed.likely[LEADERS:]
         tried = self._scored(best, first, listed, sensitivities)
@@ -202,7 +208,7 @@ class Searching:
         Soon as good as half of what the best so far wins, or of what is asked for.
         """
         costs = [one.fit.calibration.cost for one in (best, *tried)]
-        unit = float(units_of(self.nothing, [best, *tried]).mean())
+        unit = unit_of(units_of(self.nothing, [best, *tried]))
         wins = max(costs[0] - min(costs), MARGIN * unit)
         return costs[0] - wins / 2.0
 

@@ -47,14 +47,17 @@ class Proposed:
 
 
 def screened(best: Fit, listed: Listed, law: float) -> Proposed:
-    """Return what is to be fully scored, where every answer is as if linear in its size."""
+    """Return what is to be fully scored, where every answer is as if linear in its size.
+
+    *law* is what the score takes one square for at the least [tolerances squared].
+    """
     tried = listed.tried
     if not tried:
         return Proposed([], [])
     screen = Screen(NormalMatrices.of(best.designs, tried))
     scores = screen.scores(Residuals.of(best.designs, tried, best.position()))
     prior = np.array([listed.costs[one.key] for one in tried])
-    unit = max(1.0, law, (scores.cost - float(scores.gain.max())) / best.left.size)
+    unit = max(law, (scores.cost - float(scores.gain.max())) / best.left.size)
     sized = [one.scaled(scale) for one, scale in zip(tried, scores.scale.tolist(), strict=True)]
     won = (scores.gain + scores.nearer) / unit - np.array([one.size_cost() for one in sized])
     order = np.argsort(-(won - prior)).tolist()
