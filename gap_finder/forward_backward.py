@@ -82,8 +82,12 @@ def units_of(nothing: Hypothesis, some: Iterable[Hypothesis]) -> FloatArray:
     In squared tolerances; never less than the tolerance, nor than laws are known to where they act.
     """
     least = np.min([one.fit.left.mean(axis=0) for one in some], axis=0)
-    known = LAW * nothing.fit.left.mean(axis=0)
-    return np.asarray(np.maximum(np.maximum(1.0, known), least))
+    return np.asarray(np.maximum(least_units(nothing), least))
+
+
+def least_units(nothing: Hypothesis) -> FloatArray:
+    """Return the least that `units_of` comes to, whatever is tried, shape (C,)."""
+    return np.asarray(np.maximum(1.0, LAW * nothing.fit.left.mean(axis=0)))
 
 
 def unit_of(units: FloatArray) -> float:
@@ -184,8 +188,7 @@ class Searching:
     ) -> Step:
         """Score what the screening proposes beside the best so far."""
         self._progress(f"screening, {len(best.additions) + 1}")
-        law = unit_of(np.maximum(1.0, LAW * self.nothing.fit.left.mean(axis=0)))
-        proposed = screened(best.fit, listed, law)
+        proposed = screened(best.fit, listed, unit_of(least_units(self.nothing)))
         first, later = proposed.likely[:LEADERS], proposed.likely[LEADERS:]
         tried = self._scored(best, first, listed, sensitivities)
         worth = self._worth(best, tried)
