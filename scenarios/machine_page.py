@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from measurement.iso230 import RUNNING_S
 from plant_model.checks import MachineFacts, check_sheet
 from plant_model.convergence import Fineness, convergence
 from plant_model.drawing.expand import is_page
@@ -88,6 +89,7 @@ def show_machine(machine: str, path: Path, *, cells: bool = False) -> Shown:
         section=section,
         network=network_svg(read, sheet.parts, sheet.links),
         sheet=sheet,
+        hours=RUNNING_S / 3600.0,
         parts=sorted(sheet.parts, key=lambda part: -part.warm),
         wrong=wrong,
         numbers=_numbers(read),
