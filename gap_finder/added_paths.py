@@ -120,8 +120,8 @@ class _Stepped:
         }
         self.slopes = None
         if network.state_count or not network.linear:
-            known = np.concatenate([self.base, base.states[0]], axis=1)
-            self.slopes = _slopes(network, drive, known)
+            course = np.concatenate([self.base, base.states[0]], axis=1)
+            self.slopes = _slopes(network, drive, course)
         self.shown = _weights(self.machine, effects, network, observed.channels)
         self._gains: dict[tuple[tuple[float, ...], float], tuple[FloatArray, ...]] = {}
         self._couplings: dict[int, tuple[FloatArray, FloatArray]] = {}
@@ -144,12 +144,12 @@ class _Stepped:
 
     def _gain(self, key: tuple[float, ...], step: float) -> tuple[FloatArray, ...]:
         """Return what is kept over a step, and the gains of its first and last forcing."""
-        known = (key, round(step, 9))
-        if known not in self._gains:
+        place = (key, round(step, 9))
+        if place not in self._gains:
             x = -self.modes[key].decay[0] * step
             last = step * phi(2, x)
-            self._gains[known] = np.exp(x), step * phi(1, x) - last, last
-        return self._gains[known]
+            self._gains[place] = np.exp(x), step * phi(1, x) - last, last
+        return self._gains[place]
 
     def answers(self, paths: Sequence[AddedPath]) -> list[FloatArray]:
         """Return what some paths change, each (sizes, N)."""
@@ -160,18 +160,18 @@ class _Stepped:
         conductance = np.empty((len(paths), count))
         warming = np.zeros((len(paths), count))
         for row, path in enumerate(paths):
-            one, *other = path.between
-            ends[row, index[one]] = 1.0
+            start, *others = path.between
+            ends[row, index[start]] = 1.0
             law = "conduction"
             if path.masses:
-                first[row] = last[row] = self.base[0, index[one]]
+                first[row] = last[row] = self.base[0, index[start]]
                 warming[row] = 1.0 / np.array(path.masses)
-            elif other[0] in index:
-                for name, part in zip(other, path.shares, strict=True):
+            elif others[0] in index:
+                for name, part in zip(others, path.shares, strict=True):
                     ends[row, index[name]] = -part
             else:
                 law = "surface_convection"
-                first[row], last[row] = self.drive.first[other[0]], self.drive.last[other[0]]
+                first[row], last[row] = self.drive.first[others[0]], self.drive.last[others[0]]
             if path.driver:
                 law = "stirred_film"
                 share[row] = self._motion(path.driver)
@@ -235,7 +235,7 @@ class _Stepped:
         return out
 
 
-def _slopes(network: Network, drive: Drive, known: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _slopes(network: Network, drive: Drive, course: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return how what depends on temperature, and own states, answer to all of these [1/s].
 
     Parameters
@@ -244,7 +244,7 @@ def _slopes(network: Network, drive: Drive, known: FloatArray) -> tuple[FloatArr
         Of one parameter set.
     drive : Drive
         With K + 1 instants.
-    known : array, shape (K + 1, nodes + own states)
+    course : array, shape (K + 1, nodes + own states)
         Temperatures and own states.
 
     Returns
@@ -252,10 +252,10 @@ def _slopes(network: Network, drive: Drive, known: FloatArray) -> tuple[FloatArr
     first, last : array, shape (K, nodes + own states, nodes + own states)
         At the start and at the end of each step.
     """
-    nodes, size = network.node_count, known.shape[1]
+    nodes, size = network.node_count, course.shape[1]
     step = DIFFERENCE * network.error_scale
-    found = []
-    for at, ends in ((known[:-1], drive.first), (known[1:], drive.last)):
+    slopes = []
+    for at, ends in ((course[:-1], drive.first), (course[1:], drive.last)):
         near = np.repeat(at[None], size + 1, axis=0)
         near[np.arange(size) + 1, :, np.arange(size)] += step[:, None]
         outside = np.stack([ends[name] for name in network.machine.boundary_index], axis=-1)
@@ -263,8 +263,8 @@ def _slopes(network: Network, drive: Drive, known: FloatArray) -> tuple[FloatArr
         heat, rates = network.dependent(inputs, outside, near[..., :nodes], near[..., nodes:])
         rates = rates + network.state_decay()[:, None, :] * near[..., nodes:]
         rate = np.concatenate([heat / network.capacity[:, None, :], rates], axis=2)
-        found.append(np.moveaxis((rate[1:] - rate[0]) / step[:, None, None], 0, 2))
-    return found[0], found[1]
+        slopes.append(np.moveaxis((rate[1:] - rate[0]) / step[:, None, None], 0, 2))
+    return slopes[0], slopes[1]
 
 
 def _weights(
@@ -274,8 +274,8 @@ def _weights(
     slices = network.state_slices()
     nodes, size = network.node_count, network.node_count + network.state_count
     inputs = {entry.name: np.zeros(size + 1) for entry in machine.inputs}
-    each = np.concatenate([np.zeros((1, size)), np.eye(size)])[None]
-    rise, states = each[..., :nodes], each[..., nodes:]
+    unit = np.concatenate([np.zeros((1, size)), np.eye(size)])[None]
+    rise, states = unit[..., :nodes], unit[..., nodes:]
     moved = pose(effects, slices, inputs, rise, states)
     seen = readings(machine, effects, slices, inputs, np.zeros(size + 1), rise, states, moved)
     shown = np.stack([seen[name][0] for name in channels], axis=-1)

@@ -19,14 +19,14 @@ from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
 
-MOST = 6
+MOST_LINES = 6
 """Lines of a kind, and runners-up, at most, the worst first: as many as a page shows, and set on no
 data."""
 
 
 @dataclass(frozen=True)
 class Advice:
-    """One thing that the description may lack.
+    """Something that the description may lack.
 
     Attributes
     ----------
@@ -60,21 +60,21 @@ def advice(
     return [
         *worse_than_none(machine, left),
         *not_moved(machine, left),
-        *disagreeing(machine, [one.observed for one in left]),
+        *disagreeing(machine, [run.observed for run in left]),
         *_far(parameters),
     ]
 
 
 def _worst_first(found: Sequence[tuple[float, Advice]]) -> list[Advice]:
-    return [one for _, one in sorted(found, key=lambda pair: -pair[0])][:MOST]
+    return [line for _, line in sorted(found, key=lambda pair: -pair[0])][:MOST_LINES]
 
 
 def worse_than_none(machine: Machine, left: Sequence[RunResiduals]) -> list[Advice]:
     """Return the channels that the model predicts worse than if each stayed at its first value."""
     found = []
     for i, name in enumerate(left[0].observed.channels):
-        without = [_moved(one.observed.values[:, i]) for one in left]
-        model, none = _rms_of_both([one.values[:, i] for one in left], without)
+        without = [run.observed.moved[:, i] for run in left]
+        model, none = _rms_of_both([run.values[:, i] for run in left], without)
         if model > none:
             unit = _unit(machine, name)
             text = (
@@ -93,8 +93,8 @@ def not_moved(machine: Machine, left: Sequence[RunResiduals]) -> list[Advice]:
     for i, name in enumerate(names):
         if name not in displacement_names(machine):
             continue
-        measured = max(_range(one.observed.values[:, i]) for one in left)
-        model = max(_range(one.observed.values[:, i] + one.values[:, i]) for one in left)
+        measured = max(_range(run.observed.values[:, i]) for run in left)
+        model = max(_range(run.observed.values[:, i] + run.values[:, i]) for run in left)
         if measured > left[0].observed.tolerance[i] and model < noise[i]:
             text = (
                 f"{name}: moves by {measured:.2g} um, and nothing in the machine file moves it: no "
@@ -109,14 +109,15 @@ def disagreeing(machine: Machine, observed: Sequence[Observations]) -> list[Advi
     names = observed[0].channels
     found = []
     for node in machine.nodes:
-        there = [one.name for one in machine.sensors if one.of == node.name and one.name in names]
+        on_part = [sensor.name for sensor in machine.sensors if sensor.of == node.name]
+        there = [name for name in on_part if name in names]
         for pair in combinations(there, 2):
             i, j = (names.index(name) for name in pair)
-            apart = [one.values[:, i] - one.values[:, j] for one in observed]
-            known = np.concatenate([part[np.isfinite(part)] for part in apart])
-            if len(known) < 3:
+            apart = [run.values[:, i] - run.values[:, j] for run in observed]
+            measured = np.concatenate([part[np.isfinite(part)] for part in apart])
+            if len(measured) < 3:
                 continue
-            spread = float(np.std(known))
+            spread = float(np.std(measured))
             if spread > float(np.hypot(*(observed[0].tolerance[k] for k in (i, j)))):
                 text = (
                     f"{node.name}: {pair[0]} and {pair[1]} sit on this one lump but differ by "
@@ -129,17 +130,19 @@ def disagreeing(machine: Machine, observed: Sequence[Observations]) -> list[Advi
 def _far(parameters: Sequence[ParameterEstimate]) -> list[Advice]:
     """Return the numbers that calibration takes out of the range in which they are expected."""
     found = []
-    for one in parameters:
-        if not one.is_far:
+    for estimate in parameters:
+        if not estimate.is_far:
             continue
-        unit = "" if one.unit == "1" else f" {one.unit}"
-        source = f" ({one.source})" if one.source else ""
+        name, value, prior = estimate.name, estimate.value, estimate.prior
+        unit = "" if estimate.unit == "1" else f" {estimate.unit}"
+        source = f" ({estimate.source})" if estimate.source else ""
+        deviations = abs(estimate.deviations)
         text = (
-            f"{one.name}: {one.value:.3g}{unit}, {abs(one.deviations):.1f} deviations "
-            f"{'below' if one.value < one.prior else 'above'} {one.prior:.3g}{source}: "
+            f"{name}: {value:.3g}{unit}, {deviations:.1f} deviations "
+            f"{'below' if value < prior else 'above'} {prior:.3g}{source}: "
             "look at it, or at what has a similar effect"
         )
-        found.append((abs(one.deviations), Advice("far_from_usual", (one.name,), text)))
+        found.append((deviations, Advice("far_from_usual", (name,), text)))
     return _worst_first(found)
 
 
@@ -147,21 +150,16 @@ def _unit(machine: Machine, name: str) -> str:
     return "um" if name in displacement_names(machine) else "K"
 
 
-def _moved(values: FloatArray) -> FloatArray:
-    known = values[np.isfinite(values)]
-    return values - known[0] if len(known) else values
-
-
 def _range(values: FloatArray) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.ptp(known)) if len(known) else 0.0
+    measured = values[np.isfinite(values)]
+    return float(np.ptp(measured)) if len(measured) else 0.0
 
 
-def _rms_of_both(one: Sequence[FloatArray], other: Sequence[FloatArray]) -> tuple[float, float]:
+def _rms_of_both(first: Sequence[FloatArray], second: Sequence[FloatArray]) -> tuple[float, float]:
     """Return the root mean squares of two series where both are known; 0 if nowhere."""
-    parts = np.concatenate(one), np.concatenate(other)
-    known = np.isfinite(parts[0]) & np.isfinite(parts[1])
-    if not known.any():
+    parts = np.concatenate(first), np.concatenate(second)
+    both = np.isfinite(parts[0]) & np.isfinite(parts[1])
+    if not both.any():
         return 0.0, 0.0
-    first, second = (float(np.sqrt(np.mean(part[known] ** 2))) for part in parts)
-    return first, second
+    rms, other = (float(np.sqrt(np.mean(part[both] ** 2))) for part in parts)
+    return rms, other

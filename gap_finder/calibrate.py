@@ -136,8 +136,8 @@ class _LeastSquares:
     ) -> None:
         self.machine, self.observed, self.priors = machine, observed, priors
         if sensitivities is None:
-            self._nuisance = [fewer([nuisance_columns(machine, one)])[0] for one in observed]
-            self._bias = [bias_columns(machine, one) for one in observed]
+            self._nuisance = [fewer([nuisance_columns(machine, run)])[0] for run in observed]
+            self._bias = [bias_columns(machine, run) for run in observed]
         else:
             self._nuisance = [part.nuisance for part in sensitivities]
             self._bias = [part.bias for part in sensitivities]
@@ -173,13 +173,13 @@ class _LeastSquares:
         except IntegrationError:  # One point so far from what is likely stops all of them.
             if len(points) == 1:
                 return np.array([np.inf])
-            return np.concatenate([self.costs(one[None, :]) for one in points])
+            return np.concatenate([self.costs(point[None, :]) for point in points])
         return np.array(
             [self._cost(x, [shown[i] for shown in residuals]) for i, x in enumerate(points)]
         )
 
     def _cost(self, x: FloatArray, residuals: Sequence[FloatArray]) -> float:
-        parts = [Linearisation(one, np.zeros((len(one), 0))) for one in residuals]
+        parts = [Linearisation(shown, np.zeros((len(shown), 0))) for shown in residuals]
         matrix, right, squares = self.gram(parts)
         inner = matrix + np.eye(len(right))
         return squares - float(right @ np.linalg.solve(inner, right)) + float(x @ x)
@@ -247,16 +247,16 @@ def _calibrated(
     priors = Priors.of(machine, calibrated=True)
     problem = _LeastSquares(machine, observed, priors, sensitivities)
     generator = np.random.default_rng(seed)
-    begin = [priors.position(one) for one in start_from or (machine,)]
+    begin = [priors.position(start) for start in start_from or (machine,)]
     begin += [generator.normal(0.0, 0.7, len(priors.names)) for _ in range(starts - 1)]
     points = np.clip(np.array(begin), priors.low, priors.high)
     reached = _descend(problem, points, iterations, progress)
-    best = min(reached, key=lambda one: one.cost)
+    best = min(reached, key=lambda descent: descent.cost)
     values = {name: float(value[0]) for name, value in priors.values(best.x[None, :]).items()}
     return Calibration(
         machine.with_values(values, beyond=True),
         best.cost,
-        tuple(one.cost for one in reached),
+        tuple(descent.cost for descent in reached),
         _estimates(machine, problem, best.parts, best.x),
         tuple(best.parts),
     )
@@ -285,42 +285,43 @@ def _descend(
     descents = [_Descent(x, cost, parts) for x, cost, parts in begun]
     for iteration in range(iterations):
         progress(f"iteration {iteration + 1}")
-        moved = _stepped(problem, [one for one in descents if not one.is_done])
+        moved = _stepped(problem, [descent for descent in descents if not descent.is_done])
         if not moved:
             break
-        parts_of = problem.linear(np.array([one.x for one in moved]))
-        for one, parts in zip(moved, parts_of, strict=True):
-            one.parts = parts
+        parts_of = problem.linear(np.array([descent.x for descent in moved]))
+        for descent, parts in zip(moved, parts_of, strict=True):
+            descent.parts = parts
     return descents
 
 
 def _stepped(problem: _LeastSquares, descents: Sequence[_Descent]) -> list[_Descent]:
-    """Take one step from each start, the best of several dampings; return those that moved."""
+    """Take a step of each descent, the best of several dampings; return those that moved."""
     moved, waiting = [], list(descents)
     for shares in DAMPINGS:
         if not waiting:
             break
         trials = [
-            [_trial(problem, one, one.damping * share) for share in shares] for one in waiting
+            [_trial(problem, descent, descent.damping * share) for share in shares]
+            for descent in waiting
         ]
         costs = problem.costs(np.concatenate(trials)).reshape(len(waiting), len(shares))
-        for one, points, reached in zip(waiting, trials, costs, strict=True):
+        for descent, points, reached in zip(waiting, trials, costs, strict=True):
             best = int(np.argmin(reached))
-            if reached[best] < one.cost:
-                one.is_done = one.cost - reached[best] < ENOUGH * one.cost
-                one.x, one.cost = points[best], float(reached[best])
-                one.damping = max(one.damping * shares[best], 1e-6)
-                moved.append(one)
-        waiting = [one for one in waiting if one not in moved]
-    for one in waiting:
-        one.is_done = True
+            if reached[best] < descent.cost:
+                descent.is_done = descent.cost - reached[best] < ENOUGH * descent.cost
+                descent.x, descent.cost = points[best], float(reached[best])
+                descent.damping = max(descent.damping * shares[best], 1e-6)
+                moved.append(descent)
+        waiting = [descent for descent in waiting if descent not in moved]
+    for descent in waiting:
+        descent.is_done = True
     return moved
 
 
-def _trial(problem: _LeastSquares, one: _Descent, damping: float) -> FloatArray:
-    """Return where a start would go, shape (P,)."""
-    priors, x = problem.priors, one.x
-    matrix, right, _ = problem.gram(one.parts)
+def _trial(problem: _LeastSquares, descent: _Descent, damping: float) -> FloatArray:
+    """Return where a descent would go, shape (P,)."""
+    priors, x = problem.priors, descent.x
+    matrix, right, _ = problem.gram(descent.parts)
     matrix += np.eye(len(matrix))
     right[: len(x)] += x
     scaled = matrix + damping * np.diag(np.diag(matrix))

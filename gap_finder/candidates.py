@@ -15,7 +15,7 @@ from gap_finder.long_log import is_piece
 from gap_finder.observations import Observations
 from gap_finder.periods import PHASES, likely_periods, quick
 from gap_finder.switchings import Relay, carried_away, likely_switchings
-from plant_model.effect_names import effect_key
+from plant_model.effect_names import effect_key, name_of
 from plant_model.effects import Effect, catalogue
 from plant_model.effects.base import possible
 from plant_model.integrate import IntegrationError
@@ -28,7 +28,7 @@ SIZES = (0.12, 0.4, 1.0, 2.5)
 """Amplitudes tried, as shares of the way from off to each end of the usual range; set on no
 data."""
 
-LEAST, MOST = 0.05, 5.0
+LEAST_SCALE, MOST_SCALE = 0.05, 5.0
 """An answer may be scaled by this much: what is tried small stands for what is smaller still.
 Set on no data."""
 
@@ -38,7 +38,7 @@ SHAPES = (0.2, 0.8)
 
 @dataclass(frozen=True)
 class Candidate:
-    """One effect at one size and shape.
+    """An effect at one size and shape.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class Candidate:
     @property
     def is_switched(self) -> bool:
         """Whether a part switches it: then it acts when the rows say, and nearly in proportion."""
-        return any(isinstance(one, Relay) for one in self.seen)
+        return any(isinstance(seen, Relay) for seen in self.seen)
 
     def seen_by(self, position: int, observed: Observations) -> Observations:
         """Return a run's observations with what this candidate says of that run alone."""
@@ -82,7 +82,7 @@ class Candidate:
 
     def scaled(self, scale: float) -> dict[str, float]:
         """Return its parameters with what its answer is proportional to scaled, in its range."""
-        effect = catalogue()[self.key.partition(":")[0]]
+        effect = catalogue()[name_of(self.key)]
         name = effect.proportional or effect.amplitude
         off = 0.0 if effect.proportional else effect.off
         low, high = possible(effect, name)
@@ -109,7 +109,7 @@ def with_effect(machine: Machine, key: str, values: dict[str, float] | None = No
     A range of the catalogue says what is usual. Amplitude and law may leave it as far as physics
     lets them: what is unusual pays for it in the score.
     """
-    effect = catalogue()[key.partition(":")[0]]
+    effect = catalogue()[name_of(key)]
     idle = unused_with(machine, key)
     parameters = {}
     for name, p in effect.parameters.items():
@@ -121,7 +121,7 @@ def with_effect(machine: Machine, key: str, values: dict[str, float] | None = No
 
 def beyond_usual_range(machine: Machine, key: str) -> tuple[str, ...]:
     """Return the parameters of an effect in force that lie outside their usual range."""
-    usual = catalogue()[key.partition(":")[0]].parameters
+    usual = catalogue()[name_of(key)].parameters
     return tuple(
         name
         for name, parameter in machine.effects[key].items()
@@ -156,7 +156,7 @@ def _between(parameter: Parameter, share: float) -> float:
 
 
 def keys_of(machine: Machine, effect: type[Effect], observed: Sequence[Observations]) -> list[str]:
-    """Return the effect's keys: for every driver, or every thermometer without it; else one."""
+    """Return the effect's keys: one for every driver, or for every thermometer without it."""
     if not effect.on_channel:
         return driver_keys(machine, effect)
     lengths = displacement_names(machine)
@@ -178,9 +178,9 @@ def candidates(
     leaps: tuple[Leaps, ...] = ()
     if effect.settles:
         pairs = zip(observed, bases, strict=True)
-        leaps = tuple(leaps_in(machine, one, base[0]) for one, base in pairs)
+        leaps = tuple(leaps_in(machine, run, base[0]) for run, base in pairs)
         observed = [
-            seen.marked(one, effect.name) for one, seen in zip(observed, leaps, strict=True)
+            seen.marked(run, effect.name) for run, seen in zip(observed, leaps, strict=True)
         ]
     for key in keys_of(machine, effect, observed):
         grown, tried = with_effect(machine, key), grid(effect, unused_with(machine, key))
@@ -210,21 +210,21 @@ def _carried(
 
     Pieces of a log carry it by themselves: each is driven from the log's beginning.
     """
-    effect, driver = catalogue()[key.partition(":")[0]], driver_of(machine, key)[0]
-    if any(is_piece(one.run) for one in observed):
+    effect, driver = catalogue()[name_of(key)], driver_of(machine, key)[0]
+    if any(is_piece(run.run) for run in observed):
         return (), list(observed)
-    runs = [(np.diff(one.drive.grid), one.drive.held) for one in observed]
+    runs = [(np.diff(run.drive.grid), run.drive.held) for run in observed]
     own = effect.carried(machine, driver, runs)
     marked = [
-        replace(one, own=one.own | {f"effects.{key}.{n}": v for n, v in given.items()})
-        for one, given in zip(observed, own, strict=False)
+        replace(run, own=run.own | {f"effects.{key}.{n}": v for n, v in given.items()})
+        for run, given in zip(observed, own, strict=False)
     ]
     return tuple(own), marked if own else list(observed)
 
 
 def given_values(key: str, values: Mapping[str, float]) -> dict[str, float]:
-    """Return those of an effect's values that nobody fits, because runs say them."""
-    given = catalogue()[key.partition(":")[0]].given
+    """Return the values of an effect that nobody fits, because runs say them."""
+    given = catalogue()[name_of(key)].given
     return {name: value for name, value in values.items() if name in given}
 
 
@@ -237,13 +237,13 @@ def _answers(
     """Return what every set changes in every run, weighted, each (sets, N)."""
     shown = simulate_runs(grown, observed, sets)
     return [
-        ((modelled(each, one) - base) * one.weights).reshape(len(each.temperatures), -1)
-        for each, one, base in zip(shown, observed, bases, strict=True)
+        ((modelled(simulated, run) - base) * run.weights).reshape(len(simulated.temperatures), -1)
+        for simulated, run, base in zip(shown, observed, bases, strict=True)
     ]
 
 
 def _shown(plain: Sequence[Simulation], observed: Sequence[Observations]) -> list[FloatArray]:
-    return [modelled(simulated, one) for simulated, one in zip(plain, observed, strict=True)]
+    return [modelled(simulated, run) for simulated, run in zip(plain, observed, strict=True)]
 
 
 def swinging(
@@ -259,7 +259,7 @@ def swinging(
     """
     period, phase = effect.swings
     bases = _shown(plain, observed)
-    shown = [quick(one, one.weighted(base)[0]) for one, base in zip(observed, bases, strict=True)]
+    shown = [quick(run, run.weighted(base)[0]) for run, base in zip(observed, bases, strict=True)]
     limits = effect.parameters[period]
     nominal = {name: p.value for name, p in effect.parameters.items()}
     grown = with_effect(machine, effect.name)
@@ -269,9 +269,9 @@ def swinging(
         sets[f"effects.{effect.name}.{phase}"] = PHASES
         answers, own = [], []
         of_runs = _answers(grown, observed, sets, bases)
-        for one, each, residual in zip(observed, of_runs, shown, strict=True):
-            best = int(np.argmin([float(quick(one, answer) @ residual) for answer in each]))
-            answers.append(each[best])
+        for run, tried, residual in zip(observed, of_runs, shown, strict=True):
+            best = int(np.argmin([float(quick(run, answer) @ residual) for answer in tried]))
+            answers.append(tried[best])
             own.append({phase: float(PHASES[best])})
         yield Candidate(effect.name, values, tuple(answers), 0, tuple(own))
 
@@ -290,23 +290,24 @@ def switched(
     if not (effect.switched and parts):
         return
     bases = _shown(plain, observed)
-    residuals = [one.weighted(base)[0] for one, base in zip(observed, bases, strict=True)]
+    residuals = [run.weighted(base)[0] for run, base in zip(observed, bases, strict=True)]
     carried = [
-        carried_away(machine, simulated, one)
-        for simulated, one in zip(plain, observed, strict=True)
+        carried_away(machine, simulated, run)
+        for simulated, run in zip(plain, observed, strict=True)
     ]
     usual = effect.parameters[effect.amplitude].high
     sizes = np.array([effect.off + share * (usual - effect.off) for share in SIZES])
-    for one in likely_switchings(machine, observed, residuals, carried, parts):
-        key = effect_key(effect.name, one.part)
-        first = one.relays[0]
+    for switching in likely_switchings(machine, observed, residuals, carried, parts):
+        key = effect_key(effect.name, switching.part)
+        first = switching.relays[0]
         setting = dict(zip(effect.switched, (first.on_above, first.dead_band), strict=True))
         nominal = {name: p.value for name, p in effect.parameters.items()} | setting
         grown = with_effect(machine, key, setting)
         sets = {f"effects.{key}.{effect.amplitude}": sizes}
-        marked = [relay.marked(run, key) for run, relay in zip(observed, one.relays, strict=True)]
+        pairs = zip(observed, switching.relays, strict=True)
+        marked = [relay.marked(run, key) for run, relay in pairs]
         answers = _answers(grown, marked, sets, bases)
         for i, size in enumerate(sizes):
             of_runs = tuple(answer[i] for answer in answers)
             values = nominal | {effect.amplitude: float(size)}
-            yield Candidate(key, values, of_runs, seen=one.relays)
+            yield Candidate(key, values, of_runs, seen=switching.relays)

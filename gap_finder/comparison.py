@@ -34,10 +34,10 @@ class GapComparison:
 
     def __init__(self, before: Machine, after: Machine, observed: Sequence[Observations]) -> None:
         self.machine = before
-        self.before: list[RunResiduals] = [residuals(before, one) for one in observed]
+        self.before: list[RunResiduals] = [residuals(before, run) for run in observed]
         self.after = self.before
         if after is not before:
-            self.after = [residuals(after, in_step(after, one)) for one in observed]
+            self.after = [residuals(after, in_step(after, run)) for run in observed]
 
     def gap(self) -> dict[str, float]:
         """Return the gap before and after and its floor [1]."""
@@ -47,7 +47,7 @@ class GapComparison:
             "floor": floor_of(self.before),
         }
 
-    def gap_beside(self, reference: Sequence[FloatArray]) -> dict[str, float]:
+    def gap_against(self, reference: Sequence[FloatArray]) -> dict[str, float]:
         """Return the gap with what the reference leaves, (K, C) of each run, and the rest of it.
 
         Parameters
@@ -65,7 +65,7 @@ class GapComparison:
         return table | {"reference": least, "reducible": max(table["after"] - least, 0.0)}
 
     def _with(self, values: Sequence[FloatArray]) -> list[RunResiduals]:
-        return [replace(one, values=other) for one, other in zip(self.after, values, strict=True)]
+        return [replace(run, values=left) for run, left in zip(self.after, values, strict=True)]
 
     def channels(self) -> dict[str, dict[str, Any]]:
         """Return every channel's residual before and after, its noise, and what noise leaves.
@@ -83,20 +83,20 @@ class GapComparison:
                 "after": last[name],
                 "noise": float(noise[i]),
                 "floor": float(noise[i]) * floor,
-                "no_model": _moved([one.observed.values[:, i] for one in self.before]),
+                "no_model": _rms([run.observed.moved[:, i] for run in self.before]),
                 "unit": "um" if name in lengths else "K",
             }
             for i, name in enumerate(names)
             if name in first
         }
 
-    def channels_beside(self, reference: Sequence[FloatArray]) -> dict[str, dict[str, Any]]:
+    def channels_against(self, reference: Sequence[FloatArray]) -> dict[str, dict[str, Any]]:
         """Return the channels with what the reference leaves of each, and the rest of it.
 
         Parameters
         ----------
         reference : sequence of array, each (K, C)
-            As in `gap_beside`.
+            As in `gap_against`.
 
         Returns
         -------
@@ -111,8 +111,6 @@ class GapComparison:
         return table
 
 
-def _moved(runs: Sequence[FloatArray]) -> float:
-    """Return the root mean square of readings about each run's first one."""
-    known = [values[np.isfinite(values)] for values in runs]
-    away = np.concatenate([values - values[:1] for values in known])
-    return float(np.sqrt(np.mean(away**2)))
+def _rms(parts: Sequence[FloatArray]) -> float:
+    values = np.concatenate(parts)
+    return float(np.sqrt(np.mean(values[np.isfinite(values)] ** 2)))

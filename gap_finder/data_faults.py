@@ -46,7 +46,7 @@ class DataFault:
 
 
 def without_faults(machine: Machine, runs: Sequence[Run]) -> tuple[list[Run], list[DataFault]]:
-    """Take out of some runs what is grossly wrong with them.
+    """Take out of runs what is grossly wrong with them.
 
     Parameters
     ----------
@@ -76,28 +76,32 @@ def without_faults(machine: Machine, runs: Sequence[Run]) -> tuple[list[Run], li
         if fault.column in names and not _is_its_own(machine, fault)
     ]
     faults = [
-        DataFault(one.run, names[one.column], one.kind, one.start_s, one.end_s, one.line())
-        for one in bad
+        DataFault(
+            fault.run, names[fault.column], fault.kind, fault.start_s, fault.end_s, fault.line()
+        )
+        for fault in bad
     ]
     kept = []
     for run in runs:
-        left = _left_of(machine, run, [one for one in bad if one.run == run.name])
-        if left is not None:
-            kept.append(left)
+        usable = _usable(machine, run, [fault for fault in bad if fault.run == run.name])
+        if usable is not None:
+            kept.append(usable)
     if not kept:
         raise BadInput("--runs", "", f"none can be used: {faults[0].text}")
     slips = list(zip(kept, probe_steps(machine, kept), strict=True))
     faults += [
-        DataFault(run.name, one.channel, "probe_step", one.time_s, one.time_s, one.text(run.name))
+        DataFault(
+            run.name, step.channel, "probe_step", step.time_s, step.time_s, step.text(run.name)
+        )
         for run, steps in slips
-        for one in steps
+        for step in steps
     ]
     faults.sort(key=lambda fault: (fault.run, fault.channel, fault.start_s))
     return [put_back(machine, run, steps) for run, steps in slips], faults
 
 
 def taken_out(machine: Machine, run: Run, faults: Sequence[DataFault]) -> Run:
-    """Return a run without the readings of its thermometers that are told to be bad.
+    """Return a run without the readings of its thermometers that are bad.
 
     Parameters
     ----------
@@ -158,7 +162,7 @@ def _is_its_own(machine: Machine, fault: Fault) -> bool:
     return fault.kind in ("never_right", "dead") and fault.column in driving
 
 
-def _left_of(machine: Machine, run: Run, bad: Sequence[Fault]) -> Run | None:
+def _usable(machine: Machine, run: Run, bad: Sequence[Fault]) -> Run | None:
     """Return a run without what is bad in it; None if too little is left to drive the machine."""
     if not bad:
         return run

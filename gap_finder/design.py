@@ -35,7 +35,7 @@ from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
 
-PLACE = 0.1
+PLACE_SHARE = 0.1
 """Share of the difference to a neighbouring part that a thermometer may read (one sd) [1]; set on
 no data."""
 
@@ -43,19 +43,19 @@ OUTLIER = 6.0
 """Weighted residuals beyond this many root mean squares count linearly in the score. Set on two
 mistakes in the file of the tenth split (lathe 0009 and 0016), which lower it by less with 3."""
 
-BESIDE = 0.5
+PASSING_SHARE = 0.5
 """Share of what a neighbour would pass on through a part without mass that may pass beside its one
 temperature (one sd) [1]. A part of some size has no one temperature: what touches it close by is
 warmed first. Set on one machine of the fifth split (lathe 0000, nothing hidden)."""
 
-NEGLIGIBLE = 0.1
+LEAST_SLOW = 0.1
 """Below this share of its delay in delay and `INDEPENDENT_S` a part has one temperature [1]: most
 cells of a page are that quick, and would be a thousand columns. Set for time, on no data."""
 
-ROUNDING = 1e-9
+ROUNDING_SHARE = 1e-9
 """Share of an answer's squares that is rounding [1]: given by sums of thousands of doubles."""
 
-LEVER = 0.01
+LEVER_SHARE = 0.01
 """Share of a displacement's spread that each part's warming may be wrong by (one sd) [1]; set on no
 data."""
 
@@ -90,13 +90,13 @@ def sensitivities_of(machine: Machine, observed: Observations, fixed: Priors) ->
     ((by_fixed,),) = linear_about(machine, [observed], fixed, fixed.position(machine)[None])
     bias = bias_columns(machine, observed)
     places, levers = _place_columns(machine, observed), _lever_columns(machine, observed)
-    beside = _beside_columns(machine, observed)
+    passing = _passing_columns(machine, observed)
     nuisance = nuisance_columns(machine, observed)
     return RunSensitivities(
         fewer([nuisance])[0],
         nuisance[:, nuisance.shape[1] - len(machine.nodes) :],
         bias,
-        np.hstack([by_fixed.by_parameter, bias, places, levers, beside]),
+        np.hstack([by_fixed.by_parameter, bias, places, levers, passing]),
         robust_weights(by_fixed.residual, OUTLIER),
     )
 
@@ -109,7 +109,7 @@ def all_sensitivities(
     ``other`` is in those directions that move something in these runs.
     """
     fixed = Priors.of(calibrated, calibrated=False)
-    parts = [sensitivities_of(calibrated, one, fixed) for one in observed]
+    parts = [sensitivities_of(calibrated, run, fixed) for run in observed]
     others = fewer([part.other for part in parts])
     return [replace(part, other=other) for part, other in zip(parts, others, strict=True)]
 
@@ -168,8 +168,8 @@ def design_of(
     squares = np.array([np.sum(part.by_parameter**2, axis=0) for part in parts])
     alone = told_by_one_run(squares)
     return [
-        run_design(part, known, np.flatnonzero(mine).tolist())
-        for part, known, mine in zip(parts, sensitivities, alone, strict=True)
+        run_design(part, of_run, np.flatnonzero(mine).tolist())
+        for part, of_run, mine in zip(parts, sensitivities, alone, strict=True)
     ]
 
 
@@ -181,17 +181,17 @@ def told_by_one_run(squares: FloatArray) -> npt.NDArray[np.bool_]:
     squares : array, shape (R, Q)
         Of each unknown's answer in each run.
     """
-    return np.asarray((squares > 0.0) & (squares.sum(axis=0) - squares <= ROUNDING * squares))
+    return np.asarray((squares > 0.0) & (squares.sum(axis=0) - squares <= ROUNDING_SHARE * squares))
 
 
 def run_design(
-    linear: Linearisation, known: RunSensitivities, alone: Sequence[int] = ()
+    linear: Linearisation, sensitivities: RunSensitivities, alone: Sequence[int] = ()
 ) -> RunDesign:
     """Gather the design of one run; *alone* are parameters that no other run tells anything of."""
-    weight = known.weight
-    shared = np.hstack([linear.by_parameter, known.other])
+    weight = sensitivities.weight
+    shared = np.hstack([linear.by_parameter, sensitivities.other])
     # What only this run has is an unknown of its own, like a zero.
-    own = np.hstack([known.nuisance, shared[:, alone]])
+    own = np.hstack([sensitivities.nuisance, shared[:, alone]])
     shared[:, alone] = 0.0
     return RunDesign(
         *(linear.residual * weight, shared * weight[:, None], own * weight[:, None], weight),
@@ -221,11 +221,11 @@ def _place_columns(machine: Machine, observed: Observations) -> FloatArray:
             (other,) = (name for name in pair if name != sensor.of)
             if other in index:
                 difference = temperatures[:, index[other]] - temperatures[:, index[sensor.of]]
-                columns.append(_column(observed, channel, PLACE * difference))
+                columns.append(_column(observed, channel, PLACE_SHARE * difference))
     return np.array(columns).reshape(len(columns), -1).T
 
 
-def passing(machine: Machine) -> list[AddedPath]:
+def passing_paths(machine: Machine) -> list[AddedPath]:
     """Return paths by which heat passes a part beside its one temperature, one sd each.
 
     What a neighbour gives to a part reaches the part's other neighbours at once, each by its share
@@ -244,7 +244,7 @@ def passing(machine: Machine) -> list[AddedPath]:
             continue
         delay_s = node.capacity.value / total
         slow = delay_s / (delay_s + INDEPENDENT_S)
-        if slow < NEGLIGIBLE:
+        if slow < LEAST_SLOW:
             continue
         # Two neighbours are one path, whichever of them it is counted from.
         for part in list(around)[: 1 if len(around) == 2 else None]:
@@ -252,14 +252,16 @@ def passing(machine: Machine) -> list[AddedPath]:
             del others[part]
             steady = around[part] * (total - around[part]) / total
             paths.append(
-                AddedPath((part, *others), (BESIDE * slow * steady,), shares=(*others.values(),))
+                AddedPath(
+                    (part, *others), (PASSING_SHARE * slow * steady,), shares=(*others.values(),)
+                )
             )
     return paths
 
 
-def _beside_columns(machine: Machine, observed: Observations) -> FloatArray:
+def _passing_columns(machine: Machine, observed: Observations) -> FloatArray:
     """Return the answer to heat that passes a part beside its one temperature, (N, m)."""
-    columns = [change[0] for change in path_answers(machine, observed, passing(machine))]
+    columns = [change[0] for change in path_answers(machine, observed, passing_paths(machine))]
     return np.array(columns).reshape(len(columns), observed.weights.size).T
 
 
@@ -275,5 +277,5 @@ def _lever_columns(machine: Machine, observed: Observations) -> FloatArray:
         spread = np.ptp(base[:, channel])
         for node in range(rise.shape[1]):
             size = max(float(np.max(np.abs(rise[:, node]))), 1e-3)
-            columns.append(_column(observed, channel, rise[:, node] / size * LEVER * spread))
+            columns.append(_column(observed, channel, rise[:, node] / size * LEVER_SHARE * spread))
     return np.array(columns).reshape(len(columns), -1).T

@@ -13,7 +13,7 @@ import numpy as np
 
 from plant_model.parameters import FloatArray
 
-LOST = 0.01
+NEGLIGIBLE_SQUARES = 0.01
 """Squares that everything left out moves together at one standard deviation [tolerances^2]: a run
 of a dozen channels that is within tolerance costs a thousand times as much. Set on no
 data."""
@@ -30,9 +30,9 @@ def fewer(columns: Sequence[FloatArray]) -> list[FloatArray]:
     Returns
     -------
     list of array, shape (N, q) each
-        Answers to the same prior, less what moves all runs together by `LOST` squares.
+        Answers to the same prior, less what moves all runs together by `NEGLIGIBLE_SQUARES`.
     """
     squares = sum((part.T @ part for part in columns), np.zeros((columns[0].shape[1],) * 2))
     size, directions = np.linalg.eigh(squares)
-    kept = directions[:, np.cumsum(np.maximum(size, 0.0)) > LOST]
+    kept = directions[:, np.cumsum(np.maximum(size, 0.0)) > NEGLIGIBLE_SQUARES]
     return [part @ kept for part in columns]

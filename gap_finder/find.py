@@ -12,7 +12,7 @@ from gap_finder.calibrate import Progress, quiet
 from gap_finder.comparison import GapComparison
 from gap_finder.data_faults import DataFault, taken_out
 from gap_finder.design import all_sensitivities
-from gap_finder.forward_backward import LAW, Found, Searching
+from gap_finder.forward_backward import LAW, Searching, SearchResult
 from gap_finder.observations import Observations, observe
 from gap_finder.reference import ReferenceModel
 from gap_finder.score import Fit, scored
@@ -21,6 +21,7 @@ from gap_finder.standing import calibrated, standing_still
 from measurement.errors import BadInput
 from measurement.runs import Run
 from measurement.workers import workers as processes
+from plant_model.effect_names import name_of
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 
@@ -45,13 +46,13 @@ class GapResult:
 
     Attributes
     ----------
-    search : Found
+    search : SearchResult
         The hypotheses.
     faults : tuple of DataFault
         What was left out besides, because the calibrated machine says that it is broken.
     """
 
-    search: Found
+    search: SearchResult
     faults: tuple[DataFault, ...] = ()
 
     @property
@@ -86,45 +87,44 @@ class Judged:
 
     Attributes
     ----------
-    found : GapResult
+    result : GapResult
     used, unseen : GapComparison
         On the runs used, and on those never used.
     reference : ReferenceModel
         How well any model with these inputs could do.
     """
 
-    found: GapResult
+    result: GapResult
     used: GapComparison
     unseen: GapComparison
     reference: ReferenceModel
 
     @classmethod
-    def of(cls, found: GapResult, unseen: Sequence[Observations]) -> Judged:
+    def of(cls, result: GapResult, unseen: Sequence[Observations]) -> Judged:
         """Judge what was found."""
-        machines = found.before.machine, found.after.machine
-        used, later = (GapComparison(*machines, some) for some in (found.observed, unseen))
-        reference = ReferenceModel(machines[1], used.after, later.after)
-        return cls(found, used, later, reference)
+        before, after = result.before.machine, result.after.machine
+        used, later = (GapComparison(before, after, runs) for runs in (result.observed, unseen))
+        return cls(result, used, later, ReferenceModel(after, used.after, later.after))
 
     @property
     def is_adequate(self) -> bool:
         """Whether so little is left that nothing else need be missing."""
         rows = (
-            self.used.gap_beside(self.reference.known),
-            self.unseen.gap_beside(self.reference.unseen),
+            self.used.gap_against(self.reference.used),
+            self.unseen.gap_against(self.reference.unseen),
         )
         halved = any(row["after"] > HALVED * row["reference"] for row in rows)
-        return self.found.after.left_each <= ADEQUATE and not halved
+        return self.result.after.left_each <= ADEQUATE and not halved
 
     @property
     def verdict(self) -> str:
         """``effect``, ``one_of``, ``none_missing`` or ``unknown``."""
-        if not self.found.keys:
+        if not self.result.keys:
             return "none_missing" if self.is_adequate else "unknown"
         several = any(
-            one.keys[-1].partition(":")[0] != key.partition(":")[0]
-            for key, some in zip(self.found.keys, self.found.search.instead, strict=True)
-            for one in some
+            name_of(rival.keys[-1]) != name_of(key)
+            for key, rivals in zip(self.result.keys, self.result.search.rivals, strict=True)
+            for rival in rivals
         )
         return "one_of" if several else "effect"
 
@@ -134,11 +134,11 @@ class Judged:
 
         Then something else is missing too, or what is named only acts like it.
         """
-        before, after = self.found.before.left, self.found.after.left
+        before, after = self.result.before.left, self.result.after.left
         gap = self.unseen.gap()
         gained = gap["after"] < gap["before"]
         sound = self.is_adequate and is_closed_where_better(before, after) and gained
-        return bool(self.found.keys) and not sound
+        return bool(self.result.keys) and not sound
 
 
 def is_closed_where_better(before: FloatArray, after: FloatArray) -> bool:
@@ -153,7 +153,7 @@ def is_closed_where_better(before: FloatArray, after: FloatArray) -> bool:
         Squares that are left of each run and channel [tolerances squared].
     """
     better = np.maximum(before - after, 1e-9)
-    missing, left = (float(np.average(one, weights=better)) for one in (before, after))
+    missing, left = (float(np.average(squares, weights=better)) for squares in (before, after))
     return left <= max(ADEQUATE, LAW * missing)
 
 
@@ -222,20 +222,20 @@ def answer(
     faults : list of DataFault
         Thermometers that stand still while the calibrated machine moves; left out.
     """
-    found = find_gap(machine, runs, search, progress=progress)
+    result = find_gap(machine, runs, search, progress=progress)
     progress("judging by what was kept back")
-    channels = found.observed[0].channels
+    channels = result.observed[0].channels
     later = observe(machine, unseen, channels=channels)
     names = {run.name for run in unseen}
     still = [
         fault
-        for fault in standing_still(found.before.machine, [*found.observed, *later])
+        for fault in standing_still(result.before.machine, [*result.observed, *later])
         if fault.run in names
     ]
     if still:
         sound = [taken_out(machine, run, still) for run in unseen]
         later = observe(machine, sound, channels=channels)
-    return Judged.of(found, later), [*found.faults, *still]
+    return Judged.of(result, later), [*result.faults, *still]
 
 
 def _need_excitation(machine: Machine, runs: Sequence[Run]) -> None:

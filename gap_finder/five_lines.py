@@ -60,7 +60,7 @@ def _what(table: Mapping[str, Any]) -> str:
         evidence = table["effects"][0]["evidence"]
         if not table["in_doubt"]:
             return f"What is missing: {titles}; {evidence}."
-        others = [*table["one_of_keys"][1:], *(_key(one) for one in table["runners_up"][:2])]
+        others = [*table["one_of_keys"][1:], *map(_runner_up, table["runners_up"][:2])]
         instead = f"{', '.join(dict.fromkeys(others))}, " if others else ""
         return (
             f"What may be missing: {titles}. In doubt: {_doubt(table)}, so it may be "
@@ -69,7 +69,7 @@ def _what(table: Mapping[str, Any]) -> str:
         )
     if table["verdict"] == "unknown":
         best = table["runners_up"][:1]
-        tried = f"; the nearest is {_key(best[0])}" if best else ""
+        tried = f"; the nearest is {_runner_up(best[0])}" if best else ""
         return (
             f"What is missing: something that nothing of the list explains{tried}. "
             f"{left[:1].upper()}{left[1:]}.{look}"
@@ -97,20 +97,21 @@ def _title(entry: Mapping[str, Any]) -> str:
     )
 
 
-def _key(one: Mapping[str, Any]) -> str:
+def _runner_up(entry: Mapping[str, Any]) -> str:
     """Return a runner-up in words."""
-    place = f" ({' and '.join(one['place'])})" if "place" in one else ""
-    channel = f" on {one['channel']}" if "channel" in one else ""
-    driver = f" by {one['driver']}" if "driver" in one else ""
-    return f"{one['name']}{channel}{driver}{place}"
+    place = f" ({' and '.join(entry['place'])})" if "place" in entry else ""
+    channel = f" on {entry['channel']}" if "channel" in entry else ""
+    driver = f" by {entry['driver']}" if "driver" in entry else ""
+    return f"{entry['name']}{channel}{driver}{place}"
 
 
 def _rivals(table: Mapping[str, Any]) -> str:
     if len(table["one_of_keys"]) > 1:
         others = ", ".join(table["one_of_keys"][1:])
         return f"Rivals: {others}. To tell: {table['separate_by']}."
-    best = ", ".join(f"{_key(one)} ({one['probability']:.0%})" for one in table["runners_up"][:2])
-    return f"Rivals: none; next best: {best or 'none'}."
+    best = table["runners_up"][:2]
+    said = ", ".join(f"{_runner_up(entry)} ({entry['probability']:.0%})" for entry in best)
+    return f"Rivals: none; next best: {said or 'none'}."
 
 
 def _added(table: Mapping[str, Any]) -> str:
@@ -131,9 +132,9 @@ def _added(table: Mapping[str, Any]) -> str:
 def _worse(table: Mapping[str, Any]) -> str:
     """Return in words which channels got worse on the held-out run by more than their noise."""
     worse = [
-        f"{name} ({one['before']:.3g} -> {one['after']:.3g} {one['unit']})"
-        for name, one in table["channels"].items()
-        if one["after"] > one["before"] + one["noise"]
+        f"{name} ({channel['before']:.3g} -> {channel['after']:.3g} {channel['unit']})"
+        for name, channel in table["channels"].items()
+        if channel["after"] > channel["before"] + channel["noise"]
     ]
     return f" Worse with it: {', '.join(worse)}." if worse else ""
 
@@ -144,7 +145,7 @@ def _place_in_words(entry: Mapping[str, Any]) -> str:
         return ""
     at = f" at {entry['starts_at']}" if "starts_at" in entry else ""
     others = [" and ".join(place) for place in entry["other_places"]]
-    others += [_key(one) for one in entry["or_else"]]
+    others += map(_runner_up, entry["or_else"])
     more = f", or {' or '.join(others)}" if others else ""
     return f" ({' and '.join(entry['place'])}{at}{more})"
 
@@ -155,23 +156,23 @@ def _left(table: Mapping[str, Any]) -> str:
     if not remaining["where"] or remaining["share"] < 0.1:
         return "none of it follows from the inputs in the same way in every run"
     where = "; ".join(f"{p['channel']} {p['regime']}" for p in remaining["where"][:2])
-    by = " or ".join(_source(one) for one in remaining["predicted_by"][:2])
+    by = " or ".join(map(_source, remaining["predicted_by"][:2]))
     share = f"{remaining['share']:.0%} of it can be predicted from the inputs"
     return f"{share}{f', by {by}' if by else ''}, most in {where}"
 
 
-def _source(one: Mapping[str, Any]) -> str:
-    name = "how warm the machine started" if one["input"] == START else one["input"]
-    return f"{name} with a lag of {one['lag_min']:.0f} min ({one['share']:.0%})"
+def _source(source: Mapping[str, Any]) -> str:
+    name = "how warm the machine started" if source["input"] == START else source["input"]
+    return f"{name} with a lag of {source['lag_min']:.0f} min ({source['share']:.0%})"
 
 
 def _left_out(faults: Sequence[Mapping[str, Any]]) -> str:
     """Return in words what was left out as broken, each channel once."""
     runs: dict[tuple[str, str], list[str]] = {}
     for fault in faults:
-        found = runs.setdefault((fault["channel"], fault["kind"]), [])
-        if fault["run"] not in found:
-            found.append(fault["run"])
+        names = runs.setdefault((fault["channel"], fault["kind"]), [])
+        if fault["run"] not in names:
+            names.append(fault["run"])
     parts = [
         f"{channel} ({KINDS.get(kind, kind)} in {', '.join(names) if len(names) < 4 else names[0]}"
         + (f" and {len(names) - 1} more" if len(names) >= 4 else "")

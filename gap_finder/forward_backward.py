@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 
@@ -12,9 +13,10 @@ from gap_finder.calibrate import Progress
 from gap_finder.design import RunSensitivities, all_sensitivities
 from gap_finder.hypotheses import AddedEffect, Listed, everything
 from gap_finder.keys import effect_of
-from gap_finder.proposals import LEADERS, PLACES, Added, is_far_from_linear, screened
+from gap_finder.proposals import LEADERS, PLACES_TRIED, Added, is_far_from_linear, screened
 from gap_finder.score import Fit, fit
 from gap_finder.search import Search
+from plant_model.effect_names import name_of
 from plant_model.integrate import IntegrationError
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, ParameterError
@@ -42,7 +44,7 @@ class Hypothesis:
     additions : tuple of AddedEffect or AddedChange
         In the order in which they are put in, with the numbers of the fit.
     prior : tuple of float
-        -2 log of each one's prior probability, without its size.
+        -2 log of each addition's prior probability, without its size.
     fit : Fit
     """
 
@@ -53,12 +55,12 @@ class Hypothesis:
     @property
     def keys(self) -> tuple[str, ...]:
         """What is added."""
-        return tuple(one.key for one in self.additions)
+        return tuple(addition.key for addition in self.additions)
 
     @property
     def prior_cost(self) -> float:
         """-2 log of the prior, sizes included, "nothing" being 0."""
-        return sum(self.prior) + sum(one.size_cost() for one in self.additions)
+        return sum(self.prior) + sum(addition.size_cost() for addition in self.additions)
 
     def score(self, units: FloatArray) -> float:
         """Return the score; *units* are what the best hypothesis leaves of each channel per run.
@@ -72,16 +74,16 @@ class Hypothesis:
 
     def fits_better(self, other: Hypothesis) -> bool:
         """Whether the runs that it is calibrated on exclude another, to the tolerance."""
-        costs = [one.fit.calibration.cost + one.prior_cost for one in (self, other)]
-        return costs[0] + MARGIN < costs[1]
+        cost, other_cost = (one.fit.calibration.cost + one.prior_cost for one in (self, other))
+        return cost + MARGIN < other_cost
 
 
-def units_of(nothing: Hypothesis, some: Iterable[Hypothesis]) -> FloatArray:
+def units_of(nothing: Hypothesis, hypotheses: Iterable[Hypothesis]) -> FloatArray:
     """Return what the best of some hypotheses leaves of each channel per run, shape (C,).
 
     In squared tolerances; never less than the tolerance, nor than laws are known to where they act.
     """
-    least = np.min([one.fit.left.mean(axis=0) for one in some], axis=0)
+    least = np.min([hypothesis.fit.left.mean(axis=0) for hypothesis in hypotheses], axis=0)
     return np.asarray(np.maximum(least_units(nothing), least))
 
 
@@ -127,13 +129,13 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Found:
+class SearchResult:
     """Where the search ended.
 
     Attributes
     ----------
     nothing, best : Hypothesis
-    instead : tuple of tuple of Hypothesis
+    rivals : tuple of tuple of Hypothesis
         For every addition of the best: hypotheses with something else in its place that the runs
         do not exclude, the best first.
     steps : tuple of Step
@@ -141,32 +143,32 @@ class Found:
 
     nothing: Hypothesis
     best: Hypothesis
-    instead: tuple[tuple[Hypothesis, ...], ...]
+    rivals: tuple[tuple[Hypothesis, ...], ...]
     steps: tuple[Step, ...]
 
 
 class Searching:
-    """The search over one machine's runs."""
+    """The search over a machine's runs."""
 
     def __init__(self, pool: Executor, nothing: Fit, search: Search, progress: Progress) -> None:
         self._pool, self._search, self._progress = pool, search, progress
         self.nothing = Hypothesis((), (), nothing)
 
-    def run(self, sensitivities: Sequence[RunSensitivities]) -> Found:
-        """Return the best hypothesis and what stands beside it."""
+    def run(self, sensitivities: Sequence[RunSensitivities]) -> SearchResult:
+        """Return the best hypothesis and its rivals."""
         best, steps = self.nothing, []
         listed: Listed | None = None
-        rivals: dict[str, tuple[Hypothesis, ...]] = {}
-        instead: tuple[tuple[Hypothesis, ...], ...] = ()
+        tried: dict[str, tuple[Hypothesis, ...]] = {}
+        rivals: tuple[tuple[Hypothesis, ...], ...] = ()
         while len(best.additions) < self._search.most:
             listed = listed or self._listed(best, sensitivities)
-            step = self._forward(best, sensitivities, listed.beside(best.keys))
+            step = self._forward(best, sensitivities, listed.without(best.keys))
             steps.append(step)
             if not step.is_taken:
                 break
             before, best = best, step.tried[0]
-            rivals[best.keys[-1]] = step.tried
-            best, instead = self._settled(best, rivals, sensitivities)
+            tried[best.keys[-1]] = step.tried
+            best, rivals = self._settled(best, tried, sensitivities)
             if len(best.additions) >= self._search.most:
                 break
             self._progress(f"calibrating with {best.keys[-1]}")
@@ -175,7 +177,7 @@ class Searching:
             # What else acts changes little in what an addition does; the proposed are simulated.
             if best.fit.machine.node_index != parts:
                 listed = None
-        return Found(self.nothing, best, instead, tuple(steps))
+        return SearchResult(self.nothing, best, rivals, tuple(steps))
 
     def _listed(self, best: Hypothesis, sensitivities: Sequence[RunSensitivities]) -> Listed:
         """Return all that may be added to the best so far."""
@@ -186,31 +188,31 @@ class Searching:
     def _forward(
         self, best: Hypothesis, sensitivities: Sequence[RunSensitivities], listed: Listed
     ) -> Step:
-        """Score what the screening proposes beside the best so far."""
+        """Score what the screening proposes to add to the best so far."""
         self._progress(f"screening, {len(best.additions) + 1}")
         proposed = screened(best.fit, listed, unit_of(least_units(self.nothing)))
         first, later = proposed.likely[:LEADERS], proposed.likely[LEADERS:]
         tried = self._scored(best, first, listed, sensitivities)
-        worth = self._worth(best, tried)
-        tried += self._scored(best, later, listed, sensitivities, worth=worth)
+        limit = self._cost_limit(best, tried)
+        tried += self._scored(best, later, listed, sensitivities, cost_limit=limit)
         units = units_of(self.nothing, [best, *tried])
-        leader = min(tried, key=lambda one: one.score(units), default=best)
+        leader = min(tried, key=lambda hypothesis: hypothesis.score(units), default=best)
         if leader.score(units) < best.score(units):
-            kind = leader.keys[-1].partition(":")[0]
+            kind = name_of(leader.keys[-1])
             more = _other_drivers(leader, tried, listed)
-            more += [one for one in proposed.places if one.key.partition(":")[0] == kind]
-            worth = self._worth(best, tried)
-            tried += self._scored(best, more, listed, sensitivities, like=leader, worth=worth)
+            more += [addition for addition in proposed.places if name_of(addition.key) == kind]
+            limit = self._cost_limit(best, tried)
+            tried += self._scored(best, more, listed, sensitivities, leader, limit)
         units = units_of(self.nothing, [best, *tried])
-        tried.sort(key=lambda one: one.score(units))
+        tried.sort(key=lambda hypothesis: hypothesis.score(units))
         return Step(best, tuple(tried), units)
 
-    def _worth(self, best: Hypothesis, tried: Sequence[Hypothesis]) -> float:
+    def _cost_limit(self, best: Hypothesis, tried: Sequence[Hypothesis]) -> float:
         """Return the cost that a calibration must soon be below for the rest to be worth its time.
 
         Soon as good as half of what the best so far wins, or of what is asked for.
         """
-        costs = [one.fit.calibration.cost for one in (best, *tried)]
+        costs = [hypothesis.fit.calibration.cost for hypothesis in (best, *tried)]
         unit = unit_of(units_of(self.nothing, [best, *tried]))
         wins = max(costs[0] - min(costs), MARGIN * unit)
         return costs[0] - wins / 2.0
@@ -221,62 +223,65 @@ class Searching:
         proposed: Sequence[Added],
         listed: Listed,
         sensitivities: Sequence[RunSensitivities],
-        like: Hypothesis | None = None,
-        worth: float = np.inf,
+        leader: Hypothesis | None = None,
+        cost_limit: float = np.inf,
     ) -> list[Hypothesis]:
         jobs = []
-        for one in proposed:
-            prior = (*best.prior, listed.costs[one.key])
-            task = (best, one, prior, sensitivities, like, worth)
+        for addition in proposed:
+            prior = (*best.prior, listed.costs[addition.key])
+            task = (best, addition, prior, sensitivities, leader, cost_limit)
             jobs.append(self._pool.submit(added_to, *task))
-            self._progress(f"scoring {one.key}")
-        return [found for job in jobs if (found := job.result()) is not None]
+            self._progress(f"scoring {addition.key}")
+        return [hypothesis for job in jobs if (hypothesis := job.result()) is not None]
 
     def _settled(
         self,
         best: Hypothesis,
-        rivals: dict[str, tuple[Hypothesis, ...]],
+        tried: dict[str, tuple[Hypothesis, ...]],
         sensitivities: Sequence[RunSensitivities],
     ) -> tuple[Hypothesis, tuple[tuple[Hypothesis, ...], ...]]:
-        """Go backward and swap until nothing lowers the score; say what stands beside it."""
+        """Go backward and swap until nothing lowers the score; return the rivals, too.
+
+        *tried* holds what was scored in the step that each addition came from.
+        """
         seen = {frozenset(best.keys)}
         while True:
             last = len(best.additions) - 1
             fewer: list[Hypothesis] = []
-            beside: list[list[Hypothesis]] = []
+            rivals: list[list[Hypothesis]] = []
             for place in range(last):
                 self._progress(f"asking again for {best.keys[place]}")
-                some = rivals[best.keys[place]]
-                some = tuple(one for one in some if one.keys[-1] not in best.keys)[:PLACES]
-                jobs = [self._exchanged(best, place, one, sensitivities) for one in (None, *some)]
-                gone, *swapped = [job.result() for job in jobs]
-                fewer += [gone] if gone else []
-                beside.append([one for one in swapped if one])
+                likely = [one for one in tried[best.keys[place]] if one.keys[-1] not in best.keys]
+                swaps = (None, *likely[:PLACES_TRIED])
+                jobs = [self._exchanged(best, place, rival, sensitivities) for rival in swaps]
+                without, *swapped = [job.result() for job in jobs]
+                fewer += [without] if without else []
+                rivals.append([rival for rival in swapped if rival])
             # The last one's rivals were scored beside all others, unless these have changed since.
             rest = set(best.keys[:last])
-            of_last = [one for one in rivals[best.keys[last]] if len(one.keys) == last + 1]
-            beside.append([one for one in of_last if rest <= set(one.keys) != set(best.keys)])
-            others = [*fewer, *(one for some in beside for one in some)]
+            of_last = [rival for rival in tried[best.keys[last]] if len(rival.keys) == last + 1]
+            rivals.append([rival for rival in of_last if rest <= set(rival.keys) != set(best.keys)])
+            others = [*fewer, *chain.from_iterable(rivals)]
             units = units_of(self.nothing, [best, *others])
-            simpler = min(fewer, key=lambda one: one.score(units), default=None)
+            simpler = min(fewer, key=lambda hypothesis: hypothesis.score(units), default=None)
             if simpler is not None and simpler.score(units) < best.score(units) + MARGIN:
                 # Beside what came later, it is not needed any more.
                 best = simpler
                 continue
-            fresh = [one for one in others if frozenset(one.keys) not in seen]
-            better = min(fresh, key=lambda one: one.score(units), default=best)
+            fresh = [hypothesis for hypothesis in others if frozenset(hypothesis.keys) not in seen]
+            better = min(fresh, key=lambda hypothesis: hypothesis.score(units), default=best)
             if last and better.score(units) < best.score(units) - 1e-6:
                 # What stood in the place of one addition stands in that of the other.
                 (before,) = set(best.keys) - set(better.keys)
                 (after,) = set(better.keys) - set(best.keys)
-                rivals.setdefault(after, rivals[before])
+                tried.setdefault(after, tried[before])
                 seen.add(frozenset(better.keys))
                 best = better
                 continue
             limit = best.score(units) + MARGIN
-            ranked = [sorted(some, key=lambda one: one.score(units)) for some in beside]
+            ranked = [sorted(there, key=lambda rival: rival.score(units)) for there in rivals]
             return best, tuple(
-                tuple(one for one in some if one.score(units) <= limit) for some in ranked
+                tuple(rival for rival in there if rival.score(units) <= limit) for there in ranked
             )
 
     def _exchanged(
@@ -290,19 +295,17 @@ class Searching:
         additions, prior = [*best.additions], [*best.prior]
         additions[place : place + 1] = [] if rival is None else [rival.additions[-1]]
         prior[place : place + 1] = [] if rival is None else [rival.prior[-1]]
-        like = best.fit.machine
-        return self._pool.submit(
-            _of, self.nothing, tuple(additions), tuple(prior), sensitivities, like
-        )
+        task = (self.nothing, tuple(additions), tuple(prior), sensitivities, best.fit.machine)
+        return self._pool.submit(_hypothesis_of, *task)
 
 
 def added_to(
     best: Hypothesis,
-    one: Added,
+    addition: Added,
     prior: tuple[float, ...],
     sensitivities: Sequence[RunSensitivities],
-    like: Hypothesis | None = None,
-    worth: float = np.inf,
+    leader: Hypothesis | None = None,
+    cost_limit: float = np.inf,
 ) -> Hypothesis | None:
     """Return a hypothesis with one more addition, fully scored.
 
@@ -313,97 +316,96 @@ def added_to(
     Parameters
     ----------
     best : Hypothesis
-    one : AddedEffect or AddedChange
+    addition : AddedEffect or AddedChange
         At the size to start from.
     prior : tuple of float
         Costs of all additions.
     sensitivities : sequence of RunSensitivities
         About the best.
-    like : Hypothesis, optional
+    leader : Hypothesis, optional
         The same law on another driver, or a change of its kind elsewhere, calibrated: everything
         else must have moved with it before another one does any good.
-    worth : float
+    cost_limit : float
         Cost that its calibration must be below soon for the rest of it to be worth its time.
     """
-    observed = [one.marked(i, run) for i, run in enumerate(best.fit.observed)]
-    points = [one.put_into(best.fit.machine)]
-    if is_far_from_linear(one):
+    observed = [addition.marked(i, run) for i, run in enumerate(best.fit.observed)]
+    points = [addition.put_into(best.fit.machine)]
+    if is_far_from_linear(addition):
         # The size that a linear screening finds may be far too small.
-        points.append(one.base(best.fit.machine))
-    if like is not None:
-        points.append(_in_place_of(like, best, one))
+        points.append(addition.base(best.fit.machine))
+    if leader is not None:
+        points.append(_in_place_of(leader, best, addition))
     try:
-        found = fit(one.base(best.fit.base), observed, points, sensitivities, worth)
-        if found is None:
+        calibrated = fit(addition.base(best.fit.base), observed, points, sensitivities, cost_limit)
+        if calibrated is None:
             return None
-        additions = tuple(each.read(found.machine) for each in (*best.additions, one))
+        additions = tuple(one.read(calibrated.machine) for one in (*best.additions, addition))
     except (IntegrationError, ParameterError):
         return None
-    last, hypothesis = additions[-1], Hypothesis(additions, prior, found)
+    last, hypothesis = additions[-1], Hypothesis(additions, prior, calibrated)
     ordinary = isinstance(last, AddedEffect) and last.is_ordinary
     if ordinary or not hypothesis.fits_better(best):
         return None
     return hypothesis
 
 
-def _in_place_of(like: Hypothesis, best: Hypothesis, first: Added) -> Machine:
-    """Return the machine with another driver or place, all else as calibrated with *like*."""
-    if isinstance(first, AddedEffect):
-        table = like.fit.machine.effects[like.keys[-1]]
-        values = {name: one.value for name, one in table.items()}
-        first = AddedEffect(replace(first.candidate, values=values))
-    return first.put_into(_moved_as(best.fit.machine, like.fit.machine))
+def _in_place_of(leader: Hypothesis, best: Hypothesis, addition: Added) -> Machine:
+    """Return the machine with another driver or place, all else as calibrated with the leader."""
+    if isinstance(addition, AddedEffect):
+        table = leader.fit.machine.effects[leader.keys[-1]]
+        values = {name: parameter.value for name, parameter in table.items()}
+        addition = AddedEffect(replace(addition.candidate, values=values))
+    return addition.put_into(_moved_as(best.fit.machine, leader.fit.machine))
 
 
-def _moved_as(machine: Machine, like: Machine) -> Machine:
+def _moved_as(machine: Machine, calibrated: Machine) -> Machine:
     """Return a machine with what calibration moved in another one, where it has that."""
     shared = {
         name: value.value
-        for name, value in like.parameters.items()
+        for name, value in calibrated.parameters.items()
         if name in machine.parameters and value.calibrate and not value.tied
     }
     return machine.with_values(shared, beyond=True)
 
 
-def in_full(one: Hypothesis) -> tuple[Hypothesis, list[RunSensitivities]]:
+def in_full(hypothesis: Hypothesis) -> tuple[Hypothesis, list[RunSensitivities]]:
     """Return a hypothesis calibrated and scored with what answers about itself, and this."""
-    base, near, observed = one.fit.base, one.fit.machine, one.fit.observed
+    base, near, observed = hypothesis.fit.base, hypothesis.fit.machine, hypothesis.fit.observed
     sensitivities = all_sensitivities(near, observed)
-    found = fit(base, observed, [near], sensitivities)
-    assert found is not None
-    additions = tuple(each.read(found.machine) for each in one.additions)
-    return replace(one, additions=additions, fit=found), sensitivities
+    calibrated = fit(base, observed, [near], sensitivities)
+    assert calibrated is not None
+    additions = tuple(addition.read(calibrated.machine) for addition in hypothesis.additions)
+    return replace(hypothesis, additions=additions, fit=calibrated), sensitivities
 
 
-def _of(
+def _hypothesis_of(
     nothing: Hypothesis,
     additions: tuple[Added, ...],
     prior: tuple[float, ...],
     sensitivities: Sequence[RunSensitivities],
-    like: Machine,
+    near: Machine,
 ) -> Hypothesis | None:
-    """Return the hypothesis with some additions, the rest begun as a calibrated machine has it."""
+    """Return the hypothesis with some additions, the rest begun as a machine near it has it."""
     base = nothing.fit.base
     try:
-        machine = _moved_as(base, like)
+        machine = _moved_as(base, near)
         observed = list(nothing.fit.observed)
-        for one in additions:
-            base, machine = one.base(base), one.put_into(machine)
-            observed = [one.marked(i, run) for i, run in enumerate(observed)]
-        found = fit(base, observed, [machine], sensitivities)
-        assert found is not None
-        read = tuple(one.read(found.machine) for one in additions)
+        for addition in additions:
+            base, machine = addition.base(base), addition.put_into(machine)
+            observed = [addition.marked(i, run) for i, run in enumerate(observed)]
+        calibrated = fit(base, observed, [machine], sensitivities)
+        assert calibrated is not None
+        read = tuple(addition.read(calibrated.machine) for addition in additions)
     except (IntegrationError, ParameterError, KeyError):
         return None  # A path may lead to what an addition that is gone had brought.
-    return Hypothesis(read, prior, found)
+    return Hypothesis(read, prior, calibrated)
 
 
-def _other_drivers(first: Hypothesis, tried: Sequence[Hypothesis], listed: Listed) -> list[Added]:
+def _other_drivers(leader: Hypothesis, tried: Sequence[Hypothesis], listed: Listed) -> list[Added]:
     """Return the law that does best on each driver that was not scored: the score must tell."""
-    key = first.keys[-1]
-    effect = effect_of(key)
+    effect = effect_of(leader.keys[-1])
     if effect is None or effect.on_channel or effect.switched:
         return []
-    done = {one.keys[-1] for one in tried}
-    others = {one.key: one for one in listed.tried if one.key.partition(":")[0] == effect.name}
-    return [one for name, one in others.items() if name not in done]
+    done = {hypothesis.keys[-1] for hypothesis in tried}
+    of_law = {one.key: one for one in listed.tried if name_of(one.key) == effect.name}
+    return [addition for key, addition in of_law.items() if key not in done]

@@ -23,11 +23,12 @@ from gap_finder.candidates import (
     with_effect,
 )
 from gap_finder.design import RunSensitivities
-from gap_finder.directions import LOST
+from gap_finder.directions import NEGLIGIBLE_SQUARES
 from gap_finder.keys import has_its_drivers, law_of, laws_of
 from gap_finder.kinds import CalibratedRun, Change, kinds
 from gap_finder.observations import Observations
 from gap_finder.score import Fit
+from plant_model.effect_names import name_of
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
@@ -75,9 +76,9 @@ def heavy_tail(value: float, low: float, high: float, *, log: bool) -> float:
         Whether it is the logarithm that is distributed so.
     """
     if log:
-        value, low, high = (float(np.log(max(one, 1e-12))) for one in (value, low, high))
-    away = (value - (low + high) / 2.0) / max((high - low) / 2.0, 1e-12)
-    return float(2.0 * np.log1p(away**2))
+        value, low, high = (float(np.log(max(x, 1e-12))) for x in (value, low, high))
+    distance = (value - (low + high) / 2.0) / max((high - low) / 2.0, 1e-12)
+    return float(2.0 * np.log1p(distance**2))
 
 
 @dataclass(frozen=True)
@@ -115,18 +116,18 @@ class AddedEffect:
 
     def read(self, machine: Machine) -> AddedEffect:
         """Return it as a machine has it."""
-        values = {name: one.value for name, one in machine.effects[self.key].items()}
+        values = {name: p.value for name, p in machine.effects[self.key].items()}
         return AddedEffect(replace(self.candidate, values=values))
 
     @property
     def is_ordinary(self) -> bool:
         """Whether it is so small that any machine has as much."""
-        effect = catalogue()[self.key.partition(":")[0]]
+        effect = catalogue()[name_of(self.key)]
         return abs(self.candidate.values[effect.amplitude] - effect.off) < effect.least
 
     def size_cost(self) -> float:
         """Return what its amplitude and the numbers of its law cost beyond their usual ranges."""
-        effect = catalogue()[self.key.partition(":")[0]]
+        effect = catalogue()[name_of(self.key)]
         total = 0.0
         for name in (effect.amplitude, *effect.law):
             usual = effect.parameters[name]
@@ -191,11 +192,11 @@ class Listed:
     tried: list[AddedEffect | AddedChange]
     costs: dict[str, float]
 
-    def beside(self, keys: Collection[str]) -> Listed:
+    def without(self, keys: Collection[str]) -> Listed:
         """Return the same without what is added already, and without its law on other drivers."""
         taken = set(laws_of(keys))
-        rest = [one for one in self.tried if law_of(one.key) not in taken]
-        return Listed(rest, prior_costs({one.key for one in rest}))
+        rest = [addition for addition in self.tried if law_of(addition.key) not in taken]
+        return Listed(rest, prior_costs({addition.key for addition in rest}))
 
 
 def prior_costs(keys: Collection[str]) -> dict[str, float]:
@@ -206,8 +207,8 @@ def prior_costs(keys: Collection[str]) -> dict[str, float]:
     keys : collection of str
         All candidates.
     """
-    each = Counter(key.partition(":")[0] for key in keys)
-    return {key: 2.0 * float(np.log(len(each) * each[key.partition(":")[0]])) for key in keys}
+    of_kind = Counter(name_of(key) for key in keys)
+    return {key: 2.0 * float(np.log(len(of_kind) * of_kind[name_of(key)])) for key in keys}
 
 
 def everything(
@@ -233,25 +234,25 @@ def everything(
     machine, observed = about.machine, about.observed
     effects = [effect.name for effect in missing_effects(machine, without)]
     jobs = [pool.submit(_of_effect, machine, observed, name) for name in effects]
-    known = [
-        CalibratedRun(machine, one, part) for one, part in zip(observed, sensitivities, strict=True)
+    runs = [
+        CalibratedRun(machine, run, part) for run, part in zip(observed, sensitivities, strict=True)
     ]
     changes = {
-        name: [one for one in kind.all_of(known) if _is_sound(machine, one)]
+        name: [change for change in kind.all_of(runs) if _is_sound(machine, change)]
         for name, kind in kinds().items()
         if described
     }
-    by_run = [job.result() for job in [pool.submit(_of_changes, one, changes) for one in known]]
+    by_run = [job.result() for job in [pool.submit(_of_changes, run, changes) for run in runs]]
     tried: list[AddedEffect | AddedChange] = [
-        AddedEffect(one) for job in jobs for one in job.result()
+        AddedEffect(candidate) for job in jobs for candidate in job.result()
     ]
-    for name, some in changes.items():
-        for i, change in enumerate(some):
+    for name, of_kind in changes.items():
+        for i, change in enumerate(of_kind):
             for j, numbers in enumerate(change.points()):
                 answers = tuple(run[name][i][j] for run in by_run)
                 tried.append(AddedChange(change, numbers, answers))
-    tried = [one for one in tried if sum(float(a @ a) for a in one.answers) > LOST]
-    return Listed(tried, prior_costs({one.key for one in tried}))
+    tried = [one for one in tried if sum(float(a @ a) for a in one.answers) > NEGLIGIBLE_SQUARES]
+    return Listed(tried, prior_costs({addition.key for addition in tried}))
 
 
 def _is_sound(machine: Machine, change: Change) -> bool:
@@ -265,6 +266,6 @@ def _of_effect(machine: Machine, observed: Sequence[Observations], name: str) ->
 
 
 def _of_changes(
-    known: CalibratedRun, changes: dict[str, list[Change]]
+    run: CalibratedRun, changes: dict[str, list[Change]]
 ) -> dict[str, list[FloatArray]]:
-    return {name: kinds()[name].answers(some, known) for name, some in changes.items()}
+    return {name: kinds()[name].answers(of_kind, run) for name, of_kind in changes.items()}

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from plant_model.effect_names import effect_key
+from plant_model.effect_names import effect_key, name_of
 from plant_model.effects import Effect, catalogue
 from plant_model.machine import Machine
 
 
 def effect_of(key: str) -> type[Effect] | None:
     """Return the effect that a key names; None for a change of the description."""
-    return catalogue().get(key.partition(":")[0])
+    return catalogue().get(name_of(key))
 
 
 def law_of(key: str) -> str:

@@ -42,7 +42,7 @@ class Leaps:
 
     def marked(self, observed: Observations, key: str) -> Observations:
         """Return observations whose inputs tell an effect what was seen."""
-        return observed.told(leaps_of(key), self._at_ends)
+        return observed.with_series(leaps_of(key), self._at_ends)
 
     def _at_ends(self, drive: Drive) -> FloatArray:
         seen = np.zeros(len(drive.grid) - 1)
@@ -69,10 +69,10 @@ def leaps_in(machine: Machine, observed: Observations, base: FloatArray) -> Leap
     shown = np.array([float(by_channel.get(name, 0.0)) for name in observed.channels])
     # Least squares of all channels that elongation moves, as far as each is there.
     pull = observed.weights**2 * shown
-    known = np.sum(pull * shown, axis=1)
+    strength = np.sum(pull * shown, axis=1)
     residual = np.sum(pull * (np.nan_to_num(observed.values) - base), axis=1)
-    some = known > 0.0
-    elongation = residual[some] / known[some]
+    seen = strength > 0.0
+    elongation = residual[seen] / strength[seen]
     if len(elongation) < 2 * ROWS:
         return Leaps(np.zeros(0), np.zeros(0))
     change = np.diff(elongation)
@@ -83,4 +83,4 @@ def leaps_in(machine: Machine, observed: Observations, base: FloatArray) -> Leap
     # One leap may be spread over two changes: the larger one counts.
     stands_out &= size == maximum_filter1d(size, 3)
     at = np.flatnonzero(stands_out)
-    return Leaps(observed.time_s[some][at + 1], np.sign(leap[at]))
+    return Leaps(observed.time_s[seen][at + 1], np.sign(leap[at]))

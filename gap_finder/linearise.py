@@ -96,21 +96,21 @@ def simulate_runs(
         One for each run.
     """
     alike: dict[object, list[int]] = {}
-    for i, one in enumerate(observed):
-        alike.setdefault((one.absent, *sorted(one.own.items())), []).append(i)
-    found: dict[int, Simulation] = {}
+    for i, run in enumerate(observed):
+        alike.setdefault((run.absent, *sorted(run.own.items())), []).append(i)
+    simulations: dict[int, Simulation] = {}
     for places in alike.values():
         first = observed[places[0]]
         there, own = in_its_run(machine, first)
         gone = tuple(f"effects.{key}." for key in first.absent)
         given = {n: v for n, v in (parameters or {}).items() if not n.startswith(gone)}
         runs = [
-            Driven(one.run.frame, one.drive, np.append(one.run.time_s[0], one.time_s), start)
-            for one in (observed[i] for i in places)
+            Driven(run.run.frame, run.drive, np.append(run.run.time_s[0], run.time_s), start)
+            for run in (observed[i] for i in places)
         ]
         shown = simulate_all(there, runs, given | own, bounded=False)
-        found |= dict(zip(places, shown, strict=True))
-    return [found[i] for i in range(len(observed))]
+        simulations |= dict(zip(places, shown, strict=True))
+    return [simulations[i] for i in range(len(observed))]
 
 
 def modelled(simulation: Simulation, observed: Observations) -> FloatArray:
@@ -136,7 +136,7 @@ def modelled(simulation: Simulation, observed: Observations) -> FloatArray:
 
 @dataclass(frozen=True)
 class Linearisation:
-    """One run about one point: residual and derivatives, weighted.
+    """A run about a point: residual and derivatives, weighted.
 
     Attributes
     ----------
@@ -155,7 +155,8 @@ def residuals_of(
 ) -> list[FloatArray]:
     """Return the weighted residuals of every run, each (sets, N)."""
     shown = simulate_runs(machine, observed, parameters)
-    return [one.weighted(modelled(each, one)) for each, one in zip(shown, observed, strict=True)]
+    pairs = zip(observed, shown, strict=True)
+    return [run.weighted(modelled(simulated, run)) for run, simulated in pairs]
 
 
 def linear_about(
@@ -175,12 +176,12 @@ def linear_about(
     # A difference that would leave what can be goes the other way.
     step = np.where(points + step > priors.high, -step, step)
     sets = np.repeat(points[:, None], len(priors.names) + 1, axis=1)
-    each = np.arange(len(priors.names))
-    sets[:, each + 1, each] += step
+    number = np.arange(len(priors.names))
+    sets[:, number + 1, number] += step
     shown = residuals_of(machine, observed, priors.values(sets.reshape(-1, len(priors.names))))
-    of_runs = [one.reshape(*sets.shape[:2], -1) for one in shown]
+    of_runs = [run.reshape(*sets.shape[:2], -1) for run in shown]
     return [
-        [Linearisation(one[i, 0], ((one[i, 1:] - one[i, 0]) / way[:, None]).T) for one in of_runs]
+        [Linearisation(run[i, 0], ((run[i, 1:] - run[i, 0]) / way[:, None]).T) for run in of_runs]
         for i, way in enumerate(step)
     ]
 

@@ -45,15 +45,15 @@ def pieces_of(machine: Machine, run: Run, hours: float) -> list[Run]:
     driving = {TIME, *(entry.column for entry in machine.inputs)}
     compared = [name for name in run.frame.columns if name not in driving]
     at_start = _first_readings(run, compared)
-    found = []
+    pieces = []
     for number, (first, end) in enumerate(zip(firsts, [*firsts[1:], len(time)], strict=True)):
         frame = run.frame.iloc[:end].copy()
         frame.loc[: first - 1, compared] = np.nan
         if number:
             frame.loc[0, compared] = at_start
         name = f"{run.name}{_PIECE.format(number + 1, len(firsts))}"
-        found.append(replace(run, name=name, frame=frame, faults=None))
-    return found
+        pieces.append(replace(run, name=name, frame=frame, faults=None))
+    return pieces
 
 
 def is_piece(run: Run) -> bool:
@@ -63,8 +63,8 @@ def is_piece(run: Run) -> bool:
 
 def _first_readings(run: Run, columns: list[str]) -> list[float]:
     """Return the first value that each column has, NaN if none."""
-    found = []
+    firsts = []
     for name in columns:
-        known = run.frame[name].dropna()
-        found.append(float(known.iloc[0]) if len(known) else float("nan"))
-    return found
+        readings = run.frame[name].dropna()
+        firsts.append(float(readings.iloc[0]) if len(readings) else float("nan"))
+    return firsts

@@ -109,6 +109,17 @@ class Observations:
     own: dict[str, float] = field(default_factory=dict)
     switches: tuple[Switch, ...] = ()
 
+    @property
+    def first(self) -> FloatArray:
+        """The first reading of each channel, shape (C,) [degC, um]; NaN without one."""
+        rows = np.isfinite(self.values).argmax(axis=0)
+        return np.asarray(self.values[rows, np.arange(len(rows))])
+
+    @property
+    def moved(self) -> FloatArray:
+        """How far each channel is from its first reading, shape (K, C) [K, um]."""
+        return self.values - self.first
+
     def weighted(self, modelled: FloatArray) -> FloatArray:
         """Return weighted model minus measurement, shape (..., K C); 0 where nothing was measured.
 
@@ -120,7 +131,7 @@ class Observations:
         difference = (modelled - np.nan_to_num(self.values)) * self.weights
         return difference.reshape(*modelled.shape[:-2], -1)
 
-    def told(self, name: str, series: Callable[[Drive], FloatArray]) -> Observations:
+    def with_series(self, name: str, series: Callable[[Drive], FloatArray]) -> Observations:
         """Return observations whose inputs hold one more series, wherever a switch is put.
 
         Parameters
@@ -133,7 +144,7 @@ class Observations:
         def with_it(drive: Drive) -> Drive:
             return replace(drive, held={**drive.held, name: series(drive)})
 
-        switches = tuple(replace(one, later=with_it(one.later)) for one in self.switches)
+        switches = tuple(replace(switch, later=with_it(switch.later)) for switch in self.switches)
         return replace(self, drive=with_it(self.drive), switches=switches)
 
 
@@ -148,13 +159,13 @@ def compared_channels(machine: Machine, runs: Sequence[Run]) -> tuple[str, ...]:
     columns = set().union(*(run.frame.columns for run in runs))
     driving = {entry.column for entry in machine.inputs}
     names = [sensor.name for sensor in machine.sensors] + displacement_names(machine)
-    found = tuple(name for name in names if column_of(machine, name) in columns - driving)
-    if not found:
+    channels = tuple(name for name in names if column_of(machine, name) in columns - driving)
+    if not channels:
         wanted = ", ".join(column_of(machine, name) for name in names)
         raise BadInput(
             runs[0].path or runs[0].name, "", f"has no column to compare; one of {wanted}"
         )
-    return found
+    return channels
 
 
 def observe(
@@ -191,11 +202,10 @@ def observe(
     together = np.concatenate([values for _, values, _ in binned])
     span = _span(together)
     lengths = np.array([name in displacement_names(machine) for name in channels])
-    table = noise_and_resolution(machine)
-    noise = np.array([np.hypot(table[n][0], table[n][1] / np.sqrt(12.0)) for n in channels])
     own = np.where(lengths, DISPLACEMENT_TOLERANCE, TEMPERATURE_TOLERANCE)
+    noise = stated_noise(machine, channels)
     tolerance = np.sqrt(noise**2 + own**2 + (RELATIVE_TOLERANCE * span) ** 2)
-    found = []
+    observed = []
     for run, (time, values, segment) in zip(runs, binned, strict=True):
         extra = _switch_uncertainty(run, time, values, segment)
         sigma = np.sqrt(tolerance**2 + extra**2)
@@ -205,10 +215,16 @@ def observe(
         share = np.maximum(covered / INDEPENDENT_S, 1.0) / np.maximum(present.sum(axis=0), 1)
         drive, switches = _driven(machine, run)
         weights *= np.sqrt(share)
-        found.append(
+        observed.append(
             Observations(run, time, channels, values, weights, tolerance, drive, switches=switches)
         )
-    return found
+    return observed
+
+
+def stated_noise(machine: Machine, channels: Sequence[str]) -> FloatArray:
+    """Return each channel's noise as the file has it, resolution included, (C,) [K, um]."""
+    table = noise_and_resolution(machine)
+    return np.array([np.hypot(table[n][0], table[n][1] / np.sqrt(12.0)) for n in channels])
 
 
 def _driven(machine: Machine, run: Run) -> tuple[Drive, tuple[Switch, ...]]:
@@ -236,15 +252,15 @@ def _driven(machine: Machine, run: Run) -> tuple[Drive, tuple[Switch, ...]]:
     def drive(at: dict[int, float]) -> Drive:
         return drive_from(machine, _switched_at(machine, run, at), BIN_S, at=middles)
 
-    found = []
+    switches = []
     for row in unclear.tolist():
         interval = float(rows[row] - rows[row - 1])
         later_s = -0.2 * interval
         # Standard deviation of an even law between the rows, about where the switch was put.
-        away = instants[row] - float(rows[row - 1 : row + 1].mean())
-        spread = float(np.sqrt(interval**2 / 12.0 + away**2))
-        found.append(Switch(spread, drive(instants | {row: instants[row] + later_s}), later_s))
-    return drive(instants), tuple(found)
+        off = instants[row] - float(rows[row - 1 : row + 1].mean())
+        spread = float(np.sqrt(interval**2 / 12.0 + off**2))
+        switches.append(Switch(spread, drive(instants | {row: instants[row] + later_s}), later_s))
+    return drive(instants), tuple(switches)
 
 
 def _switched_at(machine: Machine, run: Run, instants: dict[int, float]) -> pd.DataFrame:

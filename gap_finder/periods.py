@@ -12,6 +12,7 @@ from scipy.signal import find_peaks
 from gap_finder.keys import unused_with
 from gap_finder.linearise import modelled, simulate_at
 from gap_finder.observations import BIN_S, INDEPENDENT_S, Observations
+from plant_model.effect_names import name_of
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
@@ -19,7 +20,7 @@ from plant_model.parameters import FloatArray
 PHASES = np.arange(0.0, 1.0, 1.0 / 24.0)
 """Places in a cycle that are tried [1]."""
 
-MOST = 3
+MOST_TRIED = 3
 """Periods that are tried, and settings of a relay: the strongest in the residuals first; set for
 time, on no data."""
 
@@ -51,33 +52,33 @@ def likely_periods(
     The power at a period is that of the sine and cosine that fit best, of every run and channel
     for itself (Lomb's periodogram), summed.
     """
-    longest = max(one.time_s[-1] - one.time_s[0] for one in observed)
+    longest = max(run.time_s[-1] - run.time_s[0] for run in observed)
     # Two periods that differ by this much are a quarter of a cycle apart at the end of a run.
     step = 1.0 + low * 60.0 / (4.0 * longest)
     periods = low * step ** np.arange(int(np.log(high / low) / np.log(step)) + 1)
     power = np.zeros(len(periods))
-    for one, residual in zip(observed, shown, strict=True):
-        columns = residual.reshape(len(one.time_s), -1)
+    for run, residual in zip(observed, shown, strict=True):
+        columns = residual.reshape(len(run.time_s), -1)
         for i, period in enumerate(periods):
-            angle = 2.0 * np.pi * one.time_s / (60.0 * period)
+            angle = 2.0 * np.pi * run.time_s / (60.0 * period)
             basis = np.stack([np.cos(angle), np.sin(angle)], axis=1)
             orthogonal = np.linalg.qr(basis)[0]
             power[i] += float(np.sum((orthogonal.T @ columns) ** 2))
     peaks = find_peaks(np.concatenate([[0.0], power, [0.0]]))[0] - 1
-    strongest = peaks[np.argsort(-power[peaks])][:MOST]
+    strongest = peaks[np.argsort(-power[peaks])][:MOST_TRIED]
     return [float(periods[i]) for i in strongest]
 
 
 def in_step(machine: Machine, observed: Observations) -> Observations:
     """Return a run's observations with its own place in the cycle of every effect that swings."""
     for name in machine.effects:
-        effect = catalogue()[name.partition(":")[0]]
+        effect = catalogue()[name_of(name)]
         if not effect.swings or effect.swings[1] in unused_with(machine, name):
             continue
         key = f"effects.{name}.{effect.swings[1]}"
         if key in observed.own:
             continue
         shown = modelled(simulate_at(machine, observed, {key: PHASES}), observed)
-        cost = [float(np.sum(quick(observed, one) ** 2)) for one in observed.weighted(shown)]
+        cost = [float(np.sum(quick(observed, left) ** 2)) for left in observed.weighted(shown)]
         observed = replace(observed, own={**observed.own, key: float(PHASES[int(np.argmin(cost))])})
     return observed

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from plant_model.effect_names import name_of
 from plant_model.effects import catalogue
 from plant_model.limits import physical_limits
 from plant_model.machine import Machine
@@ -101,7 +102,7 @@ def _usual(name: str, width: float) -> float:
     if not name.startswith("effects."):
         return 1.0
     key, _, number = name.removeprefix("effects.").rpartition(".")
-    range_of = catalogue()[key.partition(":")[0]].parameters[number]
+    range_of = catalogue()[name_of(key)].parameters[number]
     low, high = range_of.low, range_of.high
     if low > 0.0:
         low, high = float(np.log(low)), float(np.log(high))

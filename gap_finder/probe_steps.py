@@ -71,14 +71,14 @@ class ProbeStep:
 
 def probe_steps(machine: Machine, runs: Sequence[Run]) -> list[tuple[ProbeStep, ...]]:
     """Return the steps of single probes in every run, in order of time."""
-    found = [_steps_in(machine, run) for run in runs]
+    by_run = [_steps_in(machine, run) for run in runs]
     # What leaps along the axis again and again is a bearing and no probe.
     slipping = {
         name
         for name in _along_the_axis(machine)
-        if any([one.channel for one in steps].count(name) > 1 for steps in found)
+        if any([step.channel for step in steps].count(name) > 1 for steps in by_run)
     }
-    return [tuple(one for one in steps if one.channel not in slipping) for steps in found]
+    return [tuple(step for step in steps if step.channel not in slipping) for steps in by_run]
 
 
 def put_back(machine: Machine, run: Run, steps: Sequence[ProbeStep]) -> Run:
@@ -86,9 +86,9 @@ def put_back(machine: Machine, run: Run, steps: Sequence[ProbeStep]) -> Run:
     if not steps:
         return run
     frame = run.frame.copy()
-    for one in steps:
-        column = column_of(machine, one.channel)
-        frame.loc[run.time_s >= one.time_s, column] -= one.leap_um
+    for step in steps:
+        column = column_of(machine, step.channel)
+        frame.loc[run.time_s >= step.time_s, column] -= step.leap_um
     return replace(run, frame=frame)
 
 
@@ -108,7 +108,7 @@ def _steps_in(machine: Machine, run: Run) -> list[ProbeStep]:
         for column in run.frame.columns
         if column.endswith(("_um", "_degC"))
     }
-    found = []
+    steps = []
     for name, column in columns.items():
         if column not in series:
             continue
@@ -122,8 +122,8 @@ def _steps_in(machine: Machine, run: Run) -> list[ProbeStep]:
                 if key != column
             ]
             if not any(others):
-                found.append(ProbeStep(name, float(run.time_s[row]), size))
-    return sorted(found, key=lambda one: one.time_s)
+                steps.append(ProbeStep(name, float(run.time_s[row]), size))
+    return sorted(steps, key=lambda step: step.time_s)
 
 
 @dataclass(frozen=True)
@@ -149,15 +149,15 @@ class _Leaps:
 def _leaps(time: FloatArray, values: FloatArray) -> _Leaps:
     size, move = np.full(len(values), np.nan), np.full(len(values), np.nan)
     rows = np.flatnonzero(np.isfinite(values))
-    known, instants = values[rows], time[rows]
-    moves = np.diff(known)
+    readings, instants = values[rows], time[rows]
+    moves = np.diff(readings)
     usual = _usual_move(moves)
     if len(rows) < 4 * ROWS:
         return _Leaps(size, move, 0.0, usual)
-    parts, times = (np.lib.stride_tricks.sliding_window_view(x, ROWS) for x in (known, instants))
+    parts, times = (np.lib.stride_tricks.sliding_window_view(x, ROWS) for x in (readings, instants))
     middle, level = times.mean(axis=1), parts.mean(axis=1)
-    away = times - middle[:, None]
-    slope = np.sum(away * parts, axis=1) / np.sum(away**2, axis=1)
+    from_middle = times - middle[:, None]
+    slope = np.sum(from_middle * parts, axis=1) / np.sum(from_middle**2, axis=1)
     # Window k ends where window k + ROWS begins; the leap lies between the two.
     first, second = slice(0, len(level) - ROWS), slice(ROWS, None)
     at = slice(ROWS, len(rows) - ROWS + 1)
@@ -175,18 +175,18 @@ def _usual_move(moves: FloatArray) -> float:
 
     What the rows around have in common is the machine's warming, which is not meant.
     """
-    some = np.abs(moves[moves != 0.0] - median_filter(moves, ROWS + 1)[moves != 0.0])
-    return float(np.quantile(some, USUAL)) if some.size else 0.0
+    sizes = np.abs(moves[moves != 0.0] - median_filter(moves, ROWS + 1)[moves != 0.0])
+    return float(np.quantile(sizes, USUAL)) if sizes.size else 0.0
 
 
 def _outstanding(leaps: _Leaps, quiet: npt.NDArray[np.bool_]) -> list[int]:
     """Return the rows at which a probe leaps by itself."""
     size = np.abs(np.nan_to_num(leaps.size))
     limit = max(LEAST_UM, OUTSTANDING * leaps.scatter, TIMES * leaps.usual)
-    found = (size > limit) & quiet & (size == maximum_filter1d(size, 2 * ROWS + 1))
+    outstanding = (size > limit) & quiet & (size == maximum_filter1d(size, 2 * ROWS + 1))
     # Most of it happens between two rows.
-    found &= 2.0 * np.nan_to_num(leaps.move * np.sign(leaps.size)) > size
-    return np.flatnonzero(found).tolist()
+    outstanding &= 2.0 * np.nan_to_num(leaps.move * np.sign(leaps.size)) > size
+    return np.flatnonzero(outstanding).tolist()
 
 
 def _with_it(other: _Leaps, row: int, limit: float) -> bool:

@@ -11,6 +11,7 @@ from gap_finder.hypotheses import AddedChange, AddedEffect, Listed
 from gap_finder.keys import effect_of
 from gap_finder.score import Fit
 from gap_finder.screen import NormalMatrices, Residuals, Screen
+from plant_model.effect_names import name_of
 
 PER_KIND = 2
 """Candidates of a kind that the screening proposes for the full score. Set for time,
@@ -23,7 +24,7 @@ LEADERS = 4
 """Candidates that are calibrated to the end, whatever they win at first; set for time, on no
 data."""
 
-PLACES = 6
+PLACES_TRIED = 6
 """Places at which the kind of change that does best is scored, and rivals tried in the place of an
 addition when another one has joined it; set for time, on no data."""
 
@@ -56,22 +57,22 @@ def screened(best: Fit, listed: Listed, law: float) -> Proposed:
         return Proposed([], [])
     screen = Screen(NormalMatrices.of(best.designs, tried))
     scores = screen.scores(Residuals.of(best.designs, tried, best.position()))
-    prior = np.array([listed.costs[one.key] for one in tried])
+    prior = np.array([listed.costs[addition.key] for addition in tried])
     unit = max(law, (scores.cost - float(scores.gain.max())) / best.left.size)
-    sized = [one.scaled(scale) for one, scale in zip(tried, scores.scale.tolist(), strict=True)]
-    won = (scores.gain + scores.nearer) / unit - np.array([one.size_cost() for one in sized])
+    sized = [
+        addition.scaled(scale) for addition, scale in zip(tried, scores.scale.tolist(), strict=True)
+    ]
+    won = (scores.gain + scores.prior_gain) / unit - np.array(
+        [addition.size_cost() for addition in sized]
+    )
     order = np.argsort(-(won - prior)).tolist()
     likely = _best_of_kinds(tried, order, PER_KIND, PROPOSED)
     # What calibration has taken up shows little near where it ended: the first are scored anyway.
     likely = [i for rank, i in enumerate(likely) if rank < LEADERS or won[i] > prior[i]]
     changes = [i for i in order if isinstance(tried[i], AddedChange)]
     keys = {tried[i].key for i in likely}
-    places = [i for i in _best_of_kinds(tried, changes, PLACES) if tried[i].key not in keys]
+    places = [i for i in _best_of_kinds(tried, changes, PLACES_TRIED) if tried[i].key not in keys]
     return Proposed([sized[i] for i in likely], [sized[i] for i in places])
-
-
-def _kind(one: Added) -> str:
-    return one.key.partition(":")[0]
 
 
 def _best_of_kinds(
@@ -79,17 +80,18 @@ def _best_of_kinds(
 ) -> list[int]:
     """Return the positions of the first few of every kind."""
     keys: dict[str, list[str]] = {}
-    found: list[int] = []
+    chosen: list[int] = []
     for i in order:
-        some = keys.setdefault(_kind(tried[i]), [])
-        if tried[i].key not in some and len(some) < of_each and (most is None or len(found) < most):
-            some.append(tried[i].key)
-            found.append(i)
-    return found
+        key = tried[i].key
+        of_kind = keys.setdefault(name_of(key), [])
+        if key not in of_kind and len(of_kind) < of_each:
+            of_kind.append(key)
+            chosen.append(i)
+    return chosen[:most]
 
 
-def is_far_from_linear(one: Added) -> bool:
+def is_far_from_linear(addition: Added) -> bool:
     """Whether it depends on a temperature that it changes itself."""
-    effect = effect_of(one.key)
+    effect = effect_of(addition.key)
     dependent = effect is not None and effect.temperature_dependent
-    return dependent and isinstance(one, AddedEffect) and not one.candidate.is_switched
+    return dependent and isinstance(addition, AddedEffect) and not addition.candidate.is_switched

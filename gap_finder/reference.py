@@ -83,14 +83,14 @@ class ReferenceModel:
     ----------
     machine : Machine
         Says what the inputs are.
-    known : sequence of RunResiduals
+    used : sequence of RunResiduals
         What the plant leaves of two runs or more.
     unseen : sequence of RunResiduals
         Of runs to be predicted from all of those.
 
     Attributes
     ----------
-    known, unseen : list of array, each (K, C)
+    used, unseen : list of array, each (K, C)
         What the reference leaves of each run [K, um]; NaN where nothing was measured. Of its two
         forms, on the readings and on what the plant leaves of them, each channel has the one that
         does better on the runs used, or what the plant leaves if that is least.
@@ -102,16 +102,16 @@ class ReferenceModel:
     """
 
     def __init__(
-        self, machine: Machine, known: Sequence[RunResiduals], unseen: Sequence[RunResiduals] = ()
+        self, machine: Machine, used: Sequence[RunResiduals], unseen: Sequence[RunResiduals] = ()
     ) -> None:
-        self._machine, self._known = machine, known
-        self._predictors = _Predictors(machine, [one.observed for one in known])
-        later = [self._predictors.of(one.observed) for one in unseen]
-        left = [one.values for one in known]
-        moved = [_moved(one) for one in known]
-        self._tolerance = known[0].observed.tolerance
-        of_left = _Ridge(self._predictors.known, self._scaled(left))
-        of_moved = _Ridge(self._predictors.known, self._scaled(moved))
+        self._machine, self._used = machine, used
+        self._predictors = _Predictors(machine, [run.observed for run in used])
+        later = [self._predictors.of(run.observed) for run in unseen]
+        left = [run.values for run in used]
+        moved = [run.observed.moved for run in used]
+        self._tolerance = used[0].observed.tolerance
+        of_left = _Ridge(self._predictors.used, self._scaled(left))
+        of_moved = _Ridge(self._predictors.used, self._scaled(moved))
         tried = [
             [np.zeros_like(part) for part in left],
             [part * self._tolerance for part in of_left.predicted],
@@ -122,13 +122,13 @@ class ReferenceModel:
         ]
         costs = np.array([mean_squares(_less(left, part)) for part in tried])
         choice = np.argmin(np.nan_to_num(costs, nan=np.inf), axis=0)
-        self.known = _less(left, [_chosen(choice, parts) for parts in zip(*tried, strict=True)])
+        self.used = _less(left, [_chosen(choice, parts) for parts in zip(*tried, strict=True)])
         self.unseen = []
-        for one, x in zip(unseen, later, strict=True):
-            readings = one.values - (_moved(one) - of_moved.of(x) * self._tolerance)
-            options = (np.zeros_like(one.values), of_left.of(x) * self._tolerance, readings)
-            self.unseen.append(one.values - _chosen(choice, options))
-        before, after = (mean_squares(part) / self._tolerance**2 for part in (left, self.known))
+        for run, x in zip(unseen, later, strict=True):
+            readings = run.values - (run.observed.moved - of_moved.of(x) * self._tolerance)
+            options = (np.zeros_like(run.values), of_left.of(x) * self._tolerance, readings)
+            self.unseen.append(run.values - _chosen(choice, options))
+        before, after = (mean_squares(part) / self._tolerance**2 for part in (left, self.used))
         self.reducible = float(np.nanmean(before - after)) if np.isfinite(before).any() else 0.0
         self.share = self.reducible / max(float(np.nanmean(before)), 1e-12)
 
@@ -138,16 +138,16 @@ class ReferenceModel:
     def places(self, most: int = 8) -> list[ReducibleGap]:
         """Return where the reducible gap lies, most of it first, above one tolerance."""
         groups: dict[tuple[int, str], list[tuple[FloatArray, FloatArray]]] = {}
-        for one, left in zip(self._known, self.known, strict=True):
-            time = one.observed.time_s
-            for start, end, regime in regimes(one.observed):
+        for run, left in zip(self._used, self.used, strict=True):
+            time = run.observed.time_s
+            for start, end, regime in regimes(run.observed):
                 rows = (time >= start) & (time <= end)
                 # Not the speed: no channel is told at every step of a spectrum.
                 doing = regime.partition(", at ")[0]
                 for i in range(left.shape[1]):
-                    groups.setdefault((i, doing), []).append((one.values[rows, i], left[rows, i]))
+                    groups.setdefault((i, doing), []).append((run.values[rows, i], left[rows, i]))
         lengths = set(displacement_names(self._machine))
-        names = self._known[0].observed.channels
+        names = self._used[0].observed.channels
         found: list[tuple[float, ReducibleGap]] = []
         for (i, regime), parts in groups.items():
             before, after = (np.concatenate(part) for part in zip(*parts, strict=True))
@@ -161,7 +161,7 @@ class ReferenceModel:
             found.append((count * place.tolerances**2, place))
         # A regime of a few minutes holds little of it, however far off it is.
         ranked = [place for _, place in sorted(found, key=lambda pair: -pair[0])]
-        return [one for one in ranked if one.tolerances > 1.0][:most]
+        return [gap for gap in ranked if gap.tolerances > 1.0][:most]
 
     def sources(self) -> list[Predictor]:
         """Return the inputs that predict most of what the plant leaves, all channels together."""
@@ -169,34 +169,36 @@ class ReferenceModel:
 
     def sources_of(self, channel: str) -> list[Predictor]:
         """Return the inputs that predict most of what the plant leaves in one channel."""
-        return self._sources(self._known[0].observed.channels.index(channel))
+        return self._sources(self._used[0].observed.channels.index(channel))
 
     def _sources(self, channel: int | None) -> list[Predictor]:
         chosen = slice(None) if channel is None else slice(channel, channel + 1)
-        left = self._scaled([one.values[:, chosen] for one in self._known])
-        found = []
+        left = self._scaled([run.values[:, chosen] for run in self._used])
+        predictors = []
         labels = self._predictors.labels
         for name in dict.fromkeys(name for name, _ in labels):
             lags = dict.fromkeys(lag for other, lag in labels if other == name)
-            share = self._share(left, [i for i, one in enumerate(labels) if one[0] == name])
+            share = self._share(left, [i for i, label in enumerate(labels) if label[0] == name])
             if share < LEAST_PREDICTED:
                 continue
             alone = {
-                lag: self._share(left, [i for i, one in enumerate(labels) if one == (name, lag)])
+                lag: self._share(
+                    left, [i for i, label in enumerate(labels) if label == (name, lag)]
+                )
                 for lag in lags
             }
-            found.append(Predictor(name, max(alone, key=lambda lag: alone[lag]), share))
-        return sorted(found, key=lambda one: -one.share)
+            predictors.append(Predictor(name, max(alone, key=lambda lag: alone[lag]), share))
+        return sorted(predictors, key=lambda predictor: -predictor.share)
 
     def _share(self, left: Sequence[FloatArray], columns: Sequence[int]) -> float:
         """Return the share of *left* that some predictors alone predict."""
-        ridge = _Ridge([x[:, columns] for x in self._predictors.known], left)
+        ridge = _Ridge([x[:, columns] for x in self._predictors.used], left)
         before = np.nansum(mean_squares(left))
         return float(1.0 - np.nansum(mean_squares(_less(left, ridge.predicted))) / before)
 
 
 def _less(left: Sequence[FloatArray], predicted: Sequence[FloatArray]) -> list[FloatArray]:
-    return [one - other for one, other in zip(left, predicted, strict=True)]
+    return [values - part for values, part in zip(left, predicted, strict=True)]
 
 
 def _chosen(choice: FloatArray, options: Sequence[FloatArray]) -> FloatArray:
@@ -204,31 +206,23 @@ def _chosen(choice: FloatArray, options: Sequence[FloatArray]) -> FloatArray:
     return np.stack(options)[choice, :, np.arange(len(choice))].T
 
 
-def _moved(one: RunResiduals) -> FloatArray:
-    """Return how far each channel is from its first reading, shape (K, C) [K, um]."""
-    values = one.observed.values
-    first = np.full(values.shape[1], np.nan)
-    for i in range(values.shape[1]):
-        known = values[np.isfinite(values[:, i]), i]
-        first[i] = known[0] if len(known) else np.nan
-    return np.asarray(values - first)
-
-
 class _Predictors:
     """Lags of every input of every run, in units of their root mean square over the runs used."""
 
     def __init__(self, machine: Machine, observed: Sequence[Observations]) -> None:
         self._machine = machine
-        tables = [_lags(machine, one) for one in observed]
+        tables = [_lags(machine, run) for run in observed]
         squares = np.mean(np.concatenate([table for _, table in tables]) ** 2, axis=0)
-        self._some = squares > 1e-12
-        self._unit = np.sqrt(squares[self._some])
-        self.labels = [one for one, some in zip(tables[0][0], self._some, strict=True) if some]
-        self.known = [table[:, self._some] / self._unit for _, table in tables]
+        self._moving = squares > 1e-12
+        self._unit = np.sqrt(squares[self._moving])
+        self.labels = [
+            label for label, moving in zip(tables[0][0], self._moving, strict=True) if moving
+        ]
+        self.used = [table[:, self._moving] / self._unit for _, table in tables]
 
     def of(self, observed: Observations) -> FloatArray:
         """Return those of a further run, shape (K, P)."""
-        return np.asarray(_lags(self._machine, observed)[1][:, self._some] / self._unit)
+        return np.asarray(_lags(self._machine, observed)[1][:, self._moving] / self._unit)
 
 
 def _lags(machine: Machine, observed: Observations) -> tuple[list[tuple[str, float]], FloatArray]:
@@ -271,12 +265,9 @@ def _lagged(time: FloatArray, series: FloatArray, lag_s: float) -> FloatArray:
 def _warm_at_start(machine: Machine, observed: Observations) -> float:
     """Return the mean of the thermometers' first readings [degC]."""
     lengths = set(displacement_names(machine))
-    firsts = []
-    for i, name in enumerate(observed.channels):
-        known = observed.values[np.isfinite(observed.values[:, i]), i]
-        if name not in lengths and len(known):
-            firsts.append(known[0])
-    return float(np.mean(firsts)) if firsts else 0.0
+    firsts = observed.first[[name not in lengths for name in observed.channels]]
+    measured = firsts[np.isfinite(firsts)]
+    return float(np.mean(measured)) if measured.size else 0.0
 
 
 class _Ridge:

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap_finder.linearise import modelled, simulate_at
-from gap_finder.observations import INDEPENDENT_S, Observations
+from gap_finder.observations import INDEPENDENT_S, Observations, stated_noise
 from measurement.spectrum import speed_spectrum
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
-from plant_model.sensors import displacement_names, noise_and_resolution
+from plant_model.sensors import displacement_names
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ def regimes(observed: Observations) -> list[tuple[float, float, str]]:
     list of (start, end, text)
         Start and end in seconds since the run's zero.
     """
-    found = []
+    stretches = []
     before = 0.0
     for segment in speed_spectrum(observed.run):
         speed = 0.0 if np.isnan(segment.speed_rpm) else segment.speed_rpm
@@ -96,33 +96,33 @@ def regimes(observed: Observations) -> list[tuple[float, float, str]]:
         at = f"at {speed:.0f} r/min" if speed else "standing"
         if speed != before:
             doing = "warming up" if speed > before else "cooling down"
-            found.append((segment.start_s, change, f"{doing}, {at}"))
+            stretches.append((segment.start_s, change, f"{doing}, {at}"))
             if segment.end_s > change:
-                found.append((change, segment.end_s, f"steady, {at}" if speed else at))
+                stretches.append((change, segment.end_s, f"steady, {at}" if speed else at))
         else:
-            found.append((segment.start_s, segment.end_s, f"steady, {at}" if speed else at))
+            stretches.append((segment.start_s, segment.end_s, f"steady, {at}" if speed else at))
         before = speed
-    return found
+    return stretches
 
 
-def places(machine: Machine, found: list[RunResiduals], most: int = 12) -> list[Place]:
+def places(machine: Machine, left: list[RunResiduals], most: int = 12) -> list[Place]:
     """Return where the model is off by more than its tolerance, worst first."""
     lengths = set(displacement_names(machine))
     all_places = []
-    for one in found:
-        time = one.observed.time_s
-        for start, end, regime in regimes(one.observed):
+    for run in left:
+        time = run.observed.time_s
+        for start, end, regime in regimes(run.observed):
             rows = (time >= start) & (time <= end)
-            for i, channel in enumerate(one.observed.channels):
-                part = one.values[rows, i]
+            for i, channel in enumerate(run.observed.channels):
+                part = run.values[rows, i]
                 part = part[np.isfinite(part)]
                 if len(part) < 3:
                     continue
                 rms = float(np.sqrt(np.mean(part**2)))
-                ratio = rms / float(one.observed.tolerance[i])
+                ratio = rms / float(run.observed.tolerance[i])
                 unit = "um" if channel in lengths else "K"
                 all_places.append(
-                    Place(one.observed.run.name, channel, start, end, regime, rms, unit, ratio)
+                    Place(run.observed.run.name, channel, start, end, regime, rms, unit, ratio)
                 )
     ranked = sorted(all_places, key=lambda place: -place.tolerances)
     return [place for place in ranked if place.tolerances > 1.0][:most]
@@ -130,50 +130,49 @@ def places(machine: Machine, found: list[RunResiduals], most: int = 12) -> list[
 
 def noise_of(machine: Machine, channels: tuple[str, ...]) -> FloatArray:
     """Return each channel's noise, resolution included [K, um], shape (C,)."""
-    table = noise_and_resolution(machine)
-    noise = np.array([np.hypot(table[n][0], table[n][1] / np.sqrt(12.0)) for n in channels])
+    noise = stated_noise(machine, channels)
     # A sensor whose noise nobody stated is taken to be as good as a usual one.
     usual = np.where([n in displacement_names(machine) for n in channels], 0.2, 0.03)
     return np.where(noise > 0.0, noise, usual)
 
 
-def gap_of(machine: Machine, found: list[RunResiduals]) -> float:
+def gap_of(machine: Machine, left: list[RunResiduals]) -> float:
     """Return the root mean square of residual over sensor noise, all channels [1].
 
     Parameters
     ----------
     machine : Machine
         Says how noisy each sensor is.
-    found : list of RunResiduals
+    left : list of RunResiduals
         All with the same channels.
     """
-    noise = noise_of(machine, found[0].observed.channels)
-    squares = np.concatenate([((one.values / noise) ** 2).ravel() for one in found])
+    noise = noise_of(machine, left[0].observed.channels)
+    squares = np.concatenate([((run.values / noise) ** 2).ravel() for run in left])
     return float(np.sqrt(np.nanmean(squares)))
 
 
-def floor_of(found: list[RunResiduals]) -> float:
+def floor_of(left: list[RunResiduals]) -> float:
     """Return what noise alone would leave of :func:`gap_of`: bins average several rows [1]."""
     shares = []
-    for one in found:
-        rows = one.observed.run.frame.notna().to_numpy().sum() / one.observed.run.frame.shape[1]
-        shares.append(len(one.observed.time_s) / max(rows, 1.0))
+    for run in left:
+        rows = run.observed.run.frame.notna().to_numpy().sum() / run.observed.run.frame.shape[1]
+        shares.append(len(run.observed.time_s) / max(rows, 1.0))
     return float(np.sqrt(np.mean(np.minimum(shares, 1.0))))
 
 
-def by_channel(machine: Machine, found: list[RunResiduals]) -> dict[str, float]:
+def by_channel(machine: Machine, left: list[RunResiduals]) -> dict[str, float]:
     """Return the root mean square of each channel's residual [K, um]; only of what was measured.
 
     Parameters
     ----------
     machine : Machine
-    found : list of RunResiduals
+    left : list of RunResiduals
         All with the same channels.
     """
-    stacked = np.concatenate([one.values for one in found])
+    stacked = np.concatenate([run.values for run in left])
     measured = np.isfinite(stacked).any(axis=0)
     rms = np.sqrt(np.nanmean(stacked[:, measured] ** 2, axis=0))
-    names = np.array(found[0].observed.channels)[measured].tolist()
+    names = np.array(left[0].observed.channels)[measured].tolist()
     return dict(zip(names, rms.tolist(), strict=True))
 
 

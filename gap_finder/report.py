@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from gap_finder import regimes
-from gap_finder.advice import MOST, advice
+from gap_finder.advice import MOST_LINES, advice
 from gap_finder.candidates import beyond_usual_range
 from gap_finder.comparison import GapComparison
 from gap_finder.data_faults import DataFault
@@ -19,6 +19,7 @@ from gap_finder.hypotheses import AddedChange
 from gap_finder.keys import driver_of, is_switched, law_of, place_of
 from gap_finder.reference import ReferenceModel
 from gap_finder.score import Fit
+from plant_model.effect_names import name_of
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
 
@@ -41,39 +42,39 @@ def report_of(
     cosimulation : mapping, optional
         The gap of the plant FMUs on the runs that were not used.
     """
-    found, reference = judged.found, judged.reference
-    entries = [_entry(judged, place) for place in range(len(found.keys))]
-    first = next((one for one in entries if len(one["one_of"]) > 1), None)
-    keys = first["one_of"] if first else list(found.keys[:1])
+    result, reference = judged.result, judged.reference
+    entries = [_entry(judged, place) for place in range(len(result.keys))]
+    first = next((entry for entry in entries if len(entry["one_of"]) > 1), None)
+    keys = first["one_of"] if first else list(result.keys[:1])
     table = {
         "verdict": judged.verdict,
         "in_doubt": judged.in_doubt,
         "effects": entries,
-        "one_of": list(dict.fromkeys(_name(key) for key in keys)),
+        "one_of": list(dict.fromkeys(name_of(key) for key in keys)),
         "one_of_keys": keys,
-        "separate_by": _separated(first, found.after.machine),
+        "separate_by": _separated(first, result.after.machine),
         "runners_up": _runners_up(judged),
-        "look_at": look_at(found.before, judged.used),
+        "look_at": look_at(result.before, judged.used),
         "where": _places(judged),
         "gap": {
-            "calibration": judged.used.gap_beside(reference.known),
-            "holdout": judged.unseen.gap_beside(reference.unseen),
+            "calibration": judged.used.gap_against(reference.used),
+            "holdout": judged.unseen.gap_against(reference.unseen),
         },
         "channels": _channels(judged.unseen, reference),
         "remaining": {
             "is_adequate": judged.is_adequate,
-            "left_per_run_and_channel": found.after.left_each,
+            "left_per_run_and_channel": result.after.left_each,
             "limit": ADEQUATE,
             "share": reference.share,
-            "where": [asdict(one) for one in reference.places()],
-            "predicted_by": [asdict(one) for one in reference.sources()],
+            "where": [asdict(predicted) for predicted in reference.places()],
+            "predicted_by": [asdict(predicted) for predicted in reference.sources()],
         },
         "machine": MACHINE_AFTER,
         "data_faults": [asdict(fault) for fault in faults],
         "evidence": {
-            "share_explained": found.explained,
-            "fall": _fall(found.search.steps),
-            "cost_per_run_and_channel": found.before.left_each,
+            "share_explained": result.explained,
+            "fall": _fall(result.search.steps),
+            "cost_per_run_and_channel": result.before.left_each,
         },
     }
     return table if cosimulation is None else table | {"cosimulation": dict(cosimulation)}
@@ -89,9 +90,9 @@ def look_at(before: Fit, used: GapComparison) -> list[str]:
     used : GapComparison
         On the runs used.
     """
-    told = advice(before.machine, used.before, before.calibration.parameters)
+    lines = advice(before.machine, used.before, before.calibration.parameters)
     kinds = ("far_from_usual", "worse_than_no_model", "not_moved")
-    return [one.text for kind in kinds for one in told if one.kind == kind][:MOST]
+    return [line.text for kind in kinds for line in lines if line.kind == kind][:MOST_LINES]
 
 
 def _fall(steps: Sequence[Step]) -> float:
@@ -100,34 +101,34 @@ def _fall(steps: Sequence[Step]) -> float:
 
 def _channels(unseen: GapComparison, reference: ReferenceModel) -> dict[str, dict[str, Any]]:
     """Return the channels' table, with what predicts most of what is left of each."""
-    table = unseen.channels_beside(reference.unseen)
+    table = unseen.channels_against(reference.unseen)
     for name, entry in table.items():
-        entry["predicted_by"] = [asdict(one) for one in reference.sources_of(name)]
+        entry["predicted_by"] = [asdict(source) for source in reference.sources_of(name)]
     return table
 
 
 def _runners_up(judged: Judged) -> list[dict[str, Any]]:
     """Return what was fully scored first and is not named, the best first."""
-    steps = judged.found.search.steps
+    steps = judged.result.search.steps
     if not steps:
         return []
     first = steps[0]
-    scores = np.array([0.0, *(one.score(first.units) for one in first.tried)])
+    scores = np.array([0.0, *(hypothesis.score(first.units) for hypothesis in first.tried)])
     scores[0] = first.baseline.score(first.units)
     odds = np.exp(-(scores - scores.min()) / 2.0)
-    told = zip(first.tried, (odds / odds.sum())[1:].tolist(), strict=True)
+    likely = zip(first.tried, (odds / odds.sum())[1:].tolist(), strict=True)
     return [
-        {**named(one.keys[-1], one.fit.machine), "probability": p}
-        for one, p in told
-        if one.keys[-1] not in judged.found.keys
-    ][:MOST]
+        {**named(hypothesis.keys[-1], hypothesis.fit.machine), "probability": p}
+        for hypothesis, p in likely
+        if hypothesis.keys[-1] not in judged.result.keys
+    ][:MOST_LINES]
 
 
 def _separated(entry: Mapping[str, Any] | None, machine: Machine) -> str:
     """Return in plain words what kind of run or sensor would tell a set apart."""
     if entry is None:
         return ""
-    names = {_name(key) for key in entry["one_of"]}
+    names = {name_of(key) for key in entry["one_of"]}
     if names & {"sensor_offset", "sensor_drift", "sensor_lag", "sensor_place"}:
         return "a second thermometer beside the one that is in question"
     if names & {"moves_axis", "fixture_warming", "column_bending", "slow_structure"}:
@@ -138,10 +139,6 @@ def _separated(entry: Mapping[str, Any] | None, machine: Machine) -> str:
     if all(name in catalogue() for name in names):
         return "runs at other speeds, each held until the temperatures are steady, and a long stop"
     return "a thermometer on each part in question"
-
-
-def _name(key: str) -> str:
-    return key.partition(":")[0]
 
 
 def named(key: str, machine: Machine) -> dict[str, Any]:
@@ -164,16 +161,18 @@ def named(key: str, machine: Machine) -> dict[str, Any]:
 
 def _places(judged: Judged) -> list[dict[str, Any]]:
     """Return where the calibrated machine is wrong on the runs used."""
-    worst = regimes.places(judged.found.before.machine, judged.used.before)
-    return [{k: v for k, v in asdict(one).items() if k != "tolerances"} for one in worst]
+    worst = regimes.places(judged.result.before.machine, judged.used.before)
+    return [{k: v for k, v in asdict(place).items() if k != "tolerances"} for place in worst]
 
 
 def _entry(judged: Judged, place: int) -> dict[str, Any]:
     """Return one addition as ``gap.json`` has it."""
-    found = judged.found
-    best, machine = found.search.best, found.after.machine
+    result = judged.result
+    best, machine = result.search.best, result.after.machine
     key, added = best.keys[place], best.additions[place]
-    others = list(dict.fromkeys(_in_place(one, best, place) for one in found.search.instead[place]))
+    others = list(
+        dict.fromkeys(_in_place(rival, best, place) for rival in result.search.rivals[place])
+    )
     entry: dict[str, Any] = {
         **named(key, machine),
         "one_of": [key, *others],
@@ -181,33 +180,33 @@ def _entry(judged: Judged, place: int) -> dict[str, Any]:
         "probability": _probability(judged, place),
         "evidence": _evidence(judged),
     }
-    known = {one.name: one for one in found.after.calibration.parameters}
+    estimates = {estimate.name: estimate for estimate in result.after.calibration.parameters}
     if isinstance(added, AddedChange):
         change = added.change
         entry["title"] = change.title
-        places = [place_of(other) for other in others if _name(other) == change.name]
-        rest = [other for other in others if _name(other) != change.name]
+        places = [place_of(other) for other in others if name_of(other) == change.name]
+        rest = [other for other in others if name_of(other) != change.name]
         entry["other_places"] = places
         entry["or_else"] = [named(other, machine) for other in rest]
         numbers = change.parameters()
         entry["parameters"] = {
-            n: _number(known[full]) for n, full in numbers.items() if full in known
+            n: _number(estimates[full]) for n, full in numbers.items() if full in estimates
         }
-        return entry | change.told(machine)
-    effect = catalogue()[_name(key)]
+        return entry | change.details(machine)
+    effect = catalogue()[name_of(key)]
     entry["title"] = effect.title
     if "driver" in entry:
-        same = [one for one in others if law_of(one) == law_of(key)]
-        words = [driver_of(machine, one) for one in (key, *same)]
+        same = [other for other in others if law_of(other) == law_of(key)]
+        words = [driver_of(machine, other) for other in (key, *same)]
         entry["driver_in_words"] = " or ".join(said for _, said in words)
         entry["other_drivers"] = [driver for driver, _ in words[1:]]
-    since = [one.run.name for one in found.observed if key not in one.absent]
-    if len(since) < len(found.observed):
+    since = [run.run.name for run in result.observed if key not in run.absent]
+    if len(since) < len(result.observed):
         entry["runs"] = since
     prefix = f"effects.{key}."
     entry["parameters"] = {
-        name.removeprefix(prefix): _number(one)
-        for name, one in known.items()
+        name.removeprefix(prefix): _number(estimate)
+        for name, estimate in estimates.items()
         if name.startswith(prefix)
     }
     if is_switched(machine, key):
@@ -219,30 +218,35 @@ def _entry(judged: Judged, place: int) -> dict[str, Any]:
     return entry
 
 
-def _in_place(one: Hypothesis, best: Hypothesis, place: int) -> str:
-    """Return what a hypothesis has in the place of one addition of the best."""
+def _in_place(hypothesis: Hypothesis, best: Hypothesis, place: int) -> str:
+    """Return what a hypothesis has in the place of hypothesis addition of the best."""
     rest = [key for i, key in enumerate(best.keys) if i != place]
-    return next((key for key in one.keys if key not in rest), one.keys[-1])
+    return next((key for key in hypothesis.keys if key not in rest), hypothesis.keys[-1])
 
 
 def _probability(judged: Judged, place: int) -> float:
     """Return the probability of an addition among all that may stand in its place [1]."""
-    search = judged.found.search
+    search = judged.result.search
     units = search.steps[-1].units
-    scores = [one.score(units) for one in (search.best, *search.instead[place])]
+    scores = [hypothesis.score(units) for hypothesis in (search.best, *search.rivals[place])]
     odds = np.exp(-(np.array(scores) - min(scores)) / 2.0)
     return float(odds[0] / odds.sum())
 
 
-def _number(one: Any) -> dict[str, Any]:
-    return {"value": one.value, "low": one.low, "high": one.high, "unit": one.unit}
+def _number(estimate: Any) -> dict[str, Any]:
+    return {
+        "value": estimate.value,
+        "low": estimate.low,
+        "high": estimate.high,
+        "unit": estimate.unit,
+    }
 
 
 def _evidence(judged: Judged) -> str:
-    found = judged.found
-    step = found.search.steps[0]
-    together = "all names together explain" if len(found.keys) > 1 else "it explains"
+    result = judged.result
+    step = result.search.steps[0]
+    together = "all names together explain" if len(result.keys) > 1 else "it explains"
     return (
-        f"{together} {found.explained:.0%} of what is left on runs predicted from the others; "
+        f"{together} {result.explained:.0%} of what is left on runs predicted from the others; "
         f"the score falls by {step.fall:.0f}, where {MARGIN:.0f} is asked for"
     )

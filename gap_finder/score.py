@@ -48,7 +48,7 @@ class Fit:
     left : array, shape (R, C)
         Squares that are left of each run and channel, predicted from the other runs [tolerances
         squared, each channel of a run as many as it has independent values].
-    beside : array, shape (Q - P,)
+    other_position : array, shape (Q - P,)
         Where the unknowns that calibration does not move lie at the calibrated point [deviations].
     """
 
@@ -57,7 +57,7 @@ class Fit:
     designs: tuple[RunDesign, ...]
     observed: tuple[Observations, ...]
     left: FloatArray
-    beside: FloatArray
+    other_position: FloatArray
 
     @property
     def machine(self) -> Machine:
@@ -72,7 +72,7 @@ class Fit:
     @property
     def moved_cost(self) -> float:
         """-2 log of how likely all unknowns are, where they end, by their prior."""
-        x = np.append(self.position(), self.beside)
+        x = np.append(self.position(), self.other_position)
         return float(x @ x)
 
     @property
@@ -90,7 +90,7 @@ def fit(
     observed: Sequence[Observations],
     start_from: Sequence[Machine],
     sensitivities: Sequence[RunSensitivities],
-    worth: float = np.inf,
+    cost_limit: float = np.inf,
 ) -> Fit | None:
     """Calibrate a machine on all runs, and score it.
 
@@ -103,16 +103,16 @@ def fit(
         Each is started from, and the best kept.
     sensitivities : sequence of RunSensitivities
         Of a machine near it: how what only one run has, and what calibration does not move, acts.
-    worth : float
+    cost_limit : float
         None is returned if the cost is not below this after a few iterations.
     """
-    if worth < np.inf:
+    if cost_limit < np.inf:
         begun = _calibrated(base, observed, start_from, sensitivities, FIRST)
-        if begun.cost > worth:
+        if begun.cost > cost_limit:
             return None
         start_from = [begun.machine]
-    found = _calibrated(base, observed, start_from, sensitivities, REFITS)
-    return scored(base, observed, found, sensitivities)
+    calibration = _calibrated(base, observed, start_from, sensitivities, REFITS)
+    return scored(base, observed, calibration, sensitivities)
 
 
 def _calibrated(
@@ -145,9 +145,9 @@ def scored(
     folds = _Folds(calibration.machine, observed, moved, x, designs)
     left = folds.left()
     spread = folds.spread(max(1.0, float(left.sum()) / left.size))
-    told = intervals(base, moved, x, spread)
-    calibrated = replace(calibration, parameters=told)
-    return Fit(base, calibrated, tuple(designs), tuple(observed), left, folds.beside())
+    estimates = intervals(base, moved, x, spread)
+    calibrated = replace(calibration, parameters=estimates)
+    return Fit(base, calibrated, tuple(designs), tuple(observed), left, folds.other_position())
 
 
 class _Folds:
@@ -171,13 +171,13 @@ class _Folds:
         self._grams = np.array(
             [d.shared.T @ clean for d, clean in zip(designs, self._clean, strict=True)]
         )
-        total, known = self._grams.sum(axis=0), np.eye(self._grams.shape[1])
-        self._all = total + known
-        self._others = total - self._grams + known
+        total, prior = self._grams.sum(axis=0), np.eye(self._grams.shape[1])
+        self._all = total + prior
+        self._others = total - self._grams + prior
         self._count = len(x)
         self._start = np.pad(x, (0, self._grams.shape[1] - len(x)))
 
-    def beside(self) -> FloatArray:
+    def other_position(self) -> FloatArray:
         """Return where the unknowns that calibration does not move lie, shape (Q - P,)."""
         pairs = zip(self._clean, self._designs, strict=True)
         slope = sum(clean[:, self._count :].T @ design.residual for clean, design in pairs)
@@ -219,40 +219,40 @@ class _Folds:
         squares = []
         for k in runs:
             own = shown[k][k]
-            each = own * self._designs[k].cleaned(own[:, None])[:, 0]
-            squares.append(each.reshape(-1, channels).sum(axis=0))
+            left = own * self._designs[k].cleaned(own[:, None])[:, 0]
+            squares.append(left.reshape(-1, channels).sum(axis=0))
         return np.array(squares)
 
     def _stepped(self, point: FloatArray, shown: Sequence[FloatArray]) -> FloatArray:
         """Return each fold's unknowns after a step on the runs that are not left out, (R, Q)."""
-        slopes = np.array([one @ c for one, c in zip(shown, self._clean, strict=True)])
+        slopes = np.array([residuals @ c for residuals, c in zip(shown, self._clean, strict=True)])
         total = slopes.sum(axis=0)
-        found = point.copy()
+        stepped = point.copy()
         for k, others in enumerate(self._others):
-            found[k] -= np.linalg.solve(others, total[k] - slopes[k, k] + point[k])
+            stepped[k] -= np.linalg.solve(others, total[k] - slopes[k, k] + point[k])
         moved, count = self._moved, self._count
         # As in calibration: derivatives know little of what is farther away.
-        away = np.clip(found[:, :count] - point[:, :count], -FAR, FAR)
-        found[:, :count] = point[:, :count] + away
-        found[:, :count] = np.clip(found[:, :count], moved.low, moved.high)
-        return found
+        change = np.clip(stepped[:, :count] - point[:, :count], -FAR, FAR)
+        stepped[:, :count] = point[:, :count] + change
+        stepped[:, :count] = np.clip(stepped[:, :count], moved.low, moved.high)
+        return stepped
 
     def _simulated(self, point: FloatArray) -> list[FloatArray]:
         """Return every run's residuals with the numbers of every fold, each (R, N)."""
         values = self._moved.values(point[:, : self._count])
-        found = []
+        residuals = []
         shown = residuals_of(self._machine, self._observed, values)
         for residual, design in zip(shown, self._designs, strict=True):
             rest = design.shared[:, self._count :] @ point[:, self._count :].T
-            found.append(residual * design.weight + rest.T)
-        return found
+            residuals.append(residual * design.weight + rest.T)
+        return residuals
 
     def _training(self, point: FloatArray, shown: Sequence[FloatArray]) -> FloatArray:
         """Return the cost of every fold's own runs, shape (R,)."""
         squares = np.array(
             [
-                np.sum(one.T * design.cleaned(one.T), axis=0)
-                for one, design in zip(shown, self._designs, strict=True)
+                np.sum(residuals.T * design.cleaned(residuals.T), axis=0)
+                for residuals, design in zip(shown, self._designs, strict=True)
             ]
         )
         prior: FloatArray = np.sum(point**2, axis=1)

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from scipy.linalg import cho_factor, cho_solve
 
 from gap_finder.added_paths import AT_ONCE
-from gap_finder.candidates import LEAST, MOST
+from gap_finder.candidates import LEAST_SCALE, MOST_SCALE
 from gap_finder.design import RunDesign, told_by_one_run
 from plant_model.parameters import FloatArray
 
@@ -56,14 +56,14 @@ class NormalMatrices:
             shared.append(design.shared.T @ clean_shared)
             cross.append(np.zeros((design.shared.shape[1], len(tried))))
             answers.append(np.zeros(len(tried)))
-            for some, columns in answers_in_blocks(tried, i, design):
-                cross[-1][:, some] = clean_shared.T @ columns
-                answers[-1][some] = np.sum(columns * design.cleaned(columns), axis=0)
+            for block, columns in answers_in_blocks(tried, i, design):
+                cross[-1][:, block] = clean_shared.T @ columns
+                answers[-1][block] = np.sum(columns * design.cleaned(columns), axis=0)
         return cls(np.array(shared), np.array(cross), np.array(answers))
 
     @cached_property
     def alone(self) -> npt.NDArray[np.bool_]:
-        """Where a run alone tells a candidate's size, shape (R, m)."""
+        """Where no other run tells a candidate's size, shape (R, m)."""
         return told_by_one_run(self.answers)
 
 
@@ -100,8 +100,8 @@ class Residuals:
         for i, design in enumerate(designs):
             clean = design.cleaned(design.residual[:, None])[:, 0]
             against = np.zeros(len(tried))
-            for some, columns in answers_in_blocks(tried, i, design):
-                against[some] = clean @ columns
+            for block, columns in answers_in_blocks(tried, i, design):
+                against[block] = clean @ columns
             parts.append((clean @ design.shared, against, design.residual @ clean))
         shared, answers, squares = (np.array(x) for x in zip(*parts, strict=True))
         return cls(shared, answers, squares, np.pad(moved, (0, shared.shape[1] - len(moved))))
@@ -124,13 +124,14 @@ def answers_in_blocks(
 
     Yields
     ------
-    some : slice
+    block : slice
         Which candidates.
     columns : array, shape (N, b)
     """
     for begin in range(0, len(tried), AT_ONCE):
-        some = slice(begin, begin + AT_ONCE)
-        yield some, np.array([one.answers[run] for one in tried[some]]).T * design.weight[:, None]
+        block = slice(begin, begin + AT_ONCE)
+        answers = np.array([candidate.answers[run] for candidate in tried[block]])
+        yield block, answers.T * design.weight[:, None]
 
 
 @dataclass(frozen=True)
@@ -141,7 +142,7 @@ class Scores:
     ----------
     gain : array, shape (m,)
         Fall of what is left of all runs.
-    nearer : array, shape (m,)
+    prior_gain : array, shape (m,)
         Fall of the squares by which all shared unknowns are away from their priors' centres.
     scale : array, shape (m,)
         By how much the candidate's answer is scaled, all runs together.
@@ -150,7 +151,7 @@ class Scores:
     """
 
     gain: FloatArray
-    nearer: FloatArray
+    prior_gain: FloatArray
     scale: FloatArray
     cost: float
 
@@ -167,14 +168,14 @@ class Screen:
     def scores(self, data: Residuals) -> Scores:
         """Score every candidate."""
         scale, solved = self._whole.fit(data)
-        away, follow = data.pull - solved, self._whole.follow
-        nearer = 2.0 * scale * (away @ follow) - scale**2 * np.sum(follow**2, axis=0)
+        position, follow = data.pull - solved, self._whole.follow
+        prior_gain = 2.0 * scale * (position @ follow) - scale**2 * np.sum(follow**2, axis=0)
         gain, cost = np.zeros_like(scale), 0.0
         for k, fold in enumerate(self._folds):
             with_it, without = fold.predict(self.grams, data, k)
             gain += without - with_it
             cost += without
-        return Scores(gain, nearer, scale, cost)
+        return Scores(gain, prior_gain, scale, cost)
 
 
 class Fold:
@@ -195,7 +196,7 @@ class Fold:
         """Return scale (m,) and shared solution without any candidate (Q,)."""
         solved = cho_solve(self._factor, data.against_shared[self.runs].sum(axis=0) + data.pull)
         slope = data.against_answers[self.runs].sum(axis=0) - solved @ self._cross
-        scale = np.clip(-slope / self.left, LEAST, MOST)
+        scale = np.clip(-slope / self.left, LEAST_SCALE, MOST_SCALE)
         return scale, solved
 
     def predict(self, grams: NormalMatrices, data: Residuals, run: int) -> tuple[FloatArray, float]:
@@ -212,7 +213,7 @@ class Fold:
         quadratic = own - 2.0 * np.sum(cross * shift, axis=0)
         quadratic = quadratic + np.sum(shift * (matrix @ shift), axis=0)
         # What acts in this very run alone is an unknown of its own, like a zero.
-        best = np.clip(-linear / np.maximum(quadratic, 1e-12), LEAST, MOST)
+        best = np.clip(-linear / np.maximum(quadratic, 1e-12), LEAST_SCALE, MOST_SCALE)
         scale = np.where(grams.alone[run], best, scale)
         with_it = without + 2.0 * linear * scale + quadratic * scale**2
         return with_it, without

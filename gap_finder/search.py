@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-MOST = 4
+MOST_ADDITIONS = 4
 """Additions at most, if the user sets no other limit; set on no data."""
 
 
@@ -28,7 +28,7 @@ class Search:
     """
 
     without: Sequence[str] = ()
-    most: int = MOST
+    most: int = MOST_ADDITIONS
     described: bool = True
     seed: int = 0
     workers: int | None = None

@@ -42,28 +42,28 @@ def standing_still(machine: Machine, observed: Sequence[Observations]) -> list[D
     cannot tell that it is broken.
     """
     lengths = set(displacement_names(machine))
-    left = [residuals(machine, one) for one in observed]
+    left = [residuals(machine, run) for run in observed]
     faults = []
-    for place, one in enumerate(left):
-        others = [other for other in left if other is not one]
-        for i, name in enumerate(one.observed.channels):
+    for run in left:
+        others = [other for other in left if other is not run]
+        for i, name in enumerate(run.observed.channels):
             if name in lengths:
                 continue
             column = column_of(machine, name)
-            span = _longest(one.observed, column)
+            span = _longest(run.observed, column)
             if span is None:
                 continue
-            moved, usual = _moved(one, i, span), _usual(others, i)
+            moved, usual = _moved(run, i, span), _usual(others, i)
             having = [other.observed.run for other in left if column in other.observed.run.frame]
             step = resolution_of(having, column)
-            if moved < max(WARMS_K, UNUSUALLY * max(step, usual, float(one.observed.tolerance[i]))):
+            if moved < max(WARMS_K, UNUSUALLY * max(step, usual, float(run.observed.tolerance[i]))):
                 continue
-            run = observed[place].run.name
             text = (
-                f"{name} in {run}: exactly the same for {(span[1] - span[0]) / 60:.0f} min from "
-                f"{span[0] / 60:.0f} min on, while the calibrated model moves by {moved:.1f} K"
+                f"{name} in {run.observed.run.name}: exactly the same for "
+                f"{(span[1] - span[0]) / 60:.0f} min from {span[0] / 60:.0f} min on, while the "
+                f"calibrated model moves by {moved:.1f} K"
             )
-            faults.append(DataFault(run, name, "frozen", span[0], span[1], text))
+            faults.append(DataFault(run.observed.run.name, name, "frozen", *span, text))
     return faults
 
 
@@ -95,13 +95,13 @@ def calibrated(
     faults : list of DataFault
     """
     observed = observe(machine, runs, bad)
-    found = calibrate(machine, observed, starts=starts, seed=seed, progress=progress)
-    faults = standing_still(found.machine, observed)
+    calibration = calibrate(machine, observed, starts=starts, seed=seed, progress=progress)
+    faults = standing_still(calibration.machine, observed)
     if faults:
         observed = observe(machine, [taken_out(machine, run, faults) for run in runs], bad)
-        again = [found.machine]
-        found = calibrate(machine, observed, starts=1, start_from=again, progress=progress)
-    return found, observed, faults
+        again = [calibration.machine]
+        calibration = calibrate(machine, observed, starts=1, start_from=again, progress=progress)
+    return calibration, observed, faults
 
 
 def _longest(observed: Observations, column: str) -> tuple[float, float] | None:
@@ -116,21 +116,21 @@ def _longest(observed: Observations, column: str) -> tuple[float, float] | None:
     return (float(starts[k]), float(ends[k])) if ends[k] - starts[k] >= INDEPENDENT_S else None
 
 
-def _moved(one: RunResiduals, channel: int, span: tuple[float, float]) -> float:
+def _moved(run: RunResiduals, channel: int, span: tuple[float, float]) -> float:
     """Return how far the model moves while the reading stands still [K]."""
-    rows = (one.observed.time_s >= span[0]) & (one.observed.time_s <= span[1])
-    part = one.values[rows, channel]
+    rows = (run.observed.time_s >= span[0]) & (run.observed.time_s <= span[1])
+    part = run.values[rows, channel]
     part = part[np.isfinite(part)]
     return float(np.ptp(part)) if part.size else 0.0
 
 
 def _usual(left: Sequence[RunResiduals], channel: int) -> float:
     """Return what the model leaves of a channel in other runs, the middle one's [K]."""
-    rms = [_rms(one.values[:, channel]) for one in left]
-    known = [value for value in rms if np.isfinite(value)]
-    return float(np.median(known)) if known else float("inf")
+    rms = [_rms(run.values[:, channel]) for run in left]
+    measured = [value for value in rms if np.isfinite(value)]
+    return float(np.median(measured)) if measured else float("inf")
 
 
 def _rms(values: FloatArray) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(known**2))) if known.size else float("nan")
+    measured = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(measured**2))) if measured.size else float("nan")

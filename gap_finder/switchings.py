@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gap_finder.observations import BIN_S, SHARP_S, Observations
-from gap_finder.periods import MOST, quick, without_slow
+from gap_finder.periods import MOST_TRIED, quick, without_slow
 from gap_finder.reference import LAGS_MIN
 from plant_model.drive import Drive
 from plant_model.effect_names import switched_by
@@ -75,8 +75,8 @@ class Watched:
         since = np.concatenate([np.zeros((len(on), 1)), np.cumsum(on * steps, axis=1)], axis=1)
         at = np.append(self.time_s, max(float(ends[-1]), float(self.time_s[-1])) + 1.0)
         since[:, -1] = since[:, -2] + on[:, -1] * (at[-1] - at[-2])
-        known = np.array([np.interp(ends, at, one) for one in since])
-        return np.asarray(np.diff(known, axis=1) / np.maximum(np.diff(ends), 1e-9))
+        on_until = np.array([np.interp(ends, at, on_s) for on_s in since])
+        return np.asarray(np.diff(on_until, axis=1) / np.maximum(np.diff(ends), 1e-9))
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class Relay:
 
     def marked(self, observed: Observations, key: str) -> Observations:
         """Return observations whose inputs tell an effect when it was on."""
-        return observed.told(switched_by(key), self._in_steps)
+        return observed.with_series(switched_by(key), self._in_steps)
 
     def _in_steps(self, drive: Drive) -> FloatArray:
         setting = (np.array([self.on_above]), np.array([self.dead_band]))
@@ -188,17 +188,17 @@ def likely_switchings(
     Returns
     -------
     list of Switching
-        Best first, no more than `MOST`; empty where nothing that happens again and
+        Best first, no more than `MOST_TRIED`; empty where nothing that happens again and
         again follows any of them.
     """
     compared = _Compared(machine, observed, residuals, carried)
-    found = []
+    switchings = []
     for part in parts:
-        seen = [told for one in observed if (told := watched(machine, one, part))]
+        seen = [measured for run in observed if (measured := watched(machine, run, part))]
         if len(seen) < len(observed):
             continue
-        low = min(float(one.temperature.min()) for one in seen)
-        high = max(float(one.temperature.max()) for one in seen)
+        low = min(float(run.temperature.min()) for run in seen)
+        high = max(float(run.temperature.max()) for run in seen)
         levels = [low + share * (high - low) for share in LEVELS]
         settings = [(on, band) for on, band in product(levels, DEAD_BANDS) if on - band > low]
         step = (high - low) * (LEVELS[1] - LEVELS[0])
@@ -210,26 +210,26 @@ def likely_switchings(
             shares = compared.shares(seen, finer)
             best = int(np.argmax(shares))
             if shares[best] >= LEAST_FOLLOWING:
-                relays = tuple(Relay(one, *finer[best]) for one in seen)
-                found.append(Switching(part, relays, float(shares[best])))
-    return sorted(found, key=lambda one: -one.share)[:MOST]
+                relays = tuple(Relay(run, *finer[best]) for run in seen)
+                switchings.append(Switching(part, relays, float(shares[best])))
+    return sorted(switchings, key=lambda switching: -switching.share)[:MOST_TRIED]
 
 
 def _apart(
     settings: Sequence[tuple[float, float]], shares: FloatArray
 ) -> list[tuple[float, float]]:
-    """Return the best settings whose dead bands differ, no more than `MOST`.
+    """Return the best settings whose dead bands differ, no more than `MOST_TRIED`.
 
     A wide band and a narrow one below the same level may switch at much the same instants.
     """
-    found: list[tuple[float, float]] = []
+    chosen: list[tuple[float, float]] = []
     for place in np.argsort(-shares).tolist():
         on, band = settings[place]
-        if shares[place] <= 0.0 or len(found) == MOST:
+        if shares[place] <= 0.0 or len(chosen) == MOST_TRIED:
             break
-        if all(not 0.5 < band / other < 2.0 for _, other in found):
-            found.append((on, band))
-    return found
+        if all(not 0.5 < band / other < 2.0 for _, other in chosen):
+            chosen.append((on, band))
+    return chosen
 
 
 def relay(
@@ -261,13 +261,13 @@ class _Compared:
         residuals: Sequence[FloatArray],
         carried: Sequence[FloatArray],
     ) -> None:
-        self._times, self._carried = [one.time_s for one in observed], carried
+        self._times, self._carried = [run.time_s for run in observed], carried
         lengths = displacement_names(machine)
         self._warms = np.array([name not in lengths for name in observed[0].channels])
         self._shown = np.concatenate(
             [
-                quick(one, residual).reshape(len(one.time_s), -1)
-                for one, residual in zip(observed, residuals, strict=True)
+                quick(run, residual).reshape(len(run.time_s), -1)
+                for run, residual in zip(observed, residuals, strict=True)
             ]
         )
         self._every = float(np.sum(self._shown**2))
@@ -284,17 +284,17 @@ class _Compared:
         settings : sequence of (float, float)
             Levels and dead bands.
         """
-        found = np.zeros(len(settings))
+        shares = np.zeros(len(settings))
         on_above, dead_band = np.array(settings).reshape(-1, 2).T
         states = [
-            what.on_between(on_above, dead_band, _ends(time))
-            for time, what in zip(self._times, seen, strict=True)
+            measured.on_between(on_above, dead_band, _ends(time))
+            for time, measured in zip(self._times, seen, strict=True)
         ]
-        relays = [one > 0.5 for one in states]
+        relays = [on > 0.5 for on in states]
         counts = np.array([np.sum(on[:, 1:] != on[:, :-1], axis=1) for on in relays])
         often = (counts.sum(axis=0) >= SWITCHINGS) & (np.sum(counts > 0, axis=0) >= RUNS)
         if not often.any() or self._every <= 0.0:
-            return found
+            return shares
         kept = np.concatenate(
             [
                 _lagged(time, heat * (1.0 - on[often]))
@@ -307,8 +307,8 @@ class _Compared:
         # What is measured warm while the relay is on may be its cause, and is never its effect.
         warmer = ((kept.sum(axis=2)[:, None] @ basis) @ along)[:, 0] < 0.0
         sign = np.where(warmer | ~self._warms, 1.0, -1.0)
-        found[often] = np.sum(np.sum(along**2, axis=1) * sign, axis=1) / self._every
-        return found
+        shares[often] = np.sum(np.sum(along**2, axis=1) * sign, axis=1) / self._every
+        return shares
 
 
 def _ends(time_s: FloatArray) -> FloatArray:

@@ -15,6 +15,17 @@ def effect_key(name: str, channel: str = "") -> str:
     return f"{name}:{channel}" if channel else name
 
 
+def name_of(key: str) -> str:
+    """Return the name in a key: of an effect, or of a kind of change.
+
+    Parameters
+    ----------
+    key : str
+        As `effect_key` gives it.
+    """
+    return key.partition(":")[0]
+
+
 def leaps_of(key: str) -> str:
     """Return the name under which inputs hold what was seen of an effect's leaps.
 

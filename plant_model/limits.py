@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from plant_model.effect_names import name_of
 from plant_model.effects import catalogue, item_kinds
 from plant_model.effects.base import possible
 from plant_model.item_forms import NumberSpec
@@ -27,7 +28,7 @@ def physical_limits(machine: Machine) -> dict[str, tuple[float, float]]:
         for name in item.parameters:
             limits[item.parameter_name(name)] = numbers[name].low, numbers[name].high
     for key, parameters in machine.effects.items():
-        effect = catalogue()[key.partition(":")[0]]
+        effect = catalogue()[name_of(key)]
         for name, parameter in parameters.items():
             within = possible(effect, name) if effect.handles else (parameter.low, parameter.high)
             limits[f"effects.{key}.{name}"] = within

@@ -12,6 +12,7 @@ import tomlkit
 from measurement.errors import BadInput
 from measurement.files import write_atomically
 from plant_model.drawing.expand import is_page
+from plant_model.effect_names import name_of
 from plant_model.effects import catalogue
 from plant_model.machine import FAMILIES, Item, Machine
 from plant_model.machine_file import machine_from_table, machine_path, machine_table
@@ -150,7 +151,7 @@ def _write_effects(effects: Any, machine: Machine) -> None:
     for key, parameters in machine.effects.items():
         if key not in effects:
             effects[key] = tomlkit.table()
-        nominal = catalogue()[key.partition(":")[0]].parameters
+        nominal = catalogue()[name_of(key)].parameters
         for name, parameter in parameters.items():
             if name in effects[key]:
                 _move(effects[key], name, parameter)

@@ -34,7 +34,7 @@ def write_gap_page(
     folder: Path,
 ) -> list[Path]:
     """Write the page and its figures into *folder* and return the files."""
-    result, unseen = judged.found, judged.unseen
+    result, unseen = judged.result, judged.unseen
     charts = signature_charts(result) + [
         chart
         for before, after in zip(unseen.before, unseen.after, strict=True)
@@ -75,7 +75,7 @@ def _maps(judged: Judged) -> list[tuple[str, RegimeMap]]:
     """Return the regime map as the calibrated machine leaves it, and with what was added."""
     known, unseen = judged.used, judged.unseen
     maps = [("calibrated as given", regime_map([*known.before, *unseen.before]))]
-    if judged.found.keys:
+    if judged.result.keys:
         maps.append(("with what was added", regime_map([*known.after, *unseen.after])))
     return maps
 

@@ -87,7 +87,7 @@ def run_find_gap(
     if split_hours is not None:
         used, kept_back = _in_pieces(machine, used, kept_back, split_hours)
     judged, more = answer(machine, used, kept_back, search, progress=say)
-    result = judged.found
+    result = judged.result
     observed = [run.observed for run in judged.unseen.before]
     faults = sorted([*faults, *more], key=lambda fault: (fault.run, fault.channel, fault.start_s))
     lacking = [*not_compared(machine, every), *begun_warm(every)]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from gap_finder.calibrate import Progress, quiet
-from gap_finder.search import MOST, Search
+from gap_finder.search import MOST_ADDITIONS, Search
 from scenarios.gap_runner import GAP, check_search, run_find_gap
 from scenarios.outputs import guarding
 from spindle_drift._inputs import MachineLike, RunLike, as_runs
@@ -72,7 +72,7 @@ def find_gap(
     *,
     out: str | Path | None = None,
     without: Sequence[str] = (),
-    most: int = MOST,
+    most: int = MOST_ADDITIONS,
     effects_only: bool = False,
     seed: int = 0,
     workers: int | None = None,

@@ -97,7 +97,7 @@ def _details(judged: Judged) -> dict[str, Any]:
 
     What every step scored, and every run's residual by channel.
     """
-    first, last = judged.found.before.machine, judged.found.after.machine
+    first, last = judged.result.before.machine, judged.result.after.machine
     used, unseen = judged.used, judged.unseen
     before, after = (*used.before, *unseen.before), (*used.after, *unseen.after)
     return {
@@ -120,7 +120,7 @@ def _details(judged: Judged) -> dict[str, Any]:
                     for one in step.tried
                 },
             }
-            for step in judged.found.search.steps
+            for step in judged.result.search.steps
         ],
         "channels_by_run": {
             part.observed.run.name: {

@@ -74,12 +74,12 @@ class Change(ABC):
 
     @classmethod
     @abstractmethod
-    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
+    def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
         """Return all changes of this kind that a machine may lack.
 
         Parameters
         ----------
-        known : sequence of CalibratedRun
+        runs : sequence of CalibratedRun
             All of the same machine.
         """
 
@@ -140,10 +140,10 @@ class Change(ABC):
         dict of str to float
             By the change's own names, each in its parameter's unit.
         """
-        found = self.parameters().items()
-        return {number: machine.parameters[name].value for number, name in found}
+        parameters = self.parameters().items()
+        return {number: machine.parameters[name].value for number, name in parameters}
 
-    def told(self, machine: Machine) -> dict[str, Any]:
+    def details(self, machine: Machine) -> dict[str, Any]:
         """Return what else a report says of it.
 
         Parameters
@@ -154,13 +154,13 @@ class Change(ABC):
         return {}
 
     @classmethod
-    def answers(cls, changes: Sequence[Self], known: CalibratedRun) -> list[FloatArray]:
+    def answers(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:
         """Return what changes of this kind change in a run, weighted.
 
         Parameters
         ----------
         changes : sequence of Change
-        known : CalibratedRun
+        run : CalibratedRun
 
         Returns
         -------
@@ -168,34 +168,34 @@ class Change(ABC):
             One for each change: model with it minus model without, over the noise [1]. N counts
             instants times channels.
         """
-        base = modelled(simulate_at(known.machine, known.observed), known.observed)
-        found: list[FloatArray] = []
+        base = modelled(simulate_at(run.machine, run.observed), run.observed)
+        answers: list[FloatArray] = []
         for start in range(0, len(changes), cls.at_once):
-            found += cls._simulated(changes[start : start + cls.at_once], known, base)
-        return found
+            answers += cls._simulated(changes[start : start + cls.at_once], run, base)
+        return answers
 
     @classmethod
     def _simulated(
-        cls, some: Sequence[Self], known: CalibratedRun, base: FloatArray
+        cls, changes: Sequence[Self], run: CalibratedRun, base: FloatArray
     ) -> list[FloatArray]:
-        grown = known.machine
-        for one in some:
-            grown = one.put_into(grown, one.points()[0])
-        counts = [len(one.points()) for one in some]
+        grown = run.machine
+        for change in changes:
+            grown = change.put_into(grown, change.points()[0])
+        counts = [len(change.points()) for change in changes]
         ends = np.cumsum(counts)
         sets: dict[str, FloatArray] = {}
-        for one, end, count in zip(some, ends, counts, strict=True):
-            for number, name in one.parameters().items():
-                tried = [point[number] for point in one.points()]
+        for change, end, count in zip(changes, ends, counts, strict=True):
+            for number, name in change.parameters().items():
+                tried = [point[number] for point in change.points()]
                 column = np.full(ends[-1], 0.0 if number == cls.first else tried[0])
                 column[end - count : end] = tried
                 sets[name] = column
         try:
-            shown = modelled(simulate_at(grown, known.observed, sets), known.observed)
+            shown = modelled(simulate_at(grown, run.observed, sets), run.observed)
         except IntegrationError:
             shown = np.repeat(base, ends[-1], axis=0)
-        change = (shown - base) * known.observed.weights
-        return np.split(change.reshape(int(ends[-1]), -1), ends[:-1])
+        answers = (shown - base) * run.observed.weights
+        return np.split(answers.reshape(int(ends[-1]), -1), ends[:-1])
 
 
 class PathChange(Change):
@@ -210,9 +210,9 @@ class PathChange(Change):
         return tuple(point[self.first] for point in self.points())
 
     @classmethod
-    def answers(cls, changes: Sequence[Self], known: CalibratedRun) -> list[FloatArray]:
+    def answers(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:
         """Return the answers of all paths in one go."""
-        return path_answers(known.machine, known.observed, [one.path() for one in changes])
+        return path_answers(run.machine, run.observed, [change.path() for change in changes])
 
 
 def with_item(machine: Machine, item: Item, effect: str) -> Machine:
@@ -222,7 +222,7 @@ def with_item(machine: Machine, item: Item, effect: str) -> Machine:
         effects = effects | {effect: dict(catalogue()[effect].parameters)}
     of_family = {family: [i for i in machine.items if i.family == family] for family in FAMILIES}
     of_family[item.family].append(item)
-    items = tuple(one for family in FAMILIES for one in of_family[family])
+    items = tuple(grown for family in FAMILIES for grown in of_family[family])
     return replace(machine, items=items, effects=effects)
 
 
@@ -260,13 +260,13 @@ def conductance_of(pair: tuple[str, str], *, boundary: bool) -> str:
 
 def parts_joined(machine: Machine) -> list[str]:
     """Return what a new part can be joined to: parts, and boundary temperatures."""
-    found = [node.name for node in machine.nodes] if "conduction" in machine.effects else []
+    parts = [node.name for node in machine.nodes] if "conduction" in machine.effects else []
     if "surface_convection" in machine.effects:
-        found += list(machine.boundary_index)
-    return found
+        parts += list(machine.boundary_index)
+    return parts
 
 
 def taken_names(machine: Machine) -> set[str]:
     """Return the names that parts and signals of the machine have."""
-    taken = {node.name for node in machine.nodes} | {one.name for one in machine.sensors}
+    taken = {node.name for node in machine.nodes} | {sensor.name for sensor in machine.sensors}
     return taken | {entry.name for entry in machine.inputs}

@@ -50,14 +50,14 @@ class CoarsePart(Change):
     links: bool
 
     @classmethod
-    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
+    def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
         """Return every part, cut in each way that may show."""
-        machine = known[0].machine
+        machine = runs[0].machine
         taken, others = taken_names(machine), parts_joined(machine)
         for node in machine.nodes:
             if f"{node.name}_far" in taken or node.name not in others:
                 continue
-            sensors = tuple(one.name for one in machine.sensors if one.of == node.name)
+            sensors = tuple(sensor.name for sensor in machine.sensors if sensor.of == node.name)
             single = [(name,) for name in sensors] if len(sensors) > 1 else []
             heated = any(
                 node.name in names
@@ -100,8 +100,8 @@ class CoarsePart(Change):
             else:
                 nodes.append(node)
         sensors = tuple(
-            replace(one, of=self._far) if one.name in self.sensors else one
-            for one in machine.sensors
+            replace(sensor, of=self._far) if sensor.name in self.sensors else sensor
+            for sensor in machine.sensors
         )
         items = tuple(self._near(item) for item in machine.items)
         grown = replace(machine, nodes=(*nodes, far), sensors=sensors, items=items)
@@ -127,7 +127,7 @@ class CoarsePart(Change):
         pair = item.refs.get("between", ())
         if item.family != "links" or self.place[0] not in pair:
             return item
-        moved = tuple(self._far if one == self.place[0] else one for one in pair)
+        moved = tuple(self._far if part == self.place[0] else part for part in pair)
         return replace(item, refs={**item.refs, "between": moved})
 
 

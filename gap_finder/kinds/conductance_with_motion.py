@@ -27,10 +27,10 @@ class ConductanceWithMotion(PathChange):
     first: ClassVar[str] = "conductance"
 
     @classmethod
-    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
+    def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
         """Return every path with every motion, and every part with the air around it."""
-        machine = known[0].machine
-        columns = set().union(*(one.observed.run.frame.columns for one in known))
+        machine = runs[0].machine
+        columns = set().union(*(run.observed.run.frame.columns for run in runs))
         moving = [e.name for e in machine.inputs if e.unit in MOTIONS and e.column in columns]
         kinds = ("conduction", "contact", "convection")
         pairs = [item.refs["between"] for item in machine.of_kind("links", *kinds)]
@@ -40,9 +40,9 @@ class ConductanceWithMotion(PathChange):
         names = {item.name for item in machine.items}
         for pair in dict.fromkeys(pairs):
             for driver in moving:
-                one = cls((*pair, driver))
-                if one._name not in names:
-                    yield one
+                change = cls((*pair, driver))
+                if change._name not in names:
+                    yield change
 
     def path(self) -> AddedPath:
         """Return the path that motion adds to."""

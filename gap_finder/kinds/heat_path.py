@@ -32,9 +32,9 @@ class HeatPath(PathChange):
     boundary: bool
 
     @classmethod
-    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
+    def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
         """Return the paths that the machine does not have."""
-        machine = known[0].machine
+        machine = runs[0].machine
         there = {frozenset(item.refs.get("between", ())) for item in machine.items}
         names = {item.name for item in machine.items}
         nodes = [node.name for node in machine.nodes]

@@ -23,13 +23,13 @@ class HeatSource(Change):
     first: ClassVar[str] = "power"
 
     @classmethod
-    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
+    def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
         """Return a source for every part, always on or driven by each input that is given.
 
         None for an input that heats the part already.
         """
-        machine = known[0].machine
-        columns = set().union(*(one.observed.run.frame.columns for one in known))
+        machine = runs[0].machine
+        columns = set().union(*(run.observed.run.frame.columns for run in runs))
         driving = [e.name for e in machine.inputs if not e.is_boundary and e.column in columns]
         sources = [item for item in machine.items if item.family == "sources"]
         names = {item.name for item in sources}
@@ -42,9 +42,9 @@ class HeatSource(Change):
         }
         for node in machine.nodes:
             for driver in ("", *driving):
-                one = cls((node.name, driver) if driver else (node.name,))
-                if one._name not in names and (node.name, driver) not in there:
-                    yield one
+                change = cls((node.name, driver) if driver else (node.name,))
+                if change._name not in names and (node.name, driver) not in there:
+                    yield change
 
     @property
     def _name(self) -> str:

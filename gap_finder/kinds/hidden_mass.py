@@ -36,9 +36,9 @@ class HiddenMass(PathChange):
     capacity: float
 
     @classmethod
-    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
+    def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
         """Return a mass for every part."""
-        machine = known[0].machine
+        machine = runs[0].machine
         taken, others = taken_names(machine), parts_joined(machine)
         for node in machine.nodes:
             if f"{node.name}_behind" not in taken and node.name in others:

@@ -32,12 +32,12 @@ class MovesAxis(Change):
     way: float
 
     @classmethod
-    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
+    def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
         """Return every part with every axis that is measured, either way.
 
         None for what the structure has already: its length is calibrated there, or was drawn.
         """
-        machine = known[0].machine
+        machine = runs[0].machine
         if "thermal_expansion" not in machine.effects:
             return
         there = {
@@ -47,7 +47,7 @@ class MovesAxis(Change):
             if item.parameters[name].value
         }
         for node in machine.nodes:
-            for axis in _measured(known[0]):
+            for axis in _measured(runs[0]):
                 if ((node.name,), AXES[axis]) not in there:
                     yield from (cls((node.name, axis), way) for way in (-1.0, 1.0))
 
@@ -76,11 +76,11 @@ class MovesAxis(Change):
         return with_item(machine, item, "thermal_expansion")
 
 
-def _measured(known: CalibratedRun) -> list[str]:
+def _measured(run: CalibratedRun) -> list[str]:
     """Return the axes that some displacement that is compared shows."""
-    rig, channels = known.machine.rig, known.observed.channels
+    rig, channels = run.machine.rig, run.observed.channels
     if rig["kind"] == "direct":
-        return sorted({one["axis"] for name, one in rig["axes"].items() if name in channels})
-    names = displacement_names(known.machine)
+        return sorted({probe["axis"] for name, probe in rig["axes"].items() if name in channels})
+    names = displacement_names(run.machine)
     shown = zip(("X", "Y", "X", "Y", "Z"), names, strict=True)
     return sorted({axis for axis, name in shown if name in channels})

@@ -48,9 +48,9 @@ class SensorPlace(Change):
     boundary: bool
 
     @classmethod
-    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
+    def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
         """Return every thermometer on a part with every other part and boundary temperature."""
-        machine, channels = known[0].machine, known[0].observed.channels
+        machine, channels = runs[0].machine, runs[0].observed.channels
         taken = taken_names(machine)
         others = parts_joined(machine)
         for sensor in machine.sensors:
@@ -77,11 +77,11 @@ class SensorPlace(Change):
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with the thermometer on a tip between the two parts."""
-        sensor, other = self.place
-        start = Node(self._tip, fixed(TIP_J_PER_K, "J/K"), sensor)
-        nodes = (*machine.nodes, start)
+        name, other = self.place
+        nodes = (*machine.nodes, Node(self._tip, fixed(TIP_J_PER_K, "J/K"), name))
         sensors = tuple(
-            replace(one, of=start.name) if one.name == sensor else one for one in machine.sensors
+            replace(sensor, of=self._tip) if sensor.name == name else sensor
+            for sensor in machine.sensors
         )
         grown = replace(machine, nodes=nodes, sensors=sensors)
         grown = joined(grown, (self._tip, self.of), fixed(CONTACT_W_PER_K, "W/K"))
@@ -104,25 +104,25 @@ class SensorPlace(Change):
         g = machine.parameters[self.parameters()[self.first]].value
         return {self.first: g / (g + self._contact)}
 
-    def told(self, machine: Machine) -> dict[str, Any]:
+    def details(self, machine: Machine) -> dict[str, Any]:
         """Return the share."""
         return {"share": round(self.read(machine)[self.first], 3)}
 
     @classmethod
-    def answers(cls, changes: Sequence[Self], known: CalibratedRun) -> list[FloatArray]:
+    def answers(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:
         """Return the answers, which need no simulation: a mean of what is known."""
-        index, observed = known.machine.node_index, known.observed
-        shown = simulate_at(known.machine, observed)
+        index, observed = run.machine.node_index, run.observed
+        shown = simulate_at(run.machine, observed)
         warm = shown.temperatures[0, 1:]
-        found = []
-        for one in changes:
-            sensor, other = one.place
+        answers = []
+        for change in changes:
+            sensor, other = change.place
             column = observed.channels.index(sensor)
             there = warm[:, index[other]] if other in index else shown.inputs[other][1:]
             out = np.zeros((len(SHARES), len(observed.time_s), len(observed.channels)))
-            out[..., column] = np.outer(SHARES, there - warm[:, index[one.of]])
-            found.append((out * observed.weights).reshape(len(SHARES), -1))
-        return found
+            out[..., column] = np.outer(SHARES, there - warm[:, index[change.of]])
+            answers.append((out * observed.weights).reshape(len(SHARES), -1))
+        return answers
 
 
 def _odds(share: float) -> float:

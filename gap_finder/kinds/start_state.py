@@ -50,11 +50,11 @@ class StartState(Change):
     at_hall: bool
 
     @classmethod
-    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
+    def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
         """Return every part, and all together that start at a boundary, at every signal."""
-        machine = known[0].machine
-        firsts = [_first_values(one) for one in known]
-        begins = [_begins(one) for one in known]
+        machine = runs[0].machine
+        firsts = [_first_values(run) for run in runs]
+        begins = [_begins(run) for run in runs]
         usual = next(iter(machine.boundary_index))
         for place in _places(machine):
             at = [machine.node_index[name] for name in place]
@@ -96,34 +96,35 @@ class StartState(Change):
         """Return the share."""
         return {self.first: machine.nodes[machine.node_index[self.place[0]]].start_share}
 
-    def told(self, machine: Machine) -> dict[str, Any]:
+    def details(self, machine: Machine) -> dict[str, Any]:
         """Return the signal and the share."""
         share = self.read(machine)[self.first]
         number = {"value": share, "low": share, "high": share, "unit": "1"}
         return {"starts_at": self.signal, "parameters": {self.first: number}}
 
     @classmethod
-    def answers(cls, changes: Sequence[Self], known: CalibratedRun) -> list[FloatArray]:
+    def answers(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:
         """Return the answers, which calibration has already."""
-        machine = known.machine
-        first, begin = _first_values(known), _begins(known)
+        machine = run.machine
+        first, begin = _first_values(run), _begins(run)
         usual = next(iter(machine.boundary_index))
-        by_start = known.sensitivities.starts
-        found = []
-        for one in changes:
-            at = [machine.node_index[name] for name in one.place]
-            away = [_target(first, usual, one.signal, share) - begin[at] for share in one.shares]
-            found.append(np.array([by_start[:, at] @ part / START_K for part in away]))
-        return found
+        by_start = run.sensitivities.starts
+        answers = []
+        for change in changes:
+            at = [machine.node_index[name] for name in change.place]
+            targets = [_target(first, usual, change.signal, share) for share in change.shares]
+            columns = [by_start[:, at] @ (target - begin[at]) / START_K for target in targets]
+            answers.append(np.array(columns))
+        return answers
 
 
 def _target(first: Mapping[str, float], usual: str, signal: str, share: float) -> float:
     return first[usual] + share * (first[signal] - first[usual])
 
 
-def _begins(known: CalibratedRun) -> FloatArray:
+def _begins(run: CalibratedRun) -> FloatArray:
     """Return where every part starts as the file has it [degC], shape (nodes,)."""
-    return np.asarray(simulate_at(known.machine, known.observed).temperatures[0, 0])
+    return np.asarray(simulate_at(run.machine, run.observed).temperatures[0, 0])
 
 
 def _places(machine: Machine) -> list[tuple[str, ...]]:
@@ -135,14 +136,14 @@ def _places(machine: Machine) -> list[tuple[str, ...]]:
     return [(node.name,) for node in machine.nodes] + [p for p in together if len(p) > 1]
 
 
-def _first_values(known: CalibratedRun) -> dict[str, float]:
+def _first_values(run: CalibratedRun) -> dict[str, float]:
     """Return the first value of every boundary temperature and thermometer of a run [degC]."""
-    lengths, observed = set(displacement_names(known.machine)), known.observed
-    found = {name: float(values[0]) for name, values in observed.drive.first.items()}
+    lengths, observed = set(displacement_names(run.machine)), run.observed
+    firsts = {name: float(values[0]) for name, values in observed.drive.first.items()}
     for name in observed.channels:
-        column = column_of(known.machine, name)
+        column = column_of(run.machine, name)
         if name not in lengths and column in observed.run.frame:
             read = observed.run.frame[column].dropna()
             if len(read):
-                found[name] = float(read.iloc[0])
-    return {name: found[name] for name in sorted(found)}
+                firsts[name] = float(read.iloc[0])
+    return {name: firsts[name] for name in sorted(firsts)}

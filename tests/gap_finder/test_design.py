@@ -9,10 +9,10 @@ import pytest
 
 from gap_finder.added_paths import AddedPath, path_answers
 from gap_finder.design import (
-    BESIDE,
+    PASSING_SHARE,
     RunSensitivities,
     design_of,
-    passing,
+    passing_paths,
     sensitivities_of,
 )
 from gap_finder.kinds import CalibratedRun
@@ -35,7 +35,7 @@ def test_what_passes_a_slow_part_is_half_of_what_is_left_of_it_without_its_mass(
         g = machine.parameters[f"links.{item.name}.conductance"].value
         matrix[[i, j], [i, j]] += g
         matrix[[i, j], [j, i]] -= g
-    paths = passing(replace(machine, nodes=tuple(slow)))
+    paths = passing_paths(replace(machine, nodes=tuple(slow)))
     counted = 0
     for k in range(len(slow)):
         around = sorted(names[i] for i in np.flatnonzero(matrix[:, k]) if i != k)
@@ -43,7 +43,7 @@ def test_what_passes_a_slow_part_is_half_of_what_is_left_of_it_without_its_mass(
             others = [name for name in around if name != part]
             # A part without mass is eliminated: Schur's complement.
             row = np.outer(matrix[:, k], matrix[k])[names.index(part)] / matrix[k, k]
-            expected = [BESIDE * row[names.index(name)] for name in others]
+            expected = [PASSING_SHARE * row[names.index(name)] for name in others]
             passed = [
                 np.multiply(path.shares, path.sizes[0])
                 for path in paths
@@ -57,13 +57,13 @@ def test_what_passes_a_slow_part_is_half_of_what_is_left_of_it_without_its_mass(
 def test_a_quick_part_has_one_temperature() -> None:
     machine = read_machine("lathe")
     quick = [replace(n, capacity=replace(n.capacity, value=1.0, low=0.5)) for n in machine.nodes]
-    assert passing(replace(machine, nodes=tuple(quick))) == []
+    assert passing_paths(replace(machine, nodes=tuple(quick))) == []
 
 
 def test_heat_is_shared_among_several_as_by_a_path_to_each(jig_borer_lumps: Machine) -> None:
     machine = jig_borer_lumps
     (observed,) = observe(machine, runs_of(machine, every_s=120.0)[:1])
-    part, near, far = passing(machine)[0].between[:3]
+    part, near, far = passing_paths(machine)[0].between[:3]
     size = 1e-4  # [W/K], so small that no path changes what drives it
     shared = AddedPath((part, near, far), (size,), shares=(0.25, 0.75))
     pairs = [AddedPath(pair, (size,)) for pair in ((part, near), (part, far), (near, far))]
@@ -86,7 +86,7 @@ def test_heat_that_passes_a_part_is_no_news(jig_borer_lumps: Machine) -> None:
     run = CalibratedRun(lumps, observed, known)
     paths = {frozenset(path.place): path for path in HeatPath.all_of([run])}
     passed = max(
-        (path for path in passing(lumps) if frozenset(path.between) in paths),
+        (path for path in passing_paths(lumps) if frozenset(path.between) in paths),
         key=lambda path: path.sizes,
     )
     change_of = paths[frozenset(passed.between)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gap_finder.directions import LOST, fewer
+from gap_finder.directions import NEGLIGIBLE_SQUARES, fewer
 
 
 def test_fewer_columns_are_the_same_prior() -> None:
@@ -19,7 +19,7 @@ def test_fewer_columns_are_the_same_prior() -> None:
     assert [part.shape for part in few] == [(50, 6), (80, 6)]
     whole, short = (np.vstack(part) for part in (runs, few))
     lost = whole @ whole.T - short @ short.T
-    assert 0.0 < np.trace(lost) <= LOST
+    assert 0.0 < np.trace(lost) <= NEGLIGIBLE_SQUARES
     assert np.linalg.eigvalsh(lost).min() > -1e-9
 
 

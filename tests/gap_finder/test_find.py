@@ -159,11 +159,11 @@ def test_a_name_with_which_unseen_runs_are_predicted_no_better_is_in_doubt(
     after: float, *, in_doubt: bool
 ) -> None:
     gap = {"before": 2.0, "after": after, "reference": 1.5}
-    unseen: Any = SimpleNamespace(gap=lambda: gap, gap_beside=lambda known: gap)
+    unseen: Any = SimpleNamespace(gap=lambda: gap, gap_against=lambda known: gap)
     found: Any = SimpleNamespace(
         keys=("windage",),
         before=SimpleNamespace(left=np.full((3, 4), 40.0)),
         after=SimpleNamespace(left=np.ones((3, 4)), left_each=1.0),
     )
-    reference: Any = SimpleNamespace(known=(), unseen=())
+    reference: Any = SimpleNamespace(used=(), unseen=())
     assert Judged(found, unseen, unseen, reference).in_doubt is in_doubt

@@ -22,7 +22,7 @@ def test_a_forgotten_path_is_named_with_where_it_leads_from(jig_borer_lumps: Mac
     told = replace(jig_borer_lumps, items=items)
     runs = runs_of(jig_borer_lumps, every_s=60.0)
     judged, _ = answer(told, runs[:3], runs[3:], Search(without, workers=1))
-    (key,), (others,) = judged.found.keys, judged.found.search.instead
+    (key,), (others,) = judged.result.keys, judged.result.search.rivals
     # From the inner ring, or the shaft in it, to what is cooled outside: soft ranges of the other
     # numbers take up so much of it that the runs no longer tell where it ends.
     for name in (key, *(other.keys[0] for other in others)):

@@ -64,6 +64,6 @@ def test_candidates_cover_both_signs_and_stay_possible(jig_borer_lumps: Machine)
 def test_what_is_added_leaves_the_list_with_its_law_on_every_driver() -> None:
     keys = ["slow_structure", "slow_structure:bed", "sensor_lag:T1", "sensor_lag:T2", "windage"]
     tried = [AddedEffect(Candidate(key, {}, ())) for key in keys]
-    rest = Listed(tried, prior_costs(keys)).beside(["slow_structure:bed", "sensor_lag:T2"])
+    rest = Listed(tried, prior_costs(keys)).without(["slow_structure:bed", "sensor_lag:T2"])
     assert [one.key for one in rest.tried] == ["sensor_lag:T1", "windage"]
     assert rest.costs == prior_costs(["sensor_lag:T1", "windage"])

@@ -82,4 +82,4 @@ def test_what_calibration_does_not_move_lies_where_all_runs_have_it() -> None:
     designs, x = _designs(), np.array([0.4, -0.3])
     columns = [one.shared[:, MOVED:] for one in designs]
     found = _side_by_side(designs, columns, np.zeros(0))[:OTHER]
-    assert _folds(designs, x).beside() == pytest.approx(found, rel=1e-9)
+    assert _folds(designs, x).other_position() == pytest.approx(found, rel=1e-9)

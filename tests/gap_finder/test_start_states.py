@@ -82,13 +82,13 @@ def test_parts_that_no_sensor_starts_are_named_with_their_place(
     gap = table["gap"]["holdout"]
     assert gap["after"] < 0.4 * gap["before"]
     assert "starts at another temperature" in five_lines(table)[0]
-    after = judged.found.after.machine
+    after = judged.result.after.machine
     moved = [
         n.name for n, o in zip(after.nodes, told_wrong.nodes, strict=True) if n.start != o.start
     ]
     assert moved == effect["place"]
     # Told rightly, nothing of the kind is said.
     sound, _ = answer(jig_borer_lumps, runs[:3], runs[3:], Search(without, workers=1))
-    assert sound.found.keys == ()
+    assert sound.result.keys == ()
     assert sound.verdict == "none_missing"
     assert np.isfinite(gap["reference"])
