@@ -25,7 +25,8 @@ LAG_S = 1800.0
 """Longer than any lag between neighbouring thermometers, shorter than a run [s]: set on no data."""
 WRONG = 0.01
 """So often is a log wrong in one of the usual ways, a unit, a place, a seam, and so often may
-chance alone be told for something [1]: a judgement, set on no data."""
+chance alone be told for something, as in `monitor` [1]: a judgement, set on no data;
+docs/results.md reports how often that is right."""
 
 
 def resample(

@@ -20,10 +20,12 @@ from fmu_compensator.fit.incidence import (
 )
 from fmu_compensator.fit.training import GRID_S, Array
 from measurement.errors import BadInput, shown
+from measurement.faults.series import UNUSUALLY
+from measurement.resampling import FINEST_K
 from measurement.rig import axis_of
 
-NEAR_CONSTANT_K = 0.3
-"""A sensor that moves by less, noise left out, carries no news [K]: set on no data."""
+NEAR_CONSTANT_K = UNUSUALLY * FINEST_K
+"""A sensor that moves by less, noise left out, carries no news [K]."""
 GROWTH = "growth"
 """Asks for the target that the studies score by, whatever a rig calls it: the elongation, else what
 measures Z, else the first."""

@@ -13,18 +13,13 @@ from fmu_compensator.fit.training import Array, TrainingRun
 from fmu_compensator.runtime.checks import SPAN_S
 from fmu_compensator.runtime.geometry import LONGEST_TOOL_MM, FivePoint, Geometry
 from measurement.errors import BadInput
-from measurement.faults.series import longest_unchanged
+from measurement.faults.series import UNUSUALLY, longest_unchanged
 from measurement.resampling import GAP_INTERVALS
 from measurement.units import UNITS
 
 PLAUSIBLE_MARGIN_K = 25.0
 """A reading may lie this far outside what training saw: a hotter hall, a longer day [K]. Set on
 no data."""
-TIMES = 3.0
-"""A change or a jump of a reading, or an offset, is believed up to so many times the largest that
-training saw [1]. Set on no data; docs/results.md reports broken sensors under it. A standstill is
-believed as long as a gap is bridged: at 3 intervals, thermometers of four sound runs of the lathe
-were stale in 1 to 8 % of the time."""
 RATE_QUANTILE = 0.999
 """Faster changes than all but one in a thousand are taken for faults in the training data [1]:
 set on no data."""
@@ -59,8 +54,10 @@ def sensor_table(name: str, runs: Sequence[PreparedRun], index: int) -> dict[str
         "unit": "degC",
         "low": max(math.floor(low - PLAUSIBLE_MARGIN_K), UNITS["degC"].low),
         "high": min(math.ceil(high + PLAUSIBLE_MARGIN_K), UNITS["degC"].high),
-        "rate_per_s": _rounded(max(TIMES * _fastest(runs, readings), LOWEST_RATE)),
-        "noise": _rounded(max(TIMES * _largest_jump(readings), LOWEST_NOISE_K)),
+        "rate_per_s": _rounded(max(UNUSUALLY * _fastest(runs, readings), LOWEST_RATE)),
+        "noise": _rounded(max(UNUSUALLY * _largest_jump(readings), LOWEST_NOISE_K)),
+        # At 3 intervals thermometers of four sound runs of the lathe were stale in 1 to 8 % of the
+        # time.
         "stale_after_s": math.ceil(max(GAP_INTERVALS * still, SHORTEST_STALE_S)),
         "trained_low": _rounded(trained_low),
         "trained_high": _rounded(trained_high),
@@ -106,7 +103,7 @@ def limits_table(
         for value in geometry.drift(targets, high)
     )
     # Rounded up to whole 5 um: a limit is a setting that people read.
-    offset = 5.0 * math.ceil(TIMES * largest / 5.0)
+    offset = 5.0 * math.ceil(UNUSUALLY * largest / 5.0)
     limits = {"offset_um": offset, **DEFAULT_LIMITS, **given}
     return {**limits, "tool_length_mm": [low, high]}
 

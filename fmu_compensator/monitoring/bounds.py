@@ -7,13 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.stats import t as student
 
-RISK = 0.01
-"""Share of runs like the training whose figure may pass its bound, and chance of a log that is
-called changed [1]: a usual level, set on no data; docs/results.md reports how often `monitor` is
-right."""
+from measurement.resampling import WRONG
 
 
-def upper_bound(values: Sequence[float], risk: float = RISK) -> float:
+def upper_bound(values: Sequence[float], risk: float = WRONG) -> float:
     r"""Return the largest figure that a further run like these should have.
 
     .. math:: \exp(m + t_{1 - r,\,n - 1}\, s \sqrt{1 + 1/n})

@@ -17,7 +17,6 @@ from scipy.stats import binom
 
 from fmu_compensator.driving import Driven, drive
 from fmu_compensator.fit.run_conditions import Condition, conditions_of
-from fmu_compensator.monitoring.bounds import RISK
 from fmu_compensator.monitoring.drift import AxisError, Gain, axis_errors, bounds_of, gain_of
 from fmu_compensator.monitoring.sensors import WORTH_SHARE, Agreement, Astray
 from fmu_compensator.runtime.compensator import HOLDING, SPARED, UNTRAINED
@@ -25,6 +24,7 @@ from fmu_compensator.runtime.modelfile import Model
 from measurement.doubts import doubt_lines
 from measurement.faults import GROSS, LEVELS, Fault, cleaned, find_faults
 from measurement.faults.series import FEWEST_SAMPLES
+from measurement.resampling import WRONG
 from measurement.rig import Rig, rig_from_table
 from measurement.runs import Run
 from measurement.warm import named_warm
@@ -303,7 +303,7 @@ def _report(runs: Sequence[RunReport]) -> Report:
     verdict = next(name for name in VERDICTS if of[name])
     if verdict == CHANGED:
         judged = sum(bool(run.errors) for run in runs)
-        if _chance(len(of[CHANGED]), judged) > RISK:
+        if _chance(len(of[CHANGED]), judged) > WRONG:
             verdict = OUTSIDE if of[OUTSIDE] else UNUSUAL
     elif verdict == NOT_MEASURED and of[FITS]:
         verdict = FITS
@@ -325,4 +325,4 @@ def _report(runs: Sequence[RunReport]) -> Report:
 def _chance(unusual: int, runs: int) -> float:
     """Return the probability that so many runs, or more, are unusual by chance [1]."""
     # Up to three axes are looked at in each run.
-    return float(binom.sf(unusual - 1, runs, 3.0 * RISK))
+    return float(binom.sf(unusual - 1, runs, 3.0 * WRONG))

@@ -13,8 +13,8 @@ from fmu_compensator.fit.data import bridged
 from fmu_compensator.fit.gaussian import DEGREES, MOST_ROWS
 from fmu_compensator.fit.installed import COVERAGE
 from fmu_compensator.fit.training import Array
-from fmu_compensator.monitoring.bounds import RISK
 from fmu_compensator.runtime.modelfile import Model
+from measurement.resampling import WRONG
 from measurement.runs import Run
 
 WORTH_SHARE = 1.0 - COVERAGE
@@ -83,7 +83,7 @@ class Agreement:
         known = np.linalg.inv(covariance[np.ix_(places, places)])
         own = np.diag(known)
         off = np.quantile(np.abs(rises[:, places] @ known / own), 1.0 - WORTH_SHARE, axis=0)
-        far = float(student.ppf(1.0 - RISK / (2.0 * len(places)), DEGREES))
+        far = float(student.ppf(1.0 - WRONG / (2.0 * len(places)), DEGREES))
         return off, np.maximum(far * np.sqrt(self._growth[places] / own), SMALLEST_K)
 
 

@@ -40,9 +40,6 @@ spindle and simulated runs of both shipped machines (to 24 um for each kelvin, 1
 then widened: two machines are few."""
 HALL_C = Usual(21.0, 7.0)
 """The coolest a log's thermometers are: a hall [degC], with its standard deviation [K]."""
-APART_K = 2.0
-"""Mean deviation of a thermometer's coolest reading from that of the others [K]: set on the
-lathe's runs."""
 ASTRAY_PER_K = WRONG / 100.0
 """Density of a thermometer whose level is wrong [1/K]: one in a hundred, anywhere in 100 K."""
 
@@ -180,7 +177,8 @@ def _temperatures(runs: Sequence[Run]) -> Iterator[tuple[str, str]]:
         odds[common] = math.log1p(-WRONG)
         prior = math.log(WRONG / len(TEMPERATURES)) if common else math.log1p(-WRONG)
         for hall in halls.tolist():
-            near = np.exp(-np.abs(read - hall) / APART_K) / (2.0 * APART_K)
+            # Thermometers of a machine that has not warmed differ by no more.
+            near = np.exp(-np.abs(read - hall) / WARMS_K) / (2.0 * WARMS_K)
             scores = np.log(near + ASTRAY_PER_K) + odds
             total = scores.max(axis=0).sum() - 0.5 * ((hall - HALL_C.median) / HALL_C.spread) ** 2
             if total + prior > best:

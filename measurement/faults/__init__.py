@@ -5,7 +5,7 @@ that is wrong: run, column, span, what, and what is done about it. `cleaned` tak
 what is not to be used; `looked_over` lets runs carry their faults along. Each check is a file of
 `checks`. No model takes part: the data alone decide. A number of the checks is "set on the planted
 faults" where those of `benchmarks.sensor_faults.run setting` decided; docs/results.md reports on
-other runs, but for `standing.STEPS`.
+other runs, but for standstills counted in steps of a thermometer's resolution.
 """
 
 from measurement.faults.fault import STANDING, Fault

@@ -18,8 +18,10 @@ LASTS = 0.3
 UNUSUALLY = 3.0
 """So many times more than usual is wrong [1]: a standstill longer than the channel's others, a
 level further off than the others' own spread, or than their range where the run starts, since on a
-machine that is warm the hottest part cannot be told from a wrong level. Set on the planted faults.
-"""
+machine that is warm the hottest part cannot be told from a wrong level; and what a compensator
+saw in training. Set on the planted faults; docs/results.md reports compensators under it.
+So many steps of its resolution must a thermometer that stands have missed, and its own readings
+span: set on standstills planted into the lathe's odd runs."""
 FAR_K = 10.0
 """A thermometer that alone moves or is so far from all others is wrong [K]. Set on the planted
 faults."""

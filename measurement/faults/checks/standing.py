@@ -41,12 +41,6 @@ MOVING_UM = 5.0
 rest [um]: beyond any resolution step. A displacement that comes back from a standstill this far
 away has moved unseen. Set on no data."""
 
-STEPS = 3
-"""A thermometer stands wrongly if half of the others move by `WARMS_K` and by this many steps of
-its resolution [1], so many must its own readings span over all runs, or if the others say that it
-moved so far itself; and it must stand `UNUSUALLY` long. Set on standstills planted into the lathe's
-odd runs."""
-
 
 class Standing(Check):
     """Channels that show exactly the same reading while the machine moves."""
@@ -93,7 +87,7 @@ def _thermometers(runs: Sequence[Run]) -> Iterator[Fault]:
                 # It may have been read more coarsely in this run than in the others.
                 max(resolution, resolution_of([run], column)),
                 float(np.median(elsewhere or [0.0])),
-                0.0 < span < STEPS * resolution,
+                0.0 < span < UNUSUALLY * resolution,
             )
             for fault in _stands(run, place, habits, witnesses):
                 yield replace(fault, place=place)
@@ -115,7 +109,7 @@ class _Habits:
 
 def _stands(run: Run, place: int, habits: _Habits, witnesses: Witnesses) -> Iterator[Fault]:
     """Find where one thermometer stands wrongly in one run."""
-    column, enough = habits.column, max(WARMS_K, STEPS * habits.resolution)
+    column, enough = habits.column, max(WARMS_K, UNUSUALLY * habits.resolution)
     rows, values = valid(run, column)
     time = run.time_s[rows]
     lengths = _lengths(run, column)
