@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from measurement.spectrum import SAME_SPEED_SHARE
 from plant_model.machine import Input, Machine
 from plant_model.parameters import FloatArray
 
 if TYPE_CHECKING:
     import pandas as pd
 
-SWITCH = 0.01
-"""A change of a held input by more than this share of its range is an instant of the grid [1]:
-set on no data."""
+SWITCH = SAME_SPEED_SHARE
+"""A change of a held input by more than this share of its range is an instant of the grid [1]."""
 
 
 class DriveError(ValueError):

@@ -10,7 +10,7 @@ from fmu_compensator.runtime.fields import Fields
 from fmu_compensator.runtime.lags import known_speed, share
 
 CONDITIONS = ("stopped", "changing", "steady")
-SAME_SPEED_SHARE, STILL_RPM = 0.02, 1.0
+SAME_SPEED_SHARE, STILL_RPM = 0.01, 1.0
 """Speeds closer than this are the same [1], slower than this the spindle stands [rpm]: given by
 `measurement.spectrum`, which no FMU has."""
 Weights = list[list[float]]
