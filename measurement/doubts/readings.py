@@ -54,8 +54,13 @@ LENGTHS = {
     1e-3: ("micrometres taken for millimetres", "um"),
 }
 SPEEDS = {1000.0: ("thousands of r/min", "krpm"), 60.0: ("turns a second", "Hz")}
-TEMPERATURES = {"K": ("kelvin", 1.0, -273.15), "degF": ("Fahrenheit", 5.0 / 9.0, -160.0 / 9.0)}
-"""The usual other readings: what was taken for what, and the unit that it should have."""
+TEMPERATURES = {
+    "K": ("kelvin", 1.0, -273.15),
+    "degF": ("Fahrenheit", 5.0 / 9.0, -160.0 / 9.0),
+}
+TENTHS = {"0.1 degC": ("tenths of a degree", 0.1, 0.0)}
+"""The usual other readings: what was taken for what, and the unit that it should have. Tenths are
+what a control holds as whole numbers."""
 
 
 def unlikely_units(runs: Sequence[Run], warm: Sequence[FloatArray]) -> list[tuple[str, str]]:
@@ -160,22 +165,24 @@ def _temperatures(runs: Sequence[Run]) -> Iterator[tuple[str, str]]:
 
     The coolest readings of all lie about that of the hall; each is as said, or wrong by itself.
     """
-    coolest = {}
+    coolest, whole = {}, True
     for name in runs[0].temperatures:
         values = np.concatenate([run.frame[name].dropna() for run in runs if name in run.frame])
         if values.size:
             coolest[name] = float(np.quantile(values, 0.02))  # no single reading decides
+            whole = whole and not (values % 1.0).any()
     if not coolest:
         return
+    others = TEMPERATURES | TENTHS if whole else TEMPERATURES
     names, said = list(coolest), np.array(list(coolest.values()))
-    read = np.array([said] + [scale * said + zero for _, scale, zero in TEMPERATURES.values()])
+    read = np.array([said] + [scale * said + zero for _, scale, zero in others.values()])
     halls = np.unique(read.round(1))
-    units = ["degC", *TEMPERATURES]
+    units = ["degC", *others]
     best, chosen = -math.inf, np.zeros(len(names), dtype=int)
     for common in range(len(units)):
-        odds = np.full((len(units), 1), math.log(WRONG / len(TEMPERATURES)))
+        odds = np.full((len(units), 1), math.log(WRONG / len(others)))
         odds[common] = math.log1p(-WRONG)
-        prior = math.log(WRONG / len(TEMPERATURES)) if common else math.log1p(-WRONG)
+        prior = math.log(WRONG / len(others)) if common else math.log1p(-WRONG)
         for hall in halls.tolist():
             # Thermometers of a machine that has not warmed differ by no more.
             near = np.exp(-np.abs(read - hall) / WARMS_K) / (2.0 * WARMS_K)
@@ -185,7 +192,7 @@ def _temperatures(runs: Sequence[Run]) -> Iterator[tuple[str, str]]:
                 best, chosen = total + prior, scores.argmax(axis=0)
     for name, unit, value in zip(names, chosen.tolist(), said.tolist(), strict=True):
         if unit:
-            called = TEMPERATURES[units[unit]][0]
+            called = others[units[unit]][0]
             text = f"never reads less than {value:.4g} degC: {called}?"
             yield name, f"{text} then its unit is {units[unit]}"
 

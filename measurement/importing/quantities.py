@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -41,18 +41,21 @@ _SPELLINGS: tuple[tuple[Conversion, str], ...] = (
     (Conversion("s", 60.0), "min minute minutes minuten mins"),
     (Conversion("s", 3600.0), "h hr hrs hour hours std stunden"),
     (Conversion("s", 86400.0), "d day days tage"),
-    (Conversion("degC"), "degc °c ℃ c cel celsius deg_c grdc gradc grad"),
+    (
+        Conversion("degC"),
+        "degc °c c cel celsius deg_c grdc gradc grad oc c° degreec °celsius degreecelsius",
+    ),
     (Conversion("degC", 1.0, -273.15), "k kelvin degk °k"),
-    (Conversion("degC", 5.0 / 9.0, -160.0 / 9.0), "f °f ℉ degf fahrenheit"),
+    (Conversion("degC", 5.0 / 9.0, -160.0 / 9.0), "f °f degf fahrenheit degreef °fahrenheit"),
     (Conversion("um"), "um µm micron microns micrometer micrometre mikrometer my"),
     (Conversion("um", 1e-3), "nm nanometer nanometre"),
     (Conversion("um", 1e6), "m meter metre"),
     (Conversion("um", 25400.0), "in inch inches"),
     (Conversion("um", 25.4), "mil thou"),
     (Conversion("mm"), "mm millimeter millimetre"),
-    (Conversion("rpm"), "rpm 1/min min-1 min^-1 u/min r/min rev/min upm /min"),
+    (Conversion("rpm"), "rpm 1/min min-1 min^-1 min^(-1) u/min r/min rev/min upm /min"),
     (Conversion("rpm", 60.0), "hz 1/s rps r/s rev/s u/s"),
-    (Conversion("rpm", 1000.0), "krpm 1000rpm"),
+    (Conversion("rpm", 1000.0), "krpm 1000rpm 1000/min"),
     (Conversion("rpm", 30.0 / np.pi), "rad/s"),
     (Conversion("mm_min"), "mm/min mm_min mmpm"),
     (Conversion("mm_min", 1000.0), "m/min"),
@@ -74,6 +77,10 @@ KNOWN_UNITS = (
     "s, min, h, degC, K, degF, um, mm, rpm, Hz, mm/min, Nm, W, kW, l/min, urad, 1 (a flag)"
 )
 """The usual ones, for a message."""
+_MULTIPLE = re.compile(
+    r"(?:1 ?/ ?(?P<over>10+)|(?P<count>0[.,]0*1|1000)) ?[*x·]? ?(?P<unit>[^\W\d].*|[°%].*)"
+)
+"""So many of a unit, such as 0.1 °C, 1/10 K and 1000 µm; 10K may be a kind of thermistor."""
 LENGTH = re.compile(r"tool|length|laenge|länge|position|pos(?![a-z])|abstand", re.IGNORECASE)
 """Names of lengths that stay in millimetres; other millimetres are displacement."""
 
@@ -96,16 +103,25 @@ def conversion_of(unit: str, name: str = "") -> Conversion | None:
     [12.0]
     >>> conversion_of("mm", "tool_length")(np.array([100.0])).tolist()
     [100.0]
+    >>> conversion_of("1/10 K")(np.array([2940.0])).round(3).tolist()
+    [20.85]
     """
-    text = unicodedata.normalize("NFKC", unit).replace("μ", "µ").strip().strip("[]()").strip()
+    text = unit.replace("º", "°").replace("˚", "°")  # NFKC would make letters of them
+    text = unicodedata.normalize("NFKC", text).replace("μ", "µ").replace("−", "-")
+    text = text.strip().strip("[]").strip()
+    text = text[1:-1] if text.startswith("(") else text
     if text in _EXACT:
         return _EXACT[text]
     if text in UNITS:
         found: Conversion | None = Conversion(text)
     else:
-        plain = text.casefold().replace("μ", "µ").replace(" ", "").replace("·", "*")
-        plain = plain.replace("⁻¹", "-1").replace("³", "3")
+        plain = text.casefold().replace("μ", "µ").replace(" ", "").replace("·", "*").rstrip(".")
+        plain = plain.replace("deg.", "deg").replace("degrees", "degree")
         found = _BY_SPELLING.get(plain)
+        many = _MULTIPLE.fullmatch(text) if found is None else None
+        if many and (one := conversion_of(many["unit"], name)):
+            count = float(many["over"] or many["count"].replace(",", "."))
+            return replace(one, factor=one.factor / count if many["over"] else one.factor * count)
     if found == Conversion("mm") and not LENGTH.search(name):
         return Conversion("um", 1000.0)
     return found

@@ -46,6 +46,13 @@ def test_one_temperature_or_all_in_another_unit(
         assert all(told in text for text in found.values())
 
 
+def test_tenths_of_a_degree_are_whole_numbers(tmp_path: Path) -> None:
+    values = signals()
+    values[:, :3] = (10.0 * values[:, :3]).round()
+    found = doubted(tmp_path, values)
+    assert [text.rpartition("then ")[2] for text in found.values()] == 3 * ["its unit is 0.1 degC"]
+
+
 def test_millimetres_called_micrometres_and_the_other_way_round(tmp_path: Path) -> None:
     values = signals()
     values[:, 4] /= 1000.0
