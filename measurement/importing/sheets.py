@@ -13,22 +13,22 @@ from typing import Any
 from measurement.errors import BadInput
 from measurement.files import read_bytes
 from measurement.importing.headers import Heading, headings, is_unit_line
-from measurement.importing.text_tables import HEAD_LINES, cells_of, decimal_mark, decoded
+from measurement.importing.text_tables import HEAD_LINES, NUMBER, cells_of, decimal_mark, decoded
 
 Cell = str | float | int | bool | dt.date | dt.time | dt.timedelta | None
 
-NUMBER = re.compile(r"\s*[+-]? *(?:\d+(?:[.,]\d*)*|[.,]\d+)(?:[eE][+-]?\d+)?\s*")
 CLOCK = re.compile(
     r"\s*\d{1,4}(?:[-./:]\d{1,2}\b|[-./ ]+[A-Za-zä]{3,9}[-./ ,]+\d{2}).*|\s*\d+ ?d \d+:\d+.*"
 )
 MISSING = frozenset(
     word.casefold()
     for word in (
-        *("", "-", "--", "---", "----", "NaN", "NA", "N/A", "null", "None", "OL", "over", "under"),
-        *("err", "error", "#N/A", "#NV", "#NA", "#WERT!", "#VALUE!", "#DIV/0!"),
+        *("", "NaN", "NA", "N/A", "null", "None", "OL", "overload", "over", "under", "overflow"),
+        *("err", "error", "NV", "WERT", "VALUE", "DIV/0", "REF", "burnout", "1.#QNAN"),
+        *("1.#IND", "1.#INF", "inf", "infinity"),
     )
 )
-"""What recorders write where there is no value, in small letters."""
+"""What recorders write where there is no value, in small letters, without the signs about it."""
 EXCEL = (".xlsx", ".xlsm", ".xlsb", ".xls", ".ods")
 LOGS = (".tdms", ".mf4", ".mdf")
 TEXTS = (".csv", ".txt", ".tsv", ".dat", ".lvm")
@@ -48,8 +48,8 @@ class Sheet:
         Cells of each column, as text, number or time.
     rows : list of int
         For each row of cells its number in the file, the first being 1.
-    decimal, thousands : str
-        Marks in numbers that are texts.
+    decimal : str
+        Mark in numbers that are texts.
     notes : tuple of str
         What was passed over.
     """
@@ -60,7 +60,6 @@ class Sheet:
     columns: list[list[Cell]]
     rows: list[int]
     decimal: str = "."
-    thousands: str = ""
     notes: tuple[str, ...] = ()
 
     @property
@@ -191,16 +190,14 @@ def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
         if not entry.text and at not in empty:
             raise _nameless(path, f"{place}row {first}, column {at + 1}", named)
     left = [at for at in range(width) if at not in empty]
-    texts = [[cell for cell in row if isinstance(cell, str)] for _, row in kept[:400]]
-    decimal, thousands = decimal_mark(texts, path)
+    texts = ([cell for cell in cells[:HEAD_LINES] if isinstance(cell, str)] for cells in columns)
     return Sheet(
         path,
         title,
         tuple(named[at] for at in left),
         [columns[at] for at in left],
         numbers,
-        decimal,
-        thousands,
+        decimal_mark(texts, path),
         tuple(notes),
     )
 
@@ -293,7 +290,7 @@ def _is_blank(cell: Cell) -> bool:
 
 def is_missing(cell: Cell) -> bool:
     """Return whether a cell says that there is no value."""
-    return cell is None or (isinstance(cell, str) and cell.strip().casefold() in MISSING)
+    return cell is None or (isinstance(cell, str) and cell.strip("+-*?#! \t").casefold() in MISSING)
 
 
 def _usual_filled(rows: Sequence[Sequence[Cell]]) -> int:

@@ -6,6 +6,7 @@ import csv
 import io
 import re
 from collections import Counter
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from measurement.errors import BadInput, shown
@@ -16,11 +17,19 @@ ONE_COLUMN = "\0"
 """What separates the cells of one column: nothing that a text holds."""
 HEAD_LINES = 400
 """Among so many lines the header and the separator are looked for: set on no data."""
-_DECIMAL_COMMA = re.compile(r"\s*[+-]? *\d+,\d+(?:[eE][+-]?\d+)?\s*")
-_DECIMAL_POINT = re.compile(r"\s*[+-]? *\d*\.\d+(?:[eE][+-]?\d+)?\s*")
 _ONE_NUMBER = re.compile(r"\s*[+-]? *\d+(?:[.,]\d*)?(?:[eE][+-]?\d+)?\s*")
-_THOUSANDS = re.compile(r"\s*[+-]? *\d{1,3}(?:\.\d{3})+,\d+\s*")
-_GROUPED = re.compile(r"\s*[+-]? *\d{1,3}(?:\.\d{3})+\s*")
+_APART = "' \u00a0\u202f\u2009\u2019"
+_GROUPS = {
+    decimal: rf"[1-9]\d{{0,2}}(?P<{name}>[{other}{_APART}])\d{{3}}(?:(?P={name})\d{{3}})*"
+    rf"(?:{re.escape(decimal)}\d*)?"
+    for decimal, other, name in ((".", ",", "comma"), (",", ".", "point"))
+}
+GROUPED = {mark: re.compile(rf"[+-]? *{groups}") for mark, groups in _GROUPS.items()}
+"""By decimal mark: numbers whose thousands are set apart."""
+NUMBER = re.compile(
+    rf"\s*[+-]? *(?:(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?|{_GROUPS['.']}|{_GROUPS[',']})\s*"
+)
+"""Numbers with either decimal mark."""
 
 
 def decoded(data: bytes, path: Path) -> str:
@@ -41,7 +50,9 @@ def decoded(data: bytes, path: Path) -> str:
     if "\0" in text:
         problem = "is no text and no workbook or log of a kind that can be read"
         raise BadInput(path, "", problem)
-    text = text.replace("\r\n", "\n").replace("\r", "\n").rstrip("\n ")
+    text = (
+        text.replace("\N{MINUS SIGN}", "-").replace("\r\n", "\n").replace("\r", "\n").rstrip("\n ")
+    )
     if not text.strip():
         raise BadInput(path, "", "is empty; a header and data rows are needed")
     return text
@@ -95,23 +106,42 @@ def cells_of(text: str, path: Path) -> list[list[str]]:
     return rows
 
 
-def decimal_mark(rows: list[list[str]], path: Path) -> tuple[str, str]:
-    """Return the decimal mark and the mark of thousands, which is mostly empty.
+def decimal_mark(columns: Iterable[Sequence[str]], path: Path) -> str:
+    """Return the decimal mark of a table's numbers.
+
+    Where 6,000 may be six or six thousand, other numbers tell: 0,125 and 20,5 hold a decimal mark,
+    and so does 1.250,5. Without any, thousands are set apart where numbers below them have no mark,
+    as in 0 and 6,000.
+
+    Parameters
+    ----------
+    columns : iterable of sequence of str
+        Cells of each column.
+    path : Path
 
     Raises
     ------
     BadInput
         If both marks stand in numbers that cannot be told apart.
     """
-    cells = [cell for row in rows[:HEAD_LINES] for cell in row]
-    thousands = next((cell for cell in cells if _THOUSANDS.fullmatch(cell)), None)
-    if thousands:
-        cells = [cell for cell in cells if not _GROUPED.fullmatch(cell)]
-    commas = thousands or next((cell for cell in cells if _DECIMAL_COMMA.fullmatch(cell)), None)
-    points = next((cell for cell in cells if _DECIMAL_POINT.fullmatch(cell)), None)
-    if commas and points:
-        problem = (
-            f"both {shown(commas)} and {shown(points)} stand in it: one decimal mark is needed"
-        )
+    sure: dict[str, str] = {}
+    apart: dict[str, str] = {}
+    either: dict[str, str] = {}
+    for cells in columns:
+        numbers = [cell.strip() for cell in cells if NUMBER.fullmatch(cell)]
+        whole = [len(cell.lstrip("+- ")) for cell in numbers if not re.search("[.,]", cell)]
+        for cell in numbers:
+            marks = [mark for mark in ",." if mark in cell]
+            grouped = [mark for mark in ",." if GROUPED[mark].fullmatch(cell)]
+            if marks and (not grouped or len(marks) == 2 or max(whole, default=0) > 3):
+                sure.setdefault(max(marks, key=cell.rindex), cell)
+            elif marks and (whole or cell.count(marks[0]) > 1):
+                apart.setdefault(grouped[0], cell)
+            elif marks:
+                either.setdefault(marks[0], cell)
+    told = sure or apart or either or {".": ""}
+    if len(told) == 2:
+        commas, points = shown(told[","]), shown(told["."])
+        problem = f"both {commas} and {points} stand in it: one decimal mark is needed"
         raise BadInput(path, "", problem)
-    return ("," if commas else "."), ("." if thousands else "")
+    return next(iter(told))

@@ -116,7 +116,7 @@ CASES = {
     ),
     "points among thousands with points": Bad(
         (SECONDS.replace(";6000;", ";6.000,0;").replace("\n120;", "\n120.5;"),),
-        "both '6.000,0' and '120.5' stand in it: one decimal mark is needed",
+        "both '21,39' and '120.5' stand in it: one decimal mark is needed",
     ),
     "tenths of a degree": Bad(
         (changed(7, "20,56", "401,5", changed(8, "20,56", "402")),),
