@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime as dt
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
@@ -16,6 +17,8 @@ from measurement.importing.quantities import conversion_of
 from measurement.importing.sheets import Cell, Sheet, is_missing
 from measurement.importing.stamps import (
     DAY_S,
+    SINCE_1900_S,
+    SINCE_1904_S,
     as_text,
     day_comes_first,
     is_date,
@@ -26,9 +29,11 @@ from measurement.importing.stamps import (
 from measurement.importing.values import is_numeric, numbers_of
 from measurement.resampling import FloatArray
 
-EPOCH_S = (5e8, 5e9)
-"""Numbers of a clock without a unit between these are seconds since 1970: 1985 to 2128, set on no
-data."""
+ZEROS_S = {"s": (0.0, SINCE_1904_S), "ms": (0.0, SINCE_1904_S), "d": (SINCE_1900_S,)}
+"""By unit, from which dates the numbers of a clock may count [s before 1970]."""
+RECORDED_S = (4.7e8, 2.5e9)
+"""A number is a date if it counts to between these [s since 1970]: 1985 to 2049, so that one zero
+is left of two. Set on no data."""
 MOST_S_OF_A_STAMP = 60.0
 """Rows that share a time stamp are spread over it if the next comes within this time [s]: given by
 stamps of hours and minutes, the coarsest that a clock writes."""
@@ -131,19 +136,26 @@ def _elapsed(sheet: Sheet, at: int, rule: TimeRule) -> tuple[FloatArray, bool, T
     values = numbers_of(sheet, at)
     unit = rule.unit or entry.unit
     middle = float(np.nanmedian(values))
-    if not unit:
-        spans = {"s": middle, "ms": middle / 1e3}
-        unit = next((u for u, v in spans.items() if EPOCH_S[0] < v < EPOCH_S[1]), "")
+    unit = unit or next((each for each in ZEROS_S if _zero_s(middle, each) is not None), "")
     kind = conversion_of(unit) if unit else None
     if kind is None or kind.suffix != "s":
         said = (
             f"{shown(unit or entry.said)} is no unit of time" if unit or entry.said else "no unit"
         )
-        problem = f"{said}: say it, as in --unit '{entry.text}=s' (s, ms, min, h or d)"
+        problem = f"{said}: say it, as in --unit '{entry.text}=s' (s, ms, min, h, or d for days)"
         raise BadInput(sheet.where, f"column {entry.text}", problem)
     time = kind(values)
-    absolute = bool(EPOCH_S[0] < np.nanmedian(time) < EPOCH_S[1])
-    return time, absolute, rule.model_copy(update={"unit": unit})
+    zero = _zero_s(middle, unit)
+    rule = rule.model_copy(update={"unit": unit})
+    return time - (zero or 0.0), zero is not None, rule
+
+
+def _zero_s(value: float, unit: str) -> float | None:
+    """Return how long before 1970 a clock's zero is [s]; None if it counts from a start."""
+    kind = conversion_of(unit)
+    seconds = float(kind(np.array([value]))[0]) if kind else math.nan
+    zeros = next((found for each, found in ZEROS_S.items() if conversion_of(each) == kind), ())
+    return next((z for z in zeros if RECORDED_S[0] < seconds - z < RECORDED_S[1]), None)
 
 
 def _dated(sheet: Sheet, at: Sequence[int], rule: TimeRule) -> tuple[FloatArray, TimeRule]:

@@ -14,6 +14,7 @@ from measurement.errors import BadInput
 from measurement.importing.joining import Log, joined
 from measurement.importing.mapping import ColumnRule, Mapping, mapping_text
 from measurement.importing.sheets import read_sheets
+from measurement.importing.side_by_side import by_clock
 from measurement.importing.splitting import Piece, split
 from measurement.importing.tables import Table, axes_to_ask, fits, table_of
 from measurement.runs import Run
@@ -97,7 +98,10 @@ def import_files(
     """
     mapping, units, axes = mapping or Mapping(), units or {}, axes or {}
     tables = [
-        table_of(sheet, mapping, units, axes) for path in paths for sheet in read_sheets(Path(path))
+        table_of(part, mapping, units, axes)
+        for path in paths
+        for sheet in read_sheets(Path(path))
+        for part in by_clock(sheet, mapping.time.columns)
     ]
     if not tables:
         raise BadInput("import", "files", "none was given: at least one is needed")

@@ -11,12 +11,10 @@ import numpy as np
 from measurement.errors import BadInput
 from measurement.importing.logs import Channel, clock, sheet_of
 from measurement.importing.sheets import Cell, Sheet
-from measurement.importing.stamps import seconds_of_date
+from measurement.importing.stamps import SINCE_1904_S, seconds_of_date
 
 BEGIN = "LabVIEW Measurement"
 END = re.compile(r"^\*\*\*End_of_Header\*\*\*.*\n", re.MULTILINE)
-SINCE_1904_S = 2_082_844_800.0
-"""From LabVIEW's zero of time to 1970 [s], given by arithmetic."""
 CLOCK_NAME, COMMENT = "X_Value", "Comment"
 Facts = dict[str, list[str]]
 

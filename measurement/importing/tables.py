@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 from collections.abc import Mapping as Mapped
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -77,7 +78,7 @@ def table_of(
         columns would have one name.
     """
     time = mapping.time
-    given = [unit for pattern, unit in units.items() if _times(sheet, pattern, unit)]
+    given = [unit for pattern, unit in units.items() if _times(sheet, time.columns, pattern, unit)]
     if given:
         time = time.model_copy(update={"unit": given[-1]})
     clock = clock_of(sheet, time)
@@ -99,14 +100,14 @@ def table_of(
     return Table(sheet, clock, pd.DataFrame(columns), sources, rules, hints, tuple(notes))
 
 
-def _times(sheet: Sheet, pattern: str, unit: str) -> bool:
+def _times(sheet: Sheet, clocks: Sequence[str], pattern: str, unit: str) -> bool:
     """Return whether a unit is meant for the column of time: ``*=degC`` is not."""
     kind = conversion_of(unit)
     of_time = kind is not None and kind.suffix == "s"
     return any(
         entry.text == pattern or (of_time and fits(entry.text, pattern))
         for entry in sheet.headings
-        if entry.is_time
+        if entry.is_time or entry.text in clocks
     )
 
 

@@ -57,6 +57,16 @@ TEXTS = {
     "ISO": table(stamps(ISO), clock="timestamp"),
     "colons before milliseconds": table(stamps("%d.%m.%Y %H:%M:%S:250")),
     "signs apart from numbers": SECONDS.replace(";2", ";+    2").replace(";-", ";-   "),
+    "thousands set apart by points": SECONDS.replace(";6000;", ";6.000;"),
+    "thousands set apart by commas": table(elapsed(), clock="t [s]", comma=False).replace(
+        ";6000;", ";6,000;"
+    ),
+    "thousands set apart by blanks": SECONDS.replace(";6000;", ";6\u202f000;"),
+    "minus signs of their own": SECONDS.replace(";-", ";\N{MINUS SIGN}"),
+    "seconds since 1904": table([f"{3.85e9 + 60 * n:.0f}" for n in range(40)], clock="Time"),
+    "days of a spreadsheet": table(
+        [f"{46083.25 + n / 1440:.12f}".replace(".", ",") for n in range(40)], clock="Date"
+    ),
     "settings of the recorder with numbers": "Intervall;60s\nKanal;Name;Art;Spanne;0;100;C\n"
     + SECONDS,
     "a line below": SECONDS + "Ende der Messung;;;;;\n",
@@ -133,6 +143,40 @@ def test_a_wire_that_broke_is_missing_and_told(tmp_path: Path) -> None:
     assert run.frame["T_hinten_degC"][15:].isna().all()
     told = "row 17, column T hinten (degC): -999 degC is outside -60..400 degC: it and 24 more are"
     assert any(told in note for note in found.notes)
+
+
+@pytest.mark.parametrize("sign", ["****", "+OVER", "?", "-1.#IND", "BURNOUT", "#NV"])
+def test_signs_of_no_value(sign: str, tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(SECONDS.replace(";20,75;", f";{sign};"), encoding="utf-8")
+    assert np.isnan(imported(path).runs[0].frame["T_hinten_degC"][0])
+
+
+@pytest.mark.parametrize("decimal", [",", "."])
+def test_thousands_are_set_apart_further_down_than_the_decimal_mark_is_looked_for(
+    decimal: str, tmp_path: Path
+) -> None:
+    values = signals(500)
+    values[:490, 3] = 0.0
+    path = tmp_path / "log.csv"
+    text = table(elapsed(500), clock="t [s]", values=values, comma=decimal == ",")
+    text = text.replace(";6000;", ";6.000;" if decimal == "," else ";6,000;")
+    path.write_text(text, encoding="utf-8")
+    assert imported(path).runs[0].frame["speed_rpm"].tolist() == values[:, 3].tolist()
+
+
+@pytest.mark.parametrize("names", [("Zeit", "Zeit"), ("t [s]", "t2 [s]")])
+def test_blocks_side_by_side_have_their_own_clocks(names: tuple[str, str], tmp_path: Path) -> None:
+    local = names[0] == "Zeit"
+    clock = [START + dt.timedelta(minutes=n) if local else 60.0 * n for n in range(40)]
+    head = [names[0], HEADER[0], None, names[1], HEADER[4]]
+    rows = [
+        [clock[n], 20.0 + n, None, *((clock[2 * n], float(2 * n)) if n < 20 else (None, None))]
+        for n in range(40)
+    ]
+    (run,) = imported(workbook(tmp_path / "log.xlsx", {"Log": [head, *rows]})).runs
+    frame = run.frame.dropna()
+    assert frame["z_um"].tolist() == (frame["time_s"] / 60.0).tolist() == list(range(0, 40, 2))
 
 
 def test_fahrenheit(tmp_path: Path) -> None:

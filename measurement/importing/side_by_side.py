@@ -1,0 +1,69 @@
+"""Blocks of columns side by side, each with a clock of its own: each is a table by itself."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+from measurement.importing.sheets import Sheet, is_missing
+from measurement.importing.stamps import is_date, seconds_of_day
+from measurement.importing.values import is_numeric
+
+_NUMBERED = re.compile(r"[\s_.]*\d+$")
+
+
+def by_clock(sheet: Sheet, clocks: Sequence[str] = ()) -> list[Sheet]:
+    """Return a sheet for each block of columns that begins with a clock; mostly one.
+
+    A further clock is one of the first one's kind (dates, times of day, or numbers called as
+    time), with other columns before and behind it.
+
+    Parameters
+    ----------
+    sheet : Sheet
+    clocks : sequence of str
+        Headers that are clocks, whatever they are called.
+    """
+    kinds = [_kind(sheet, at, clocks) for at in range(len(sheet.headings))]
+    first = next((at for at, kind in enumerate(kinds) if kind), 0)
+    begins = [
+        at
+        for at in range(first + 1, len(kinds))
+        if kinds[at] == kinds[first] != "" == kinds[at - 1] and "" in kinds[at:]
+    ]
+    edges = [0, *begins, len(kinds)]
+    return [_block(sheet, *ends) for ends in pairwise(edges)] if begins else [sheet]
+
+
+def _kind(sheet: Sheet, at: int, clocks: Sequence[str]) -> str:
+    """Return what kind of clock a column is; empty if it is none."""
+    entry = sheet.headings[at]
+    some = [cell for cell in sheet.columns[at][:20] if not is_missing(cell)]
+    if len(set(map(str, some))) > 1 and all(map(is_date, some)):
+        return "dates"
+    if some and all(seconds_of_day(cell) is not None for cell in some):
+        return "times of day"
+    called = entry.text in clocks or entry.is_time
+    called = called or replace(entry, name=_NUMBERED.sub("", entry.name)).is_time
+    return "numbers" if called and is_numeric(sheet, at) else ""
+
+
+def _block(sheet: Sheet, start: int, end: int) -> Sheet:
+    """Return some columns of a sheet, without the rows that are empty there."""
+    columns = sheet.columns[start:end]
+    filled = [
+        row
+        for row, cells in enumerate(zip(*columns, strict=True))
+        if not all(map(is_missing, cells))
+    ]
+    title = f"columns {start + 1} to {end}"
+    return replace(
+        sheet,
+        title=f"{sheet.title}, {title}" if sheet.title else title,
+        headings=sheet.headings[start:end],
+        columns=[[cells[row] for row in filled] for cells in columns],
+        rows=[sheet.rows[row] for row in filled],
+        notes=sheet.notes if not start else (),
+    )
