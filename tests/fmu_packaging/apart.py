@@ -14,8 +14,9 @@ PRELUDE = """
 import json, os, sys
 import fmpy
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import (FMU2Slave, fmi2CallbackAllocateMemoryTYPE, fmi2CallbackFreeMemoryTYPE,
-                       fmi2CallbackFunctions, fmi2CallbackLoggerTYPE)
+from fmpy.fmi2 import (FMU2Model, FMU2Slave, fmi2CallbackAllocateMemoryTYPE,
+                       fmi2CallbackFreeMemoryTYPE, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE)
+from fmpy.fmi3 import FMU3Model, FMU3Slave
 
 messages = []
 
@@ -30,25 +31,35 @@ from fmpy.logging import addLoggerProxy
 from ctypes import byref
 addLoggerProxy(byref(callbacks))
 
-def opened(path, folder=None):
+def opened(path, folder=None, exchange=False, start=0.0):
     description = fmpy.read_model_description(path)
     # Unpacking over a binary that is loaded would end the process.
     if folder is None or not os.path.isdir(folder):
         folder = fmpy.extract(path, unzipdir=folder)
-    fmu = FMU2Slave(guid=description.guid, unzipDirectory=folder,
-                    modelIdentifier=description.coSimulation.modelIdentifier, instanceName="one")
-    fmu.instantiate(callbacks=callbacks, loggingOn=True)
-    fmu.setupExperiment(startTime=0.0)
+    two = description.fmiVersion == "2.0"
+    kinds = (FMU2Slave, FMU2Model) if two else (FMU3Slave, FMU3Model)
+    kind = exchange and description.modelExchange or description.coSimulation
+    fmu = kinds[exchange](guid=description.guid, unzipDirectory=folder,
+                          modelIdentifier=kind.modelIdentifier, instanceName="one")
+    fmu.two, fmu.start_s = two, start
+    fmu.get, fmu.put = (fmu.getReal, fmu.setReal) if two else (fmu.getFloat64, fmu.setFloat64)
+    fmu.whole = fmu.getInteger if two else fmu.getInt32
+    reals = [v for v in description.modelVariables if v.type in ("Real", "Float64")]
     fmu.refs = {v.name: v.valueReference for v in description.modelVariables}
-    fmu.outs = [v.valueReference for v in description.modelVariables
-                if v.causality == "output" and v.type == "Real"]
-    fmu.ins = [v.valueReference for v in description.modelVariables
-               if v.causality == "input" and v.type == "Real"]
+    fmu.outs = [v.valueReference for v in reals if v.causality == "output"]
+    fmu.ins = [v.valueReference for v in reals
+               if v.causality == "input" and "measured" not in v.name]
+    if two:
+        fmu.instantiate(callbacks=callbacks, loggingOn=True)
+        fmu.setupExperiment(startTime=start)
+    else:
+        fmu.instantiate(loggingOn=True, logMessage=lambda _, status, category, message:
+                        messages.append([status, message.decode()]))
     return fmu
 
 def started(fmu, **reals):
-    fmu.enterInitializationMode()
-    fmu.setReal([fmu.refs[name] for name in reals], list(reals.values()))
+    fmu.enterInitializationMode(**({} if fmu.two else dict(startTime=fmu.start_s)))
+    fmu.put([fmu.refs[name] for name in reals], list(reals.values()))
     fmu.exitInitializationMode()
     return fmu
 

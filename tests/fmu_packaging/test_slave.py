@@ -208,16 +208,6 @@ show([first == steps(fmu, 0, 10), messages])
     assert found == [True, []]
 
 
-def test_a_path_with_spaces_works(tiny_fmu: Fmu, tmp_path: Path) -> None:
-    found = apart(
-        "fmu = started(opened(*sys.argv[1:]), u=2.0); fmu.doStep(0.0, 1.0)\n"
-        "show(fmu.getReal(fmu.outs))",
-        tiny_fmu(),
-        tmp_path / "a folder with spaces",
-    )
-    assert found == [2.0]
-
-
 def test_two_builds_in_one_process_keep_apart(tiny_fmu: Fmu) -> None:
     found = apart(
         """

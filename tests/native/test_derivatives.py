@@ -14,29 +14,15 @@ from tests.fmu_packaging.apart import apart
 from tests.native.made import made_model
 
 OPENED = """
-import ctypes
 import math
 import numpy as np
-from fmpy.fmi3 import FMU3Slave
 description = fmpy.read_model_description(sys.argv[1])
-two = description.fmiVersion == "2.0"
-kind = FMU2Slave if two else FMU3Slave
-fmu = kind(guid=description.guid, unzipDirectory=fmpy.extract(sys.argv[1]),
-           modelIdentifier=description.coSimulation.modelIdentifier, instanceName="one")
-fmu.instantiate(**(dict(callbacks=callbacks, loggingOn=True) if two else {}))
-if two:
-    fmu.setupExperiment(startTime=0.0)
-fmu.enterInitializationMode()
-fmu.exitInitializationMode()
-refs = {v.name: v.valueReference for v in description.modelVariables}
-reals = [v for v in description.modelVariables if v.type in ("Real", "Float64")]
-outs = [v.valueReference for v in reals if v.causality == "output"]
-knowns = [v.valueReference for v in reals if v.causality == "input" and "measured" not in v.name]
-get = lambda refs: np.array((fmu.getReal if two else fmu.getFloat64)(refs))
-put = fmu.setReal if two else fmu.setFloat64
+fmu = started(opened(sys.argv[1]))
+two, refs, outs, knowns = fmu.two, fmu.refs, fmu.outs, fmu.ins
+get, put = lambda refs: np.array(fmu.get(refs)), fmu.put
 keep, back = ((fmu.getFMUstate, fmu.setFMUstate) if two else (fmu.getFMUState, fmu.setFMUState))
 forward = lambda: np.array([fmu.getDirectionalDerivative(outs, [k], [1.0]) for k in knowns]).T
-code = lambda: (fmu.getInteger if two else fmu.getInt32)([refs["status"]])[0]
+code = lambda: fmu.whole([refs["status"]])[0]
 """
 
 HELD = """

@@ -101,45 +101,28 @@ def test_a_solver_gives_the_numbers_of_the_co_simulation(
 
 
 OPENED = """
-from fmpy.fmi2 import FMU2Model
-from fmpy.fmi3 import FMU3Model
 import ctypes
 description = fmpy.read_model_description(sys.argv[1])
-exchange = description.modelExchange or description.coSimulation
 two = description.fmiVersion == "2.0"
-def opened():
-    kind = FMU2Model if two else FMU3Model
-    fmu = kind(guid=description.guid, unzipDirectory=folder, instanceName="one",
-               modelIdentifier=exchange.modelIdentifier)
-    if two:
-        fmu.instantiate(callbacks=callbacks, loggingOn=True)
-    else:
-        def log(environment, status, category, message):
-            messages.append([status, message.decode()])
-        fmu.instantiate(loggingOn=True, logMessage=log)
-    return fmu
 folder = fmpy.extract(sys.argv[1])
 names = {v.name: v for v in description.modelVariables}
 states = description.numberOfContinuousStates
 def row(count=states):
     return (ctypes.c_double * count)()
+def exchanged(start=0.0):
+    return opened(sys.argv[1], folder, exchange=True, start=start)
 def initialised():
-    fmu = opened()
-    if two:
-        fmu.setupExperiment(startTime=100.0)
-    fmu.enterInitializationMode(**({} if two else dict(startTime=100.0)))
-    fmu.exitInitializationMode()
-    return fmu
+    return started(exchanged(100.0))
 def get(fmu, name):
-    return (fmu.getReal if two else fmu.getFloat64)([names[name].valueReference])[0]
+    return fmu.get([fmu.refs[name]])[0]
 def set_(fmu, name, value):
-    (fmu.setReal if two else fmu.setFloat64)([names[name].valueReference], [value])
+    fmu.put([fmu.refs[name]], [value])
 def rates(fmu, values, count=states):
     (fmu.getDerivatives if two else fmu.getContinuousStateDerivatives)(values, count)
 """
 
 CALLS = """
-fmu = opened()
+fmu = exchanged()
 x, dx = row(), row()
 first = next(n for n in names if n.endswith(".temperature"))
 said = [status_of(fmu.enterContinuousTimeMode), status_of(fmu.getContinuousStates, x, states)]
@@ -178,11 +161,9 @@ def test_calls_out_of_place_are_refused_and_a_state_comes_back(
 
 
 NOISY = """
-fmu = opened()
-fmu.setupExperiment(startTime=0.0)
-fmu.setInteger([names["noise_seed"].valueReference], [3])
-fmu.enterInitializationMode()
-fmu.exitInitializationMode()
+fmu = exchanged()
+fmu.setInteger([fmu.refs["noise_seed"]], [3])
+started(fmu)
 fmu.enterContinuousTimeMode()
 shown = [get(fmu, "T1")]
 fmu.setTime(0.5)
@@ -217,7 +198,7 @@ def test_what_switches_is_for_co_simulation_only(
         OPENED
         + """
 try:
-    opened()
+    exchanged()
     show("taken")
 except Exception:
     show(messages[-1][1])
@@ -251,7 +232,7 @@ own = np.array([v.name.startswith("effects.") for v in of_state])
 start[own] = rng.uniform(0.1, 0.4, own.sum())
 def values(states_now):
     fmu.setContinuousStates((ctypes.c_double * states)(*states_now), states)
-    return np.array((fmu.getReal if two else fmu.getFloat64)(refs[0]))
+    return np.array(fmu.get(refs[0]))
 def moved(place, by):
     if place >= len(inputs):
         return values(start + by * (np.arange(states) == place - len(inputs)))
@@ -303,15 +284,7 @@ def test_derivatives_are_those_of_differences_and_declared(
 
 STEPPED = """
 import numpy as np
-from fmpy.fmi3 import FMU3Slave
-stepped = (FMU2Slave if two else FMU3Slave)(
-    guid=description.guid, unzipDirectory=folder, instanceName="two",
-    modelIdentifier=description.coSimulation.modelIdentifier)
-stepped.instantiate()
-if two:
-    stepped.setupExperiment(startTime=100.0)
-stepped.enterInitializationMode(**({} if two else dict(startTime=100.0)))
-stepped.exitInitializationMode()
+stepped = started(opened(sys.argv[1], folder, start=100.0))
 set_(stepped, "speed", 3000.0)
 for k in range(20):
     stepped.doStep(100.0 + 60.0 * k, 60.0)
@@ -356,20 +329,19 @@ at = {v.name: inside(v) for v in parameters}
 offsets = rng.uniform(0.5, 9.0, states)
 own = np.array([v.name.startswith("effects.") for v in of_state])
 offsets[own] = rng.uniform(0.1, 0.4, own.sum()) - 0.0
-fmu = opened()
+fmu = exchanged(100.0)
 def values(changed):
     fmu.reset()
     if two:
         fmu.setupExperiment(startTime=100.0)
     for name, value in (at | changed).items():
         set_(fmu, name, value)
-    fmu.enterInitializationMode(**({} if two else dict(startTime=100.0)))
-    fmu.exitInitializationMode()
+    started(fmu)
     fmu.enterContinuousTimeMode()
     set_(fmu, "speed", 3000.0)
     fmu.setTime(5000.0)
     fmu.setContinuousStates((ctypes.c_double * states)(*(20.0 * ~own + offsets)), states)
-    return np.array((fmu.getReal if two else fmu.getFloat64)(refs))
+    return np.array(fmu.get(refs))
 def slope(v):
     h = 1e-3 * abs(at[v.name])
     near, far = (values({v.name: at[v.name] + by}) - values({v.name: at[v.name] - by})
