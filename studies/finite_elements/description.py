@@ -158,8 +158,8 @@ class Description(_Table):
         return self
 
     def _sources(self) -> list[tuple[str, list[str]]]:
-        named = [(one.name, list(one.parts)) for one in self.bearings]
-        return [*named, *((one.name, list(one.shares)) for one in self.motors)]
+        named = [(bearings.name, list(bearings.parts)) for bearings in self.bearings]
+        return [*named, *((motor.name, list(motor.shares)) for motor in self.motors)]
 
 
 def read_description(source: str | Path = "jig_borer") -> Description:

@@ -55,10 +55,10 @@ class GrowthModel:
         axial[self.displacement.nodal_dofs[1::2].ravel()] = True
         axial[self.displacement.facet_dofs[1::2].ravel()] = True
         axial[self.displacement.interior_dofs[1::2].ravel()] = True
-        found = np.flatnonzero(on & axial)
-        if not len(found):
+        dofs = np.flatnonzero(on & axial)
+        if not len(dofs):
             raise BadInput(description.name, place, "does not lie on a part")
-        return found
+        return dofs
 
     def fixed(self) -> Index:
         """Return the degrees of freedom that cannot move: the mount's, and radial ones on r = 0."""

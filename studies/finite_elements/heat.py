@@ -81,19 +81,19 @@ class HeatModel:
             self._gaps.append((radius, width, matrix))
 
     def _add_sources(self) -> None:
-        entries, self._numbers, found = [], [], []
+        entries, self._numbers, names = [], [], []
         for bearings in self.description.bearings:
             entries.append(self._entry(bearings.parts))
             self._numbers.append(films.friction_numbers(bearings))
-            found.append(bearings.name)
+            names.append(bearings.name)
         for motor in self.description.motors:
             shares = {name: share for name, share in motor.shares.items() if share > 0.0}
             entry = sum(share * self._entry([name]) for name, share in shares.items())
             entries.append(np.asarray(entry) / sum(shares.values()))
             self._numbers.append((0.0, 0.0, 0.0, motor.watts_per_1000rpm * 1e-3))
-            found.append(motor.name)
+            names.append(motor.name)
         self.entries: Array = np.stack(entries, axis=1)
-        self.source_names = tuple(found)
+        self.source_names = tuple(names)
 
     def _entry(self, parts: list[str]) -> Array:
         """Return where heat enters that is spread evenly over the volume of parts."""
@@ -101,10 +101,10 @@ class HeatModel:
         inside = np.isin(self._mesh.part, [names.index(name) for name in parts])
         return forms.source(self.basis, self._over_volume(np.flatnonzero(inside)))
 
-    def _elements(self, name: str, found: Index) -> Index:
-        if len(found) == 0:
+    def _elements(self, name: str, elements: Index) -> Index:
+        if len(elements) == 0:
             raise BadInput(self.description.name, name, "covers no part of the spindle")
-        return found
+        return elements
 
     def _over_volume(self, elements: Index) -> Array:
         """Return per element 1 / (volume of these elements), 0 outside them [1/m3]."""
@@ -144,7 +144,9 @@ class HeatModel:
     def conductance(self, speed: float) -> tuple[csc_matrix, Array]:
         """Return K(n) and the conductance of every node to the air [W/K]."""
         groups = self.groups(speed)
-        matrix = sum((one for one, _ in groups.values()), csr_matrix((self.basis.N, self.basis.N)))
+        matrix = sum(
+            (matrix for matrix, _ in groups.values()), csr_matrix((self.basis.N, self.basis.N))
+        )
         return csc_matrix(matrix), groups["air"][1]
 
     @cached_property

@@ -99,14 +99,14 @@ class ReducedSpindle:
             Factors on the films to the air, on the jackets' films and on the heat capacities
             [1].
         """
-        found = []
+        regimes = []
         for speed, groups in zip(self.speeds, self._groups, strict=True):
             whole = groups["conduction"][0] + air * groups["air"][0]
             whole = (whole + coolant * groups["coolant"][0]) / capacity
             rates, vectors = np.linalg.eigh((whole + whole.T) / 2.0)
             forcing = np.stack([air * groups["air"][1], coolant * self._coolant]) / capacity
-            found.append(ReducedRegime(speed, np.maximum(rates, 1e-12), vectors, forcing))
-        return found
+            regimes.append(ReducedRegime(speed, np.maximum(rates, 1e-12), vectors, forcing))
+        return regimes
 
 
 def _basis(spindle: FiniteElementSpindle, size: int) -> Array:

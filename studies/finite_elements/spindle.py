@@ -114,8 +114,8 @@ class FiniteElementSpindle:
         rows = len(time_s)
         air, bath = (np.broadcast_to(np.asarray(u, float), (rows,)) for u in (ambient, coolant))
         now = np.full(self.heat.basis.N, air[0]) if start is None else start.astype(float)
-        found = np.empty((rows, len(now)))
-        found[0] = now
+        temperatures = np.empty((rows, len(now)))
+        temperatures[0] = now
         solver = _Solver(self.heat)
         for k in range(rows - 1):
             length = float(time_s[k + 1] - time_s[k])
@@ -127,9 +127,9 @@ class FiniteElementSpindle:
                     for share in ((i + GAMMA) / count, (i + 1) / count)
                 ]
                 now = solver.step(now, float(speed[k]), step, *ends)
-            found[k + 1] = now
-        growth = (found - found[0]) @ self.growth_row
-        return Transient(np.asarray(time_s, float), found, growth)
+            temperatures[k + 1] = now
+        growth = (temperatures - temperatures[0]) @ self.growth_row
+        return Transient(np.asarray(time_s, float), temperatures, growth)
 
 
 def _between(values: Array, row: int, share: float) -> float:

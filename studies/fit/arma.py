@@ -118,13 +118,13 @@ class AutoregressiveMovingAverage(FittedModel):
             "step_s": self.step_s,
             "series": [
                 {
-                    "differences": one.differences,
-                    "mean": one.mean,
-                    "scale": one.scale,
-                    "ar": one.ar.tolist(),
-                    "ma": one.ma.tolist(),
+                    "differences": series.differences,
+                    "mean": series.mean,
+                    "scale": series.scale,
+                    "ar": series.ar.tolist(),
+                    "ma": series.ma.tolist(),
                 }
-                for one in self.series
+                for series in self.series
             ],
         }
 
@@ -132,10 +132,10 @@ class AutoregressiveMovingAverage(FittedModel):
         """Return orders, ADF p-values, AIC, ACF and PACF of each target."""
         targets = {
             name: {
-                "order": [len(one.ar), one.differences, len(one.ma)],
-                **one.diagnostics,
+                "order": [len(series.ar), series.differences, len(series.ma)],
+                **series.diagnostics,
             }
-            for name, one in zip(self._names, self.series, strict=True)
+            for name, series in zip(self._names, self.series, strict=True)
         }
         return {"step_s": self.step_s, "targets": targets}
 
@@ -173,11 +173,11 @@ def _fit_series(pieces: list[Array], largest: int) -> Series:
         for p, q in product(range(largest + 1), repeat=2):
             if p + q == 0:
                 continue
-            found = _arma(z, p, q)
-            if found is not None:
-                tried[f"{p},{q}"] = round(float(found[0]), 3)
-            if found is not None and (best is None or found[0] < best[0]):
-                best = found
+            fitted = _arma(z, p, q)
+            if fitted is not None:
+                tried[f"{p},{q}"] = round(float(fitted[0]), 3)
+            if fitted is not None and (best is None or fitted[0] < best[0]):
+                best = fitted
     if best is None:
         raise BadInput("training runs", "", "no ARMA model can be fitted to the differenced drift")
     aic, ar, ma = best
@@ -225,12 +225,12 @@ def _stationary_order(pieces: list[Array]) -> tuple[int, list[float]]:
     """Return how often to difference, and the median ADF p-value of each order tried."""
     p_values = []
     for differences in range(MOST_DIFFERENCES + 1):
-        found = []
+        of_pieces = []
         for piece in sorted(pieces, key=len)[-5:]:
             w = np.diff(piece, differences)
             if len(w) > 20 and np.ptp(w) > 0.0:
-                found.append(float(adfuller(w, maxlag=min(10, len(w) // 4), autolag="AIC")[1]))
-        p_values.append(round(float(np.median(found)), 4) if found else 0.0)
+                of_pieces.append(float(adfuller(w, maxlag=min(10, len(w) // 4), autolag="AIC")[1]))
+        p_values.append(round(float(np.median(of_pieces)), 4) if of_pieces else 0.0)
         if p_values[-1] < SIGNIFICANCE:
             break
     return len(p_values) - 1, p_values

@@ -124,22 +124,22 @@ class AutoregressiveExogenous(FittedModel):
         constant = task.input_form != "rise"
         moving = MOST_MOVING if estimator == "armax" else 0
         tried = LAGS[:2] if lags == "choose" else (int(lags),)
-        found = [
+        fits = [
             min(
                 (fit(task, step, target, constant, lag, moving) for lag in tried),
-                key=lambda one: one.score,
+                key=lambda fitted: fitted.score,
             )
             for target in range(len(task.target_names))
         ]
         inputs = len(task.input_names)
-        b = np.array([one.weights for one in found])
+        b = np.array([fitted.weights for fitted in fits])
         orders = {
-            name: [int(one.pole > 0.0), one.lags, one.moving]
-            for name, one in zip(task.target_names, found, strict=True)
+            name: [int(fitted.pole > 0.0), fitted.lags, fitted.moving]
+            for name, fitted in zip(task.target_names, fits, strict=True)
         }
         return cls(
             step,
-            np.array([one.pole for one in found]),
+            np.array([fitted.pole for fitted in fits]),
             b[:, :inputs],
             b[:, inputs : 2 * inputs],
             b[:, 2 * inputs],
@@ -191,8 +191,8 @@ class _Fit:
 def _regressors(run: TrainingRun, constant: bool, lags: int) -> Array:
     """Return the inputs now and one row before, and the constant, shape (n, 2 k + 1)."""
     before = np.vstack([run.inputs[:1], run.inputs[:-1]]) * lags
-    one = np.full((len(run.time_s), 1), float(constant))
-    return np.column_stack([run.inputs, before, one])
+    ones = np.full((len(run.time_s), 1), float(constant))
+    return np.column_stack([run.inputs, before, ones])
 
 
 def _by_simulation(
@@ -225,7 +225,7 @@ def _by_simulation(
 def _aic(blocks: list[Block], solution: Solution, numbers: int) -> float:
     """Return Akaike's criterion of a fit."""
     left = [block.targets[:, 0] - block.features @ solution.coefficients for block in blocks]
-    mean = float(np.mean([np.mean(one**2) for one in left]))
+    mean = float(np.mean([np.mean(errors**2) for errors in left]))
     return sum(map(len, left)) * float(np.log(max(mean, 1e-30))) + 2.0 * numbers
 
 
@@ -246,15 +246,15 @@ def _by_prediction(
     parts = []
     for run in task.runs:
         x, y = _regressors(run, constant, lags), run.targets[:, target]
-        one = np.array(step_counts(run.time_s, step_s)) == 1
-        there = one & run.known & np.concatenate([[False], run.known[:-1]])
+        adjacent = np.array(step_counts(run.time_s, step_s)) == 1
+        there = adjacent & run.known & np.concatenate([[False], run.known[:-1]])
         columns = np.column_stack([x, np.concatenate([[0.0], y[:-1]])])
         parts.append((np.where(there[:, None], columns, 0.0), np.where(there, y, 0.0), there))
     rows = sum(int(there.sum()) for _, _, there in parts)
     if rows < FEWEST_ROWS:
         raise BadInput("training runs", "", f"{rows} rows one step apart are too few")
     tried = [_moving_average(parts, order, lags) for order in range(moving + 1)]
-    return min(tried, key=lambda one: one.score)
+    return min(tried, key=lambda fitted: fitted.score)
 
 
 def _moving_average(
@@ -279,8 +279,8 @@ def _moving_average(
         gram = (x / scale).T @ (x / scale) / len(x)
         b = np.linalg.solve(gram + 1e-9 * np.eye(len(gram)), (x / scale).T @ y / len(x)) / scale
         residuals = [
-            np.where(there, one[1] - w @ b, 0.0)
-            for one, w, there in zip(parts, wide, chosen, strict=True)
+            np.where(there, part[1] - w @ b, 0.0)
+            for part, w, there in zip(parts, wide, chosen, strict=True)
         ]
     left_over = float(np.mean((y - x @ b) ** 2))
     numbers = int(np.count_nonzero(x.any(axis=0)))

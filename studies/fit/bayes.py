@@ -48,15 +48,15 @@ class Bayes(ThermalStates):
         refuse_poor(task)
         sets = LAGS_S if lags_s is None else (checked_lags("bayes", lags_s),)
         inputs = len(task.input_names)
-        found = []
+        solutions = []
         for lags in sets:
             blocks = blocks_of(task, lags, uses_speed=False, uses_levels=False)
             used = _rises(inputs, len(lags))
             solved = posterior(
                 [block.features[:, used] for block in blocks], [block.targets for block in blocks]
             )
-            found.append((lags, used, solved))
-        lags, used, solved = max(found, key=lambda one: one[2].log_evidence)
+            solutions.append((lags, used, solved))
+        lags, used, solved = max(solutions, key=lambda solution: solution[2].log_evidence)
         coefficients = np.zeros((len(task.target_names), inputs + len(lags) * (2 * inputs + 2)))
         coefficients[:, used] = solved.weights.T
         diagnostics = {

@@ -103,8 +103,8 @@ class NormalEquations:
         # alone the runs left out are solved for.
         values, vectors = np.linalg.eigh(np.mean(self._gram, axis=0))
         self._basis = vectors[:, values > FAINTEST]
-        self._small_gram = np.array([self._basis.T @ one @ self._basis for one in self._gram])
-        self._small_moment = np.array([self._basis.T @ one for one in self._moment])
+        self._small_gram = np.array([self._basis.T @ gram @ self._basis for gram in self._gram])
+        self._small_moment = np.array([self._basis.T @ moment for moment in self._moment])
         to_rows = self._basis / self._scale[:, None]
         self._rows = [block.features @ to_rows for block in blocks]
 
@@ -163,8 +163,8 @@ class NormalEquations:
         b = np.linalg.solve(others + ridge, right[:, :, None])[:, :, 0]
         return np.array(
             [
-                np.sqrt(np.mean((block.targets[:, target] - rows @ one) ** 2))
-                for block, rows, one in zip(self._blocks, self._rows, b, strict=True)
+                np.sqrt(np.mean((block.targets[:, target] - rows @ weights) ** 2))
+                for block, rows, weights in zip(self._blocks, self._rows, b, strict=True)
             ]
         )
 

@@ -72,19 +72,19 @@ def posterior(features: Sequence[Array], targets: Sequence[Array]) -> Posterior:
     trust = np.ones(len(gram))
     rounds = ROUNDS if len(gram) >= FEWEST_TO_DISTRUST else 1
     for last in [False] * (rounds - 1) + [True]:
-        found = _most_evident(gram, moment, power, trust)
+        solution = _most_evident(gram, moment, power, trust)
         if last:
             break
         missed = np.array(
             [
-                np.mean((y - x @ found.weights) ** 2, axis=0)
+                np.mean((y - x @ solution.weights) ** 2, axis=0)
                 for x, y in zip(features, targets, strict=True)
             ]
         )
         usual = np.maximum(np.median(missed, axis=0), 1e-30)
         trust = 2.0 / (1.0 + np.mean(missed / usual, axis=1))
         trust /= trust.mean()
-    return found
+    return solution
 
 
 def _most_evident(gram: Array, moment: Array, power: Array, trust: Array) -> Posterior:

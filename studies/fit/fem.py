@@ -244,11 +244,11 @@ class _Identification:
         y = self._target / self._scale
         left = np.concatenate([self._root * x, ridge])
         right = np.concatenate([self._root * y, np.zeros((len(ridge), y.shape[1]))])
-        found = np.linalg.lstsq(left, right, rcond=None)[0]
-        residual = right - left @ found
-        coefficients = found[: scaled.shape[1]] * self._scale
+        solution = np.linalg.lstsq(left, right, rcond=None)[0]
+        residual = right - left @ solution
+        coefficients = solution[: scaled.shape[1]] * self._scale
         coefficients = coefficients / np.where(size > 0.0, size, np.inf)[:, None]
-        constant = found[-1] * self._scale if self._constant else np.zeros(y.shape[1])
+        constant = solution[-1] * self._scale if self._constant else np.zeros(y.shape[1])
         return coefficients, constant, residual
 
     def factors(self) -> Array:
@@ -260,10 +260,10 @@ class _Identification:
             return np.concatenate([residual.ravel(), 0.01 * logs / PRIOR])
 
         bounds = (-FARTHEST, FARTHEST)
-        found = least_squares(
+        minimum = least_squares(
             cost, np.zeros(len(PRIOR)), bounds=bounds, diff_step=0.02, max_nfev=12
         )
-        return np.asarray(found.x)
+        return np.asarray(minimum.x)
 
     def model(
         self, kind: type[FiniteElementModel], factors: Array, name: str

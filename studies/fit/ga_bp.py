@@ -89,8 +89,8 @@ class GeneticBackPropagation(BackPropagation):
         BadInput
             For an unknown option or value, too few rows, or constant columns.
         """
-        known = ("hidden", "population", "generations", "iterations", "goal", "decay")
-        refuse_unknown("ga_bp", options, (*known, "rows", "nodes_by", "seed"))
+        allowed = ("hidden", "population", "generations", "iterations", "goal", "decay")
+        refuse_unknown("ga_bp", options, (*allowed, "rows", "nodes_by", "seed"))
         if nodes_by not in JUDGES:
             problem = f"{shown(nodes_by)} is not allowed: {', '.join(JUDGES)}"
             raise BadInput("ga_bp", "nodes_by", problem)
@@ -149,7 +149,7 @@ def _number_of_nodes(
     def missed(nodes: int, learnt: Rows, judged: Rows) -> float:
         x, y, weights = (part[learnt][::thin] for part in (samples.x, samples.y, samples.weights))
         shape = Shape((x.shape[1], nodes, y.shape[1]))
-        found = levenberg_marquardt(
+        trained = levenberg_marquardt(
             shape,
             nguyen_widrow(shape, np.random.default_rng([seed, nodes])),
             x,
@@ -159,7 +159,7 @@ def _number_of_nodes(
             goal=0.0,
             decay=decay,
         )
-        predicted = shape.outputs(found.theta, samples.x[judged])
+        predicted = shape.outputs(trained.theta, samples.x[judged])
         return float(np.abs(predicted - samples.y[judged]).sum())
 
     def fitness_of(nodes: int) -> float:

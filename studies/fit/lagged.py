@@ -94,8 +94,8 @@ def held_speed(run: TrainingRun) -> Array:
     array, shape (n,)
         0 before the first that is known [rpm].
     """
-    known = pd.Series(np.where(np.isfinite(run.speed), np.abs(run.speed), np.nan))
-    return np.asarray(known.shift().ffill().fillna(0.0), dtype=np.float64)
+    speeds = pd.Series(np.where(np.isfinite(run.speed), np.abs(run.speed), np.nan))
+    return np.asarray(speeds.shift().ffill().fillna(0.0), dtype=np.float64)
 
 
 def lagged(drives: Array, elapsed_s: Array, tau_s: float | Array) -> Array:

@@ -77,16 +77,16 @@ class Lasso(ThermalStates):
         if len(task.runs) < FEWEST_TO_LEAVE_OUT:
             lag_sets = lag_sets[-2:][:1]
             shares = shares[len(shares) // 2 :][:1]
-        found: list[list[LagChoice]] = [[] for _ in task.target_names]
+        of_targets: list[list[LagChoice]] = [[] for _ in task.target_names]
         for lags in lag_sets:
             blocks = blocks_of(task, lags, uses_speed=False, uses_levels=False)
-            for target, candidates in enumerate(found):
+            for target, candidates in enumerate(of_targets):
                 solutions = _path(blocks, target, shares)
                 candidates += [
                     LagChoice(lags, False, 0.0, False, share, solution)
                     for share, solution in zip(shares, solutions, strict=True)
                 ]
-        fitted = cls._assembled(task, [best(one) for one in found], False)
+        fitted = cls._assembled(task, [best(candidates) for candidates in of_targets], False)
         assert isinstance(fitted, cls)
         return fitted
 

@@ -261,13 +261,13 @@ def _fit_target(
         grid = np.log(np.geomspace(SHORTEST_TAU_S, LONGEST_TAU_S, 9))
         costs = [cost(point) for point in grid]
         at = int(np.argmin(costs))
-        found = minimize_scalar(
+        minimum = minimize_scalar(
             cost,
             bounds=(grid[max(at - 1, 0)], grid[min(at + 1, len(grid) - 1)]),
             method="bounded",
             options={"xatol": 0.02},
         )
-        return float(found.fun), float(np.exp(found.x))
+        return float(minimum.fun), float(np.exp(minimum.x))
 
     if taus is not None:
         return solved(*taus)[1], *taus

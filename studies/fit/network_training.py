@@ -40,14 +40,14 @@ class Shape:
             Of shape (..., nodes, nodes before) and (..., nodes), from the first hidden layer
             on.
         """
-        found, at = [], 0
+        layers, at = [], 0
         for before, here in zip(self.nodes, self.nodes[1:], strict=False):
             weights = theta[..., at : at + before * here]
             at += before * here
             thresholds = theta[..., at : at + here]
             at += here
-            found.append((weights.reshape(*theta.shape[:-1], here, before), thresholds))
-        return found
+            layers.append((weights.reshape(*theta.shape[:-1], here, before), thresholds))
+        return layers
 
     def outputs(self, theta: Array, x: Array) -> Array:
         """Return the outputs for inputs x (n, inputs): (..., n, outputs).

@@ -43,7 +43,7 @@ class Ridge(ThermalStates):
             For an unknown option or value, too few rows, or constant columns.
         """
         refuse_unknown("ridge", options, ("lags_s", "penalty"))
-        found = super().fit(
+        fitted = super().fit(
             task,
             lags_s=lags_s,
             penalty=penalty,
@@ -54,5 +54,5 @@ class Ridge(ThermalStates):
             speed=False,
             average=False,
         )
-        assert isinstance(found, cls)
-        return found
+        assert isinstance(fitted, cls)
+        return fitted

@@ -148,20 +148,20 @@ class ThermalStates(FittedModel):
         uses_speed = speed and all(np.isfinite(run.speed).any() for run in task.runs)
         candidates = _solved(task, choices, uses_speed, robust)
         mixed = averaged if average else best
-        return cls._assembled(task, [mixed(found) for found in candidates], uses_speed)
+        return cls._assembled(task, [mixed(of_target) for of_target in candidates], uses_speed)
 
     @classmethod
     def _assembled(cls, task: Task, mixes: list[Mix], uses_speed: bool) -> ThermalStates:
         """Put the targets' solutions over the union of their lags."""
-        lags = sorted({lag for mix in mixes for _, one in mix for lag in one.lags_s})
+        lags = sorted({lag for mix in mixes for _, choice in mix for lag in choice.lags_s})
         inputs = len(task.input_names)
         block = 2 * inputs + 2
         coefficients = np.zeros((len(mixes), inputs + len(lags) * block))
         for row, mix in zip(coefficients, mixes, strict=True):
-            for share, one in mix:
-                b = share * one.solution.coefficients
+            for share, choice in mix:
+                b = share * choice.solution.coefficients
                 row[:inputs] += b[:inputs]
-                for lag, part in zip(one.lags_s, b[inputs:].reshape(-1, block), strict=True):
+                for lag, part in zip(choice.lags_s, b[inputs:].reshape(-1, block), strict=True):
                     at = inputs + lags.index(lag) * block
                     row[at : at + block] += part
         chosen = [max(mix, key=lambda part: part[0])[1] for mix in mixes]
@@ -170,16 +170,16 @@ class ThermalStates(FittedModel):
             "speed": uses_speed,
             "targets": {
                 name: {
-                    "lags_s": list(one.lags_s),
-                    "levels": one.levels,
-                    "walk": one.walk,
-                    "referenced": one.referenced,
+                    "lags_s": list(choice.lags_s),
+                    "levels": choice.levels,
+                    "walk": choice.walk,
+                    "referenced": choice.referenced,
                     "averaged": len(mix),
-                    "penalty": one.penalty,
-                    "left_out_rms": _listed(one.solution.left_out_rms),
-                    "trust": dict(zip(names, _listed(one.solution.trust), strict=True)),
+                    "penalty": choice.penalty,
+                    "left_out_rms": _listed(choice.solution.left_out_rms),
+                    "trust": dict(zip(names, _listed(choice.solution.trust), strict=True)),
                 }
-                for name, one, mix in zip(task.target_names, chosen, mixes, strict=True)
+                for name, choice, mix in zip(task.target_names, chosen, mixes, strict=True)
             },
         }
         return cls(lags, start_range(task.runs), coefficients, diagnostics)
@@ -235,22 +235,22 @@ def checked_penalty(kind: str, penalty: float, highest: float) -> float:
 def _solved(task: Task, choices: _Choices, uses_speed: bool, robust: bool) -> list[list[LagChoice]]:
     """Return every candidate of each target, judged on training runs left out."""
     lag_sets, with_levels, walks, noises, penalties = choices
-    found: list[list[LagChoice]] = [[] for _ in task.target_names]
+    candidates: list[list[LagChoice]] = [[] for _ in task.target_names]
     for lags, levels in product(lag_sets, with_levels):
         blocks = blocks_of(task, lags, uses_speed=uses_speed, uses_levels=levels)
         for walk, noise in product(walks, noises):
             problem = NormalEquations(blocks, walk, referenced=noise)
-            for penalty, target in product(penalties, range(len(found))):
+            for penalty, target in product(penalties, range(len(candidates))):
                 solution = problem.solve(target, penalty, robust=robust)
-                found[target].append(LagChoice(lags, levels, walk, noise, penalty, solution))
-    return found
+                candidates[target].append(LagChoice(lags, levels, walk, noise, penalty, solution))
+    return candidates
 
 
 def best(candidates: list[LagChoice]) -> Mix:
     """Return the candidate with the smallest error on runs left out, alone."""
     if len(candidates) == 1:
         return [(1.0, candidates[0])]
-    return [(1.0, min(candidates, key=lambda one: one.solution.score))]
+    return [(1.0, min(candidates, key=lambda choice: choice.solution.score))]
 
 
 def averaged(candidates: list[LagChoice]) -> Mix:
@@ -260,12 +260,14 @@ def averaged(candidates: list[LagChoice]) -> Mix:
     """
     if len(candidates) == 1:
         return best(candidates)
-    scores = np.array([one.solution.score for one in candidates])
+    scores = np.array([choice.solution.score for choice in candidates])
     shares = np.exp(-(scores - scores.min()) / WORTH)
     shares[shares < FEWEST_SHARE] = 0.0
     shares /= shares.sum()
     return [
-        (float(share), one) for share, one in zip(shares, candidates, strict=True) if share > 0.0
+        (float(share), choice)
+        for share, choice in zip(shares, candidates, strict=True)
+        if share > 0.0
     ]
 
 

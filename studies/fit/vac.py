@@ -107,8 +107,8 @@ class VectorAngleCosine(FittedModel):
         BadInput
             For an unknown option or value, or whatever a constituent refuses.
         """
-        known = ("models", "combination", "held_out", "parts", "seed")
-        refuse_unknown("vac", options, known)
+        allowed = ("models", "combination", "held_out", "parts", "seed")
+        refuse_unknown("vac", options, allowed)
         if combination not in COMBINATIONS:
             problem = f"{shown(combination)} is not allowed: {', '.join(COMBINATIONS)}"
             raise BadInput("vac", "combination", problem)
@@ -164,15 +164,15 @@ class _Rows:
     """Measured and predicted rows of all runs, weighted by the time they stand for."""
 
     def __init__(self, runs: Sequence[TrainingRun], parts: Sequence[Array]) -> None:
-        known = [run.known for run in runs]
-        root = np.sqrt(np.concatenate([r.weights[k] for r, k in zip(runs, known, strict=True)]))
+        rows = [run.known for run in runs]
+        root = np.sqrt(np.concatenate([r.weights[k] for r, k in zip(runs, rows, strict=True)]))
         self._weight = root**2
-        self._parts = np.concatenate([p[k] for p, k in zip(parts, known, strict=True)])
+        self._parts = np.concatenate([p[k] for p, k in zip(parts, rows, strict=True)])
         self._x = root[:, None, None] * self._parts
-        self._targets = np.concatenate([r.targets[k] for r, k in zip(runs, known, strict=True)])
+        self._targets = np.concatenate([r.targets[k] for r, k in zip(runs, rows, strict=True)])
         self._y = root[:, None] * self._targets
         self._condition = np.concatenate(
-            [conditions(r)[k] for r, k in zip(runs, known, strict=True)]
+            [conditions(r)[k] for r, k in zip(runs, rows, strict=True)]
         )
 
     def combined(self, combination: str) -> tuple[dict[str, Array], Array]:
@@ -212,7 +212,7 @@ class _Rows:
 
 def conditions(run: TrainingRun) -> np.ndarray[Any, np.dtype[np.intp]]:
     """Return the condition of every row, as an index of `CONDITIONS`."""
-    found = np.zeros(len(run.time_s), dtype=np.intp)
+    states = np.zeros(len(run.time_s), dtype=np.intp)
     last, since = 0.0, 0.0
     for k, (elapsed, speed) in enumerate(
         zip(np.diff(run.time_s, prepend=run.time_s[0]), run.speed, strict=True)
@@ -221,20 +221,20 @@ def conditions(run: TrainingRun) -> np.ndarray[Any, np.dtype[np.intp]]:
         since = 0.0 if abs(now - last) > SAME_SPEED_SHARE * max(now, last) else since + elapsed
         last = now
         if now >= STILL_RPM:
-            found[k] = 1 if since < SETTLE_S else 2
-    return found
+            states[k] = 1 if since < SETTLE_S else 2
+    return states
 
 
 def _constituents(models: Sequence[str] | str | None, task: Task) -> tuple[str, ...]:
-    known = [kind for kind in error_models.fitted_models() if kind != "vac"]
+    allowed = [kind for kind in error_models.fitted_models() if kind != "vac"]
     if models is None:
         has_speed = all(np.isfinite(run.speed).any() for run in task.runs)
         usual = STUDY if has_speed else WITHOUT_SPEED
-        return tuple(kind for kind in usual if kind in known)
+        return tuple(kind for kind in usual if kind in allowed)
     names = models.split(",") if isinstance(models, str) else list(models)
     for name in names:
-        if name not in known:
-            problem = f"{shown(name)} is not allowed: {', '.join(known)}"
+        if name not in allowed:
+            problem = f"{shown(name)} is not allowed: {', '.join(allowed)}"
             raise BadInput("vac", "models", problem)
     if not 2 <= len(set(names)) == len(names) <= 10:
         raise BadInput("vac", "models", "2 to 10 different models are needed")
@@ -251,16 +251,16 @@ def _part_options(parts: Any, kinds: Sequence[str], seed: int) -> dict[str, dict
     """
     if not isinstance(parts or {}, Mapping):
         raise BadInput("vac", "parts", f"{shown(parts)} is not allowed: options by model")
-    known = error_models.fitted_models()
-    found: dict[str, dict[str, Any]] = {
-        kind: {"seed": seed} if known[kind].takes_seed() else {} for kind in kinds
+    models = error_models.fitted_models()
+    options_by_kind: dict[str, dict[str, Any]] = {
+        kind: {"seed": seed} if models[kind].takes_seed() else {} for kind in kinds
     }
     for kind, options in (parts or {}).items():
-        if kind not in found or not isinstance(options, Mapping):
+        if kind not in options_by_kind or not isinstance(options, Mapping):
             allowed = ", ".join(kinds)
             raise BadInput("vac", f"parts.{kind}", f"is not allowed: options of {allowed}")
-        found[kind] |= options
-    return found
+        options_by_kind[kind] |= options
+    return options_by_kind
 
 
 def _fitted(kind: str, task: Task, options: Mapping[str, Mapping[str, Any]]) -> FittedModel:

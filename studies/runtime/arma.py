@@ -115,7 +115,9 @@ class AutoregressiveMovingAverage(ErrorModel):
     def from_fields(cls, fields: Fields, inputs: int, targets: int) -> AutoregressiveMovingAverage:
         """Return the model that the file's numbers describe."""
         tables = fields.tables("series", "series", targets, targets)
-        return cls(fields.number("step_s", 0.1, 1e5), [Series.from_fields(one) for one in tables])
+        return cls(
+            fields.number("step_s", 0.1, 1e5), [Series.from_fields(table) for table in tables]
+        )
 
     def predict(
         self,
@@ -132,15 +134,15 @@ class AutoregressiveMovingAverage(ErrorModel):
             self._waiting, self._measured = True, list(measured)
         for tick in range(count):
             # A step begins with what was measured at the one before; the drift starts from zero.
-            known = self._measured if tick == 0 and self._waiting else None
-            for target, one in enumerate(self._series):
-                one.take(None if known is None else known[target])
-                one.held = one.level(one.forecast())
+            measured_now = self._measured if tick == 0 and self._waiting else None
+            for target, series in enumerate(self._series):
+                series.take(None if measured_now is None else measured_now[target])
+                series.held = series.level(series.forecast())
             self._waiting = False
-        return [one.held for one in self._series]
+        return [series.held for series in self._series]
 
     def reset(self) -> None:
         """Forget everything: the drift starts from zero."""
         super().reset()
-        for one in self._series:
-            one.synced = 1.0
+        for series in self._series:
+            series.synced = 1.0

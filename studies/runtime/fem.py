@@ -163,9 +163,9 @@ class FiniteElementModel(ErrorModel):
             modes = []
             for number, (keep, add) in enumerate(zip(decay, gain, strict=True)):
                 place, force = 0.0, 0.0
-                for row, value, one in zip(regime.vectors, state, push, strict=True):
+                for row, value, pushed in zip(regime.vectors, state, push, strict=True):
                     place += row[number] * value
-                    force += row[number] * one
+                    force += row[number] * pushed
                 modes.append(keep * place + add * force)
             state[:] = [
                 sum(part * mode for part, mode in zip(row, modes, strict=True))

@@ -80,8 +80,8 @@ class GaussianProcess(ErrorModel):
         for lag, tau_s in enumerate(self._lags_s):
             part = share(elapsed_s, tau_s)
             values = [
-                value + part * (one - value)
-                for value, one in zip(self._lagged[lag], inputs, strict=True)
+                value + part * (now - value)
+                for value, now in zip(self._lagged[lag], inputs, strict=True)
             ]
             self._lagged[lag] = values
             features += values

@@ -60,11 +60,11 @@ class VectorAngleCosine(ErrorModel):
     @classmethod
     def from_fields(cls, fields: Fields, inputs: int, targets: int) -> VectorAngleCosine:
         """Return the model that the file's numbers describe."""
-        known = error_models()
+        models_by_kind = error_models()
         models = []
         for table in fields.tables("models", "models", 1):
-            kind = table.choice("kind", tuple(name for name in known if name != "vac"))
-            models.append(known[kind].from_fields(table, inputs, targets))
+            kind = table.choice("kind", tuple(name for name in models_by_kind if name != "vac"))
+            models.append(models_by_kind[kind].from_fields(table, inputs, targets))
             table.done()
         table = fields.table("weights")
         weights = {name: table.matrix(name, targets, len(models)) for name in CONDITIONS}
