@@ -179,14 +179,14 @@ def around_bearing(machine: Machine, bearing: Item) -> tuple[tuple[int, ...], tu
     two tuples of int
         Positions of nodes.
     """
-    found = []
+    sides = []
     for side, other in (("inner", "outer"), ("outer", "inner")):
         (own,), (opposite,) = bearing.refs[side], bearing.refs[other]
         pairs = [item.refs["between"] for item in machine.of_kind("links", "conduction", "contact")]
         beside = {name for pair in pairs if own in pair for name in pair} - {own, opposite}
         names = [node.name for node in machine.nodes if node.name in beside] or [own]
-        found.append(tuple(machine.node_index[name] for name in names))
-    return found[0], found[1]
+        sides.append(tuple(machine.node_index[name] for name in names))
+    return sides[0], sides[1]
 
 
 def measured_parts(machine: Machine) -> list[str]:
@@ -196,8 +196,8 @@ def measured_parts(machine: Machine) -> list[str]:
     ----------
     machine : Machine
     """
-    found = dict.fromkeys(sensor.of for sensor in machine.sensors)
-    return [name for name in found if name in machine.node_index]
+    read = dict.fromkeys(sensor.of for sensor in machine.sensors)
+    return [name for name in read if name in machine.node_index]
 
 
 def structure_parts(machine: Machine) -> dict[str, int]:
@@ -212,8 +212,8 @@ def structure_parts(machine: Machine) -> dict[str, int]:
     dict of str to int
         Positions of nodes.
     """
-    found = (base_node(machine), carrier_node(machine))
-    return {machine.nodes[node].name: node for node in found}
+    carriers = (base_node(machine), carrier_node(machine))
+    return {machine.nodes[node].name: node for node in carriers}
 
 
 def incidence(nodes: Sequence[int], count: int) -> FloatArray:

@@ -135,8 +135,8 @@ def part_of(node: str) -> str:
     node : str
         A node's name; a node that is no cell is its own part.
     """
-    found = CELL.match(node)
-    return found[1] if found else node
+    cell = CELL.match(node)
+    return cell[1] if cell else node
 
 
 class _Look:
@@ -249,16 +249,16 @@ def _part(look: _Look, name: str, which: list[int]) -> Part:
 def _paths(look: _Look) -> dict[tuple[str, str], float]:
     """Return the conductance between parts, and from parts to boundary temperatures [W/K]."""
     names = [part_of(name) for name in look.names]
-    found: dict[tuple[str, str], float] = defaultdict(float)
+    conductances: dict[tuple[str, str], float] = defaultdict(float)
     for i, name in enumerate(names):
         for j in range(i):
             if names[j] != name and look.matrix[i, j] != 0.0:
                 pair = (name, names[j]) if name < names[j] else (names[j], name)
-                found[pair] -= float(look.matrix[i, j])
+                conductances[pair] -= float(look.matrix[i, j])
         for k, outside in enumerate(look.machine.boundary_index):
             if look.boundary[i, k] != 0.0:
-                found[name, outside] += float(look.boundary[i, k])
-    return dict(found)
+                conductances[name, outside] += float(look.boundary[i, k])
+    return dict(conductances)
 
 
 def _modes(look: _Look, most: int = 4) -> tuple[tuple[float, str], ...]:
@@ -266,18 +266,18 @@ def _modes(look: _Look, most: int = 4) -> tuple[tuple[float, str], ...]:
     root = np.sqrt(look.capacity)
     rates, shapes = np.linalg.eig(look.matrix / np.outer(root, root))
     order = np.argsort(rates.real)[:most]
-    found = []
+    slowest = []
     for k in order:
         where = part_of(look.names[int(np.argmax(np.abs(shapes[:, k].real)))])
         rate = float(rates[k].real)
-        found.append((1.0 / rate / 3600.0 if rate > 1e-12 else float("inf"), where))
-    return tuple(found)
+        slowest.append((1.0 / rate / 3600.0 if rate > 1e-12 else float("inf"), where))
+    return tuple(slowest)
 
 
 def _sources(look: _Look) -> dict[str, float]:
     """Return the heat of each source at full speed, with the others switched off [W]."""
     machine = look.machine
-    found = {}
+    heats = {}
     for item in machine.items:
         if item.family != "sources":
             continue
@@ -285,8 +285,8 @@ def _sources(look: _Look) -> dict[str, float]:
         alone = replace(machine, items=others)
         values = Values(alone.parameters)
         network = Network(alone, values, effects_in_force(alone, values))
-        found[item.name] = float(network.heat(look.inputs)[0, 0].sum())
-    return found
+        heats[item.name] = float(network.heat(look.inputs)[0, 0].sum())
+    return heats
 
 
 def _wrong(look: _Look, parts: tuple[Part, ...], drift: tuple[float, float, float]) -> list[str]:

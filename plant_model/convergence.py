@@ -85,7 +85,7 @@ def convergence(name_or_path: str | Path) -> list[Fineness]:
         worst = [
             float(np.abs(a - b).max(initial=0.0)) for a, b in zip(parts, (warm, moved), strict=True)
         ]
-        shares = [one / span for one, span in zip(worst, spans, strict=True)]
+        shares = [error / span for error, span in zip(worst, spans, strict=True)]
         rows.append(Fineness(longest / finer, sectors, nodes, *shares, *worst))
     return rows
 

@@ -130,14 +130,14 @@ def _series(frame: pd.DataFrame, entry: Input) -> FloatArray:
             raise DriveError(f"{entry.column}: the machine needs this column as its {entry.name}")
         return np.full(len(frame), entry.default)
     given = frame[column].to_numpy(dtype=np.float64)
-    known = np.isfinite(given)
-    if not known.any():
+    present = np.isfinite(given)
+    if not present.any():
         raise DriveError(f"{column}: no value in the whole run")
     time = frame["time_s"].to_numpy(dtype=np.float64)
     if entry.is_boundary:
-        return np.asarray(np.interp(time, time[known], given[known]))
-    place = np.maximum.accumulate(np.where(known, np.arange(len(given)), -1))
-    return np.where(place >= 0, given[np.maximum(place, 0)], given[known][0])
+        return np.asarray(np.interp(time, time[present], given[present]))
+    place = np.maximum.accumulate(np.where(present, np.arange(len(given)), -1))
+    return np.where(place >= 0, given[np.maximum(place, 0)], given[present][0])
 
 
 def drive_from(

@@ -80,11 +80,11 @@ def _stirred(machine: Machine, inputs: pd.DataFrame) -> pd.DataFrame:
 def _sensors(machine: Machine) -> dict[str, list[str]]:
     """Return the rig's displacement sensors by the axis that they see."""
     rig = machine.rig
-    found: dict[str, list[str]] = {}
+    sensors: dict[str, list[str]] = {}
     if rig["kind"] == "direct":
         for name, entry in rig["axes"].items():
-            found.setdefault(entry["axis"], []).append(name)
-        return found
+            sensors.setdefault(entry["axis"], []).append(name)
+        return sensors
     return {
         "X": [rig["near_x"], rig["distal_x"]],
         "Y": [rig["near_y"], rig["distal_y"]],

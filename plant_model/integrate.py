@@ -101,14 +101,14 @@ class Modes:
         length : float
             h [s]; what it gives is kept for the next step of this length.
         """
-        known = self._weights.get(length)
-        if known is None:
+        weights = self._weights.get(length)
+        if weights is None:
             if len(self._weights) >= KEPT:
                 self._weights.clear()
             x = -self.decay * length
-            known = np.exp(x), phi(1, x) * length, phi(2, x) * length
-            self._weights[length] = known
-        return known
+            weights = np.exp(x), phi(1, x) * length, phi(2, x) * length
+            self._weights[length] = weights
+        return weights
 
     def third_order(self, length: float) -> FloatArray:
         """Return the weights of the third-order scheme, (7, sets, size), in its order [1, s].
@@ -120,11 +120,11 @@ class Modes:
         """
         # Instants of a grid differ in their last digits: steps equal to a nanosecond share weights.
         key, h = round(length, 9), length
-        known = self._third.get(key)
-        if known is None:
+        weights = self._third.get(key)
+        if weights is None:
             x = -self.decay * h
             p1, p2, p3 = (phi(k, x) for k in (1, 2, 3))
-            known = np.stack(
+            weights = np.stack(
                 [
                     np.exp(x / 2.0),
                     np.exp(x),
@@ -137,8 +137,8 @@ class Modes:
             )
             if len(self._third) >= KEPT:
                 self._third.clear()
-            self._third[key] = known
-        return known
+            self._third[key] = weights
+        return weights
 
     @classmethod
     def of(cls, matrix: FloatArray, capacity: FloatArray, state_count: int = 0) -> Modes:
@@ -269,8 +269,8 @@ class ExponentialRungeKutta:
     ) -> None:
         self._modes = list(modes)
         self._tolerance, self._scale = tolerance, scale
-        self.to_state = np.stack([one.to_state for one in modes], axis=1)
-        self.to_modes = np.stack([one.to_modes for one in modes], axis=1)
+        self.to_state = np.stack([each.to_state for each in modes], axis=1)
+        self.to_modes = np.stack([each.to_modes for each in modes], axis=1)
         self.part = np.ones(len(modes))
         self._lengths = np.full(len(modes), np.nan)
         self._weights = np.empty((7, *self.to_state.shape[:3]))

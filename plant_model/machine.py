@@ -219,15 +219,14 @@ class Machine:
             For an unknown name or a value outside the parameter's range.
         """
         for name, value in values.items():
-            known = self.parameters.get(name)
-            if known is None:
+            parameter = self.parameters.get(name)
+            if parameter is None:
                 raise ParameterError(f"{name}: the machine has no parameter of this name")
-            if known.tied:
-                raise ParameterError(f"{name}: follows {known.tied}, so move that")
-            if not (beyond or known.low <= value <= known.high):
-                raise ParameterError(
-                    f"{name}: {value:g} is outside {known.low:g}..{known.high:g} {known.unit}"
-                )
+            if parameter.tied:
+                raise ParameterError(f"{name}: follows {parameter.tied}, so move that")
+            if not (beyond or parameter.low <= value <= parameter.high):
+                allowed = f"{parameter.low:g}..{parameter.high:g} {parameter.unit}"
+                raise ParameterError(f"{name}: {value:g} is outside {allowed}")
 
         def moved(name: str, parameter: Parameter) -> Parameter:
             if parameter.tied in values:

@@ -57,11 +57,11 @@ def machine_path(name_or_path: str | Path) -> Path:
                 return inside
             raise BadInput(path, "", "there is no such file")
         return path
-    known = shipped_machines()
-    if str(name_or_path) in known:
+    shipped = shipped_machines()
+    if str(name_or_path) in shipped:
         return SHIPPED / f"{name_or_path}.toml"
-    problem = f"is neither a file nor one of the machines {', '.join(known)}"
-    raise BadInput(str(name_or_path), "", problem + near(name_or_path, known))
+    problem = f"is neither a file nor one of the machines {', '.join(shipped)}"
+    raise BadInput(str(name_or_path), "", problem + near(name_or_path, shipped))
 
 
 def read_machine(name_or_path: str | Path) -> Machine:
@@ -328,7 +328,7 @@ class _Reader:
     def _refs(self, place: str, given: object, form: str) -> tuple[str, ...]:
         groups = {"node": self.nodes, "boundary": self.boundaries, "input": self.inputs}
 
-        def known(part: str) -> list[str]:
+        def allowed(part: str) -> list[str]:
             return [name for group in part.split("|") for name in groups[group]]
 
         if form.endswith("*"):
@@ -336,25 +336,27 @@ class _Reader:
             if not names:
                 raise self.refuse(place, "at least one name is needed")
             return tuple(
-                self._one_of(f"{place}.{i}", name, known(form[:-1])) for i, name in enumerate(names)
+                self._one_of(f"{place}.{i}", name, allowed(form[:-1]))
+                for i, name in enumerate(names)
             )
         parts = form.split(",")
         names = given if isinstance(given, list) and len(parts) > 1 else [given]
         if len(names) != len(parts):
             raise self.refuse(place, f"{shown(given)} is not a list of {len(parts)} names")
-        found = tuple(
-            self._one_of(place, name, known(part)) for name, part in zip(names, parts, strict=True)
+        refs = tuple(
+            self._one_of(place, name, allowed(part))
+            for name, part in zip(names, parts, strict=True)
         )
-        if len(set(found)) < len(found):
+        if len(set(refs)) < len(refs):
             raise self.refuse(place, f"{shown(given)} joins something to itself")
-        return found
+        return refs
 
     def _effects(self, channels: list[str]) -> dict[str, dict[str, Parameter]]:
-        known = catalogue()
+        effects_by_name = catalogue()
         effects = {}
         for key, table in self.form.effects.items():
             name, _, channel = key.partition(":")
-            effect = known[self._one_of(f"effects.{key}", name, known)]
+            effect = effects_by_name[self._one_of(f"effects.{key}", name, effects_by_name)]
             if effect.on_channel:
                 self._one_of(f"effects.{key}", channel, channels)
             given = {}

@@ -112,10 +112,10 @@ def _write_sensors(document: Any, machine: Machine) -> None:
 def _write_items(document: Any, machine: Machine) -> None:
     counts = dict.fromkeys(FAMILIES, 0)
     for item in machine.items:
-        known = document.setdefault(item.family, tomlkit.aot())
-        if counts[item.family] == len(known):
-            known.append(_new_item(item))
-        entry = known[counts[item.family]]
+        entries = document.setdefault(item.family, tomlkit.aot())
+        if counts[item.family] == len(entries):
+            entries.append(_new_item(item))
+        entry = entries[counts[item.family]]
         counts[item.family] += 1
         _write_refs(entry, item)
         for name, parameter in item.parameters.items():

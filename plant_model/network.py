@@ -27,13 +27,13 @@ def effects_in_force(machine: Machine, values: Values) -> list[Effect]:
     values : Values
         The parameter sets.
     """
-    found = []
+    effects = []
     for key in machine.effects:
         name, _, channel = key.partition(":")
         effect = catalogue()[name]
         if not values.is_off(f"effects.{key}.{effect.amplitude}", effect.off):
-            found.append(effect(machine, values, channel))
-    return found
+            effects.append(effect(machine, values, channel))
+    return effects
 
 
 def state_slices(effects: Sequence[Effect]) -> dict[str, slice]:

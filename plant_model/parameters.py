@@ -186,13 +186,13 @@ class Values:
         which : array of int, shape (n,)
             Their positions.
         """
-        some = Values({})
-        some._columns = {
+        chosen = Values({})
+        chosen._columns = {
             name: column if len(column) == 1 else column[which]
             for name, column in self._columns.items()
         }
-        some.sets = len(which)
-        return some
+        chosen.sets = len(which)
+        return chosen
 
     def is_off(self, name: str, off: float) -> bool:
         """Return whether the parameter is exactly *off* in every set.

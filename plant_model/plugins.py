@@ -23,12 +23,12 @@ def plugged_effects(shipped: Collection[str]) -> dict[str, PlugIn[type[Effect]]]
     BadInput
         For a plug-in that is no effect.
     """
-    found = classes_plugged_in(EFFECTS, Effect, shipped)
-    for plugin in found.values():
+    plugins = classes_plugged_in(EFFECTS, Effect, shipped)
+    for plugin in plugins.values():
         problem = _problem(plugin.name, plugin.thing)
         if problem:
             raise plugin.refuse(problem)
-    return found
+    return plugins
 
 
 def _problem(name: str, effect: type[Effect]) -> str:

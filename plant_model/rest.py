@@ -72,8 +72,8 @@ class RestingParts:
         matrix[:, self.at, self.at] += ISOLATED
         boundary[:, self.at, 0] += ISOLATED
         heat = self._network.heat(inputs)[:, 0, self.at, None]
-        known = -matrix[:, self.at[:, None], self.others]
-        right = np.concatenate([known, boundary[:, self.at], heat], axis=2)
+        given = -matrix[:, self.at[:, None], self.others]
+        right = np.concatenate([given, boundary[:, self.at], heat], axis=2)
         return np.linalg.solve(matrix[:, self.at[:, None], self.at], right)
 
     def filled(self, starts: FloatArray, boundary: FloatArray) -> FloatArray:
@@ -90,6 +90,6 @@ class RestingParts:
             return starts
         out = starts.copy()
         ends = np.broadcast_to([*boundary, 1.0], (len(starts), len(boundary) + 1))
-        known = np.concatenate([starts[:, self.others], ends], axis=1)
-        out[:, self.at] = (self.weights @ known[:, :, None])[..., 0]
+        given = np.concatenate([starts[:, self.others], ends], axis=1)
+        out[:, self.at] = (self.weights @ given[:, :, None])[..., 0]
         return out

@@ -60,19 +60,19 @@ def side_by_side(network: Network, tracks: Sequence[Track], tolerance: float) ->
         Local error allowed [K].
     """
     # The longest first: those that go on are always the first ones.
-    longest = sorted(tracks, key=lambda one: -len(one.steps))
+    longest = sorted(tracks, key=lambda track: -len(track.steps))
     lengths, held, outside = (
-        _padded([one.steps for one in longest]),
-        {name: _padded([one.held[name] for one in longest]) for name in longest[0].held},
-        [_padded([one.outside[end] for one in longest]) for end in (0, 1)],
+        _padded([track.steps for track in longest]),
+        {name: _padded([track.held[name] for track in longest]) for name in longest[0].held},
+        [_padded([track.outside[end] for track in longest]) for end in (0, 1)],
     )
     scheme = ExponentialRungeKutta(
-        [one.levels[0].modes for one in longest], tolerance, network.error_scale
+        [track.levels[0].modes for track in longest], tolerance, network.error_scale
     )
-    scheme.part = np.array([one.part for one in longest])
-    now = np.stack([one.start for one in longest], axis=1)
+    scheme.part = np.array([track.part for track in longest])
+    now = np.stack([track.start for track in longest], axis=1)
     in_modes = apply(scheme.to_modes, now)
-    ends = [np.empty((len(now), len(one.steps), now.shape[2])) for one in longest]
+    ends = [np.empty((len(now), len(track.steps), now.shape[2])) for track in longest]
     forcing = _Forcing(network, scheme)
     going = len(longest)
     for k in range(len(lengths)):
@@ -81,14 +81,15 @@ def side_by_side(network: Network, tracks: Sequence[Track], tolerance: float) ->
             longest[going].part = float(scheme.part[going])
             scheme.keep(going)
         now, in_modes = now[:, :going], in_modes[:, :going]
-        for run, one in enumerate(longest[:going]):
-            if k and one.levels[k] is not one.levels[k - 1]:
-                scheme.enter(run, one.levels[k].modes)
+        for run, track in enumerate(longest[:going]):
+            if k and track.levels[k] is not track.levels[k - 1]:
+                scheme.enter(run, track.levels[k].modes)
                 in_modes[:, run] = apply(scheme.to_modes[:, run], now[:, run])
         forcing.held = {name: values[k, :going] for name, values in held.items()}
         forcing.outside = outside[0][k, :going], outside[1][k, :going]
         first, last = (
-            np.stack([one.force[end][:, k] for one in longest[:going]], axis=1) for end in (0, 1)
+            np.stack([track.force[end][:, k] for track in longest[:going]], axis=1)
+            for end in (0, 1)
         )
         forcing.force = first, last
         in_modes = scheme.interval(in_modes, lengths[k, :going], forcing)
@@ -98,17 +99,17 @@ def side_by_side(network: Network, tracks: Sequence[Track], tolerance: float) ->
             in_modes = apply(scheme.to_modes, now)
         for run in range(going):
             ends[run][:, k] = now[:, run]
-    for run, one in enumerate(longest[:going]):
-        one.part = float(scheme.part[run])
-    of_track = {id(one): end for one, end in zip(longest, ends, strict=True)}
-    return [of_track[id(one)] for one in tracks]
+    for run, track in enumerate(longest[:going]):
+        track.part = float(scheme.part[run])
+    of_track = {id(track): end for track, end in zip(longest, ends, strict=True)}
+    return [of_track[id(track)] for track in tracks]
 
 
 def _padded(series: Sequence[FloatArray]) -> FloatArray:
     """Return series, each (K, ...), as one array (longest K, series, ...)."""
     out = np.zeros((len(series[0]), len(series), *series[0].shape[1:]))
-    for i, one in enumerate(series):
-        out[: len(one), i] = one
+    for i, values in enumerate(series):
+        out[: len(values), i] = values
     return out
 
 

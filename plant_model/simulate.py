@@ -201,18 +201,18 @@ def simulate_all(
     """
     everything = Values(machine.parameters, parameters, bounded=bounded)
     begun = [_Begun.of(machine, run) for run in runs]
-    for one in begun:
-        everything.widen(len(one.starts))
+    for run in begun:
+        everything.widen(len(run.starts))
     instants = sum(len(run.drive.grid) for run in runs)
     per_turn = max(1, CHUNK_NUMBERS // (instants * len(machine.nodes)))
     turns = []
     for at_set in range(0, everything.sets, per_turn):
-        some = slice(at_set, at_set + per_turn)
+        sets = slice(at_set, at_set + per_turn)
         values = everything
         if everything.sets > per_turn:
-            values = everything.of_sets(np.arange(everything.sets)[some])
+            values = everything.of_sets(np.arange(everything.sets)[sets])
         turns.append(
-            _simulate_some(machine, values, [one.of_sets(some) for one in begun], tolerance)
+            _simulate_some(machine, values, [run.of_sets(sets) for run in begun], tolerance)
         )
     return [_joined(parts) for parts in zip(*turns, strict=True)]
 
@@ -234,8 +234,8 @@ class _Begun:
         starts = _starts(machine, run.drive, first)[None] if run.start is None else run.start
         return cls(run, starts, _read_at_start(machine, run.drive, first))
 
-    def of_sets(self, some: slice) -> _Begun:
-        return self if len(self.starts) == 1 else replace(self, starts=self.starts[some])
+    def of_sets(self, sets: slice) -> _Begun:
+        return self if len(self.starts) == 1 else replace(self, starts=self.starts[sets])
 
 
 def _joined(parts: Sequence[Simulation]) -> Simulation:
@@ -271,11 +271,11 @@ def start_readings(machine: Machine, inputs: pd.DataFrame) -> dict[str, float]:
         [degC].
     """
     effects = effects_in_force(machine, Values(machine.parameters, None))
-    found = _first_readings(machine, inputs)
+    first = _first_readings(machine, inputs)
     for effect in effects:
-        if effect.channel in found:
-            found[effect.channel] -= float(effect.error_at_start()[0, 0])
-    return found
+        if effect.channel in first:
+            first[effect.channel] -= float(effect.error_at_start()[0, 0])
+    return first
 
 
 def _starts(machine: Machine, drive: Drive, first: dict[str, float]) -> FloatArray:
@@ -284,22 +284,22 @@ def _starts(machine: Machine, drive: Drive, first: dict[str, float]) -> FloatArr
     NaN where it starts at rest: that is found from the others.
     """
     usual = next(iter(drive.first.values()))[0]
-    known = first | {name: values[0] for name, values in drive.first.items()}
+    signals = first | {name: values[0] for name, values in drive.first.items()}
     return np.array(
-        [np.nan if node.rests else node.starts_at(known, usual) for node in machine.nodes]
+        [np.nan if node.rests else node.starts_at(signals, usual) for node in machine.nodes]
     )
 
 
 def _first_readings(machine: Machine, inputs: pd.DataFrame) -> dict[str, float]:
     """Return what the sensors that nodes start at read first, of those that the frame has."""
-    found = {}
+    first = {}
     for name in {node.start for node in machine.nodes}:
         if (column := f"{name}_degC") in inputs:
             read = inputs[column].to_numpy(dtype=np.float64)
-            known = np.isfinite(read)
-            if known.any():
-                found[name] = float(read[known.argmax()])
-    return found
+            present = np.isfinite(read)
+            if present.any():
+                first[name] = float(read[present.argmax()])
+    return first
 
 
 def _read_at_start(machine: Machine, drive: Drive, first: dict[str, float]) -> dict[int, str]:
@@ -317,21 +317,21 @@ def _simulate_some(
     effects = effects_in_force(machine, values)
     slices, nodes = state_slices(effects), len(machine.nodes)
     starts = []
-    for one in runs:
-        start = np.broadcast_to(one.starts, (values.sets, nodes))
-        for node, sensor in one.read.items():
+    for run in runs:
+        start = np.broadcast_to(run.starts, (values.sets, nodes))
+        for node, sensor in run.read.items():
             for effect in effects:
                 if effect.channel == sensor:
                     start = start.copy()
                     share = machine.nodes[node].start_share
                     start[:, node] -= share * effect.error_at_start()[:, 0]
         starts.append(start)
-    drives = [one.run.drive for one in runs]
+    drives = [begun.run.drive for begun in runs]
     all_on_grid = shared_trajectories(machine, values, effects, drives, starts, tolerance)
-    found = []
-    for one, drive, on_grid in zip(runs, drives, all_on_grid, strict=True):
-        at = one.run.at
-        time = one.run.inputs["time_s"].to_numpy(dtype=np.float64) if at is None else at
+    simulations = []
+    for begun, drive, on_grid in zip(runs, drives, all_on_grid, strict=True):
+        at = begun.run.at
+        time = begun.run.inputs["time_s"].to_numpy(dtype=np.float64) if at is None else at
         inputs = drive.rows if at is None else drive.inputs_at(at)
         wanted = at_rows(drive.grid, on_grid, time)
         temperatures, states = wanted[..., :nodes], wanted[..., nodes:]
@@ -339,8 +339,8 @@ def _simulate_some(
         moved = pose(effects, slices, inputs, rise, states)
         since = time - drive.grid[0]
         shown = readings(machine, effects, slices, inputs, since, temperatures, states, moved)
-        found.append(Simulation(machine, time, inputs, shown, temperatures, moved, states))
-    return found
+        simulations.append(Simulation(machine, time, inputs, shown, temperatures, moved, states))
+    return simulations
 
 
 def at_rows(grid: FloatArray, values: FloatArray, time: FloatArray) -> FloatArray:

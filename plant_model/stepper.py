@@ -88,8 +88,8 @@ class PlantStepper:
         """
         names = self.machine.boundary_index
         first = inputs[next(iter(names))]
-        known = dict(readings or {}) | {name: inputs[name] for name in names}
-        self._start = np.array([node.starts_at(known, first) for node in self.machine.nodes])
+        signals = dict(readings or {}) | {name: inputs[name] for name in names}
+        self._start = np.array([node.starts_at(signals, first) for node in self.machine.nodes])
         if self._resting:
             boundary = np.array([inputs[name] for name in names])
             self._start = self._resting.filled(self._start[None], boundary)[0]
@@ -151,23 +151,23 @@ class PlantStepper:
         return end
 
     def _level_at(self, level: tuple[float, ...]) -> LevelStepper:
-        known = self._levels.get(level)
-        if known is None:
+        stepper = self._levels.get(level)
+        if stepper is None:
             network = self.network
             given = dict.fromkeys(self._names, 0.0)
             given |= zip(network.conductance_inputs, level, strict=True)
-            known = LevelStepper(network, *network.conductances(_arrays(given, self._names)))
-            _keep(self._levels, level, known)
-        return known
+            stepper = LevelStepper(network, *network.conductances(_arrays(given, self._names)))
+            _keep(self._levels, level, stepper)
+        return stepper
 
     def _heat_at(self, inputs: Mapping[str, float]) -> FloatArray:
         # Heat that boundary temperatures bring is an exchange, so only what is held counts.
         key = tuple([inputs[name] for name in self._held])
-        known = self._heat.get(key)
-        if known is None:
-            known = self.network.heat(_arrays(inputs, self._names))
-            _keep(self._heat, key, known)
-        return known
+        heat = self._heat.get(key)
+        if heat is None:
+            heat = self.network.heat(_arrays(inputs, self._names))
+            _keep(self._heat, key, heat)
+        return heat
 
     def _refresh(self, inputs: Mapping[str, float]) -> None:
         """Compute all outputs for the state as it is."""
@@ -217,8 +217,8 @@ def _arrays(inputs: Mapping[str, float], names: Iterable[str]) -> dict[str, Floa
     return {name: np.array([inputs[name]]) for name in names}
 
 
-def _keep(known: dict[Any, Any], key: Any, value: Any) -> None:
+def _keep(cache: dict[Any, Any], key: Any, value: Any) -> None:
     """Remember a result, forgetting the oldest when there are many."""
-    if len(known) >= KEPT:
-        known.pop(next(iter(known)))
-    known[key] = value
+    if len(cache) >= KEPT:
+        cache.pop(next(iter(cache)))
+    cache[key] = value

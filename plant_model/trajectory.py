@@ -71,10 +71,10 @@ def shared_trajectories(
     which, back = _distinct(values, others, starts)
     if len(which) < len(back):
         few = values.of_sets(which)
-        warming = [type(one)(machine, few, one.channel) for one in warming]
+        warming = [type(effect)(machine, few, effect.channel) for effect in warming]
     else:
         few = values
-    network = Network(machine, few, [one for one in warming if not one.known_ahead])
+    network = Network(machine, few, [effect for effect in warming if not effect.known_ahead])
     begins = [start[which] for start in starts]
     if any(np.isnan(begin).any() for begin in begins):
         resting = RestingParts(machine, network)
@@ -82,40 +82,41 @@ def shared_trajectories(
             resting.filled(begin, drive.first_boundaries(machine))
             for begin, drive in zip(begins, drives, strict=True)
         ]
-    ahead = [one for one in warming if one.known_ahead]
-    known: list[dict[str, FloatArray]] = [{} for _ in drives]
-    parts, ways, more = [1] * len(drives), list(drives), None
+    ahead = [effect for effect in warming if effect.known_ahead]
+    own_states: list[dict[str, FloatArray]] = [{} for _ in drives]
+    parts, refined, more = [1] * len(drives), list(drives), None
     if ahead:
         clocks = Network(machine, few, ahead)
-        parts = [math.ceil(float(np.diff(one.grid).max()) / FINE_S - 1e-9) for one in drives]
-        ways = [one.refined(part) for one, part in zip(drives, parts, strict=True)]
-        told = [_ahead(clocks, way, begin) for way, begin in zip(ways, begins, strict=True)]
-        more = [heat for _, heat in told]
-        known = [
-            _by_effect(clocks, own[:, ::part]) for (own, _), part in zip(told, parts, strict=True)
+        parts = [math.ceil(float(np.diff(drive.grid).max()) / FINE_S - 1e-9) for drive in drives]
+        refined = [drive.refined(part) for drive, part in zip(drives, parts, strict=True)]
+        courses = [_ahead(clocks, fine, begin) for fine, begin in zip(refined, begins, strict=True)]
+        more = [heat for _, heat in courses]
+        own_states = [
+            _by_effect(clocks, own[:, ::part])
+            for (own, _), part in zip(courses, parts, strict=True)
         ]
     stepped = [
-        one[:, ::part]
-        for one, part in zip(
-            trajectories(machine, network, ways, begins, tolerance, more), parts, strict=True
+        on_grid[:, ::part]
+        for on_grid, part in zip(
+            trajectories(machine, network, refined, begins, tolerance, more), parts, strict=True
         )
     ]
     follow = any(effect.states for effect in others)
     following = Network(machine, values, others) if follow else None
     nodes, slices = network.node_count, state_slices(effects)
-    found = []
-    for drive, one, states in zip(drives, stepped, known, strict=True):
+    results = []
+    for drive, on_grid, states in zip(drives, stepped, own_states, strict=True):
         size = nodes + sum(len(effect.states) for effect in effects)
         out = np.empty((len(back), len(drive.grid), size))
-        out[..., :nodes] = one[back, :, :nodes]
-        states |= _by_effect(network, one[..., nodes:])
+        out[..., :nodes] = on_grid[back, :, :nodes]
+        states |= _by_effect(network, on_grid[..., nodes:])
         states = {key: part[back] for key, part in states.items()}
         if following:
             states |= _by_effect(following, _followed(following, drive, out[..., :nodes]))
         for key, place in slices.items():
             out[..., nodes + place.start : nodes + place.stop] = states[key]
-        found.append(out)
-    return found
+        results.append(out)
+    return results
 
 
 def _by_effect(network: Network, states: FloatArray) -> dict[str, FloatArray]:
@@ -150,9 +151,9 @@ def _distinct(
     quiet = (*NOT_WARMING, *(f"effects.{effect.key}." for effect in others))
     columns = [column for name, column in values.varying() if not name.startswith(quiet)]
     sets = len(starts[0])
-    known = np.nan_to_num(np.concatenate(starts, axis=1))
-    if np.any(known != known[:1]):
-        columns.append(known)
+    start = np.nan_to_num(np.concatenate(starts, axis=1))
+    if np.any(start != start[:1]):
+        columns.append(start)
     if not columns:
         return np.zeros(1, dtype=np.intp), np.zeros(sets, dtype=np.intp)
     rows = np.concatenate(columns, axis=1)
@@ -175,15 +176,15 @@ def trajectories(
     *more* is further heat at the start and the end of each step, each (sets, K, nodes) [W].
     """
     levels = [levels_on(machine, network, drive) for drive in drives]
-    bounds = [_bounds(one) for one in levels]
+    bounds = [_bounds(rows) for rows in levels]
     keys = [
-        [tuple(one[a].tolist()) for a in ends[:-1]]
-        for one, ends in zip(levels, bounds, strict=True)
+        [tuple(rows[a].tolist()) for a in ends[:-1]]
+        for rows, ends in zip(levels, bounds, strict=True)
     ]
     needed = list(dict.fromkeys(key for run in keys for key in run))
     matrices = conductances_at(machine, network, needed)
-    known = {key: LevelStepper(network, *matrices[key]) for key in needed}
-    found, tracks = [], []
+    steppers = {key: LevelStepper(network, *matrices[key]) for key in needed}
+    courses, tracks = [], []
     nodes = network.node_count
     for i, (drive, start) in enumerate(zip(drives, starts, strict=True)):
         out = np.empty((len(start), len(drive.grid), nodes + network.state_count))
@@ -192,18 +193,18 @@ def trajectories(
         heat = network.heat(drive.held)
         heats = (heat + more[i][0], heat + more[i][1]) if more is not None else (heat, heat)
         stretches = [
-            (known[key], slice(a, b))
+            (steppers[key], slice(a, b))
             for key, (a, b) in zip(keys[i], pairwise(bounds[i]), strict=True)
         ]
         if network.linear:
             _go_exactly(out, drive, stretches, heats)
         else:
             tracks.append(_track(network, out[:, 0], drive, stretches, heats))
-        found.append(out)
+        courses.append(out)
     if tracks:
-        for out, ends in zip(found, side_by_side(network, tracks, tolerance), strict=True):
+        for out, ends in zip(courses, side_by_side(network, tracks, tolerance), strict=True):
             out[:, 1:] = ends
-    return found
+    return courses
 
 
 def _go_exactly(out: FloatArray, drive: Drive, stretches: Sequence[Stretch], heats: Ends) -> None:

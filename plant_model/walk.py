@@ -33,7 +33,7 @@ def classes_found(
         If a module does not hold exactly one, of the file's name.
     """
     place, thing = what.rsplit(" ", 1)
-    found: dict[str, type[T]] = {}
+    classes_by_name: dict[str, type[T]] = {}
     for module in sorted(entry.name for entry in pkgutil.iter_modules(folder)):
         if module == "base":
             continue
@@ -45,5 +45,5 @@ def classes_found(
         ]
         if len(classes) != 1 or getattr(classes[0], "name", None) != module:
             raise ImportError(f"{place}/{module}.py must hold one {thing}, and of the file's name")
-        found[module] = classes[0]
-    return found
+        classes_by_name[module] = classes[0]
+    return classes_by_name

@@ -100,11 +100,11 @@ def by_designation(designation: str) -> Bearing | None:
     Bearing or None
         With bore, outer diameter and width [mm].
     """
-    found = _FORM.search(designation.upper().replace(" ", ""))
-    if not found:
+    match = _FORM.search(designation.upper().replace(" ", ""))
+    if not match:
         return None
-    kind, sizes = SERIES[found[1]]
-    code = int(found[2])
+    kind, sizes = SERIES[match[1]]
+    code = int(match[2])
     if code not in sizes:
         return None
     outside, width = sizes[code]

@@ -90,11 +90,11 @@ def slices(
     longest: float,
 ) -> list[Cell]:
     """Return the cells of touching stretches, numbered from the first on; cut at *edges*, too."""
-    found: list[Cell] = []
+    cells: list[Cell] = []
     for which, (start, end) in enumerate(stretches):
         inside = {edge for edge in edges if start + SHORTEST <= edge <= end - SHORTEST}
         pieces = pairwise([start, *sorted(inside), end])
         cuts = [cut for piece in pieces for cut in cuts_between(*piece, read_at, longest)]
         for first, last in pairwise(sorted(set(cuts))):
-            found.append(Cell(f"{part}_{len(found) + 1}", first, last, part, which))
-    return found
+            cells.append(Cell(f"{part}_{len(cells) + 1}", first, last, part, which))
+    return cells

@@ -86,7 +86,7 @@ def expanded(
 def _effects(sheet: Sheet) -> dict[str, Any]:
     """Return the effects that the kinds on the sheet need."""
     on_sheet = {"links": sheet.links, "sources": sheet.sources, "structure": sheet.structure}
-    kinds = {(family, entry["kind"]) for family, some in on_sheet.items() for entry in some}
+    kinds = {(family, entry["kind"]) for family, entries in on_sheet.items() for entry in entries}
     effects: dict[str, Any] = {item_kinds()[kind][0]: {} for kind in sorted(kinds)}
     if "air_gap" in effects:
         effects["air_gap"] = {"scale": GAPS.parameter(free=True)}

@@ -311,8 +311,10 @@ class GrowForm(Form):
 
     def lengths(self) -> dict[str, Quantity]:
         """Return those that are not 0, by axis."""
-        known = {"x": self.x, "y": self.y, "z": self.z}
-        return {axis: one for axis, one in known.items() if one is not None and one.value}
+        by_axis = {"x": self.x, "y": self.y, "z": self.z}
+        return {
+            axis: length for axis, length in by_axis.items() if length is not None and length.value
+        }
 
 
 class FeedForm(Form):

@@ -172,17 +172,17 @@ class Drawing:
         return [*air, ENCLOSURE] if self.form.enclosure else air
 
     def _own_materials(self) -> dict[str, Material]:
-        found = {}
+        materials = {}
         for name, entry in self.form.materials.items():
             heat = entry.density * entry.specific_heat
-            found[name] = Material(
+            materials[name] = Material(
                 name,
                 Known(heat, 0.92 * heat, 1.08 * heat, "J/(m3 K)", f"page, material {name}"),
                 entry.conductivity.known("W/(m K)"),
                 entry.expansion.known("1e-6/K", 0.1),
                 entry.density,
             )
-        return found
+        return materials
 
     def _names(self) -> None:
         form = self.form
@@ -295,17 +295,17 @@ class Drawing:
             )
 
     def _bearing(self, place: str, form: BearingForm) -> Bearing:
-        found: Bearing | None = None
+        in_table: Bearing | None = None
         if form.designation is not None:
-            found = by_designation(form.designation)
-            if found is None:
+            in_table = by_designation(form.designation)
+            if in_table is None:
                 raise self.refuse(
                     f"{place}.designation",
                     f"{shown(form.designation)} is not known; known are {known_designations()};"
                     " else give bore, outside and width",
                 )
         bore, outside, width = (
-            given if given is not None else getattr(found, key, None)
+            given if given is not None else getattr(in_table, key, None)
             for key, given in (
                 ("bore", form.bore),
                 ("outside", form.outside),
@@ -316,7 +316,7 @@ class Drawing:
             raise self.refuse(f"{place}.designation", "is missing: or bore, outside and width [mm]")
         if not bore < outside:
             raise self.refuse(f"{place}.bore", f"{bore:g} mm must be below outside {outside:g}")
-        kind = found.kind if found else ("roller" if form.rollers else "ball")
+        kind = in_table.kind if in_table else ("roller" if form.rollers else "ball")
         return Bearing(form.designation or "own numbers", kind, bore, outside, width)
 
     def _seats_together(self) -> None:

@@ -100,14 +100,14 @@ class _Plan:
 
     def around_housing(self, answers: Answers) -> dict[str, float]:
         """Return the places on the housing that names of thermometers tell [mm]."""
-        found: dict[str, float] = {
+        measures: dict[str, float] = {
             "front": self.front,
             "rear": self.rear,
             "housing": round((self.front + self.rear) / 2.0),
         }
         if self._has(answers):
-            found["motor"] = max(20.0, self.motor_end / 2.0)
-        return found
+            measures["motor"] = max(20.0, self.motor_end / 2.0)
+        return measures
 
     @staticmethod
     def _has(answers: Answers) -> bool:
@@ -173,7 +173,7 @@ def unplaced(answers: Answers, columns: Columns) -> list[str]:
 
 def _rows(plan: _Plan, answers: Answers, columns: Columns | None) -> dict[str, _Row]:
     """Return where each thermometer sits, no two around the housing on one spot."""
-    found: dict[str, _Row] = {}
+    rows: dict[str, _Row] = {}
     if columns is None:
         motor = () if answers.drive == "belt" else ("motor",)
         places = {name: name for name in ("front", "headstock", "column", *motor)}
@@ -193,25 +193,25 @@ def _rows(plan: _Plan, answers: Answers, columns: Columns | None) -> dict[str, _
             side = side if side in free[place] else free[place][0]
             free[place].remove(side)
             where = f'part = "housing", at = {around[place]:g}, side = "{side}"'
-            found[name] = _Row(where, "its name says little of the spot" if unsure else "")
+            rows[name] = _Row(where, "its name says little of the spot" if unsure else "")
         elif place in carriers:
-            found[name] = _Row(f'part = "{carriers[place]}"', "")
+            rows[name] = _Row(f'part = "{carriers[place]}"', "")
         else:
-            found[name] = _Row("", "")
-    return {name: found[name] for name in places}
+            rows[name] = _Row("", "")
+    return {name: rows[name] for name in places}
 
 
 def _carrier_names(columns: Columns | None) -> dict[str, str]:
     """Return the parts that are one temperature each, by what thermometers' places call them."""
-    found = {"headstock": "headstock", "column": "column"}
+    parts = {"headstock": "headstock", "column": "column"}
     places = set(columns.thermometers.values()) if columns else set()
     if "column_top" in places:
-        found["column_top"] = "column_top"
+        parts["column_top"] = "column_top"
     if "enclosure" in places:
-        found["enclosure"] = "enclosure"
+        parts["enclosure"] = "enclosure"
     if columns and "nut" in places and columns.feeds:
-        found["nut"] = f"{_feed(columns)[1]}_nut"
-    return found
+        parts["nut"] = f"{_feed(columns)[1]}_nut"
+    return parts
 
 
 def _feed(columns: Columns) -> tuple[str, str]:

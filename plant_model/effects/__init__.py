@@ -34,7 +34,7 @@ def catalogue() -> dict[str, type[Effect]]:
         from plant_model.plugins import plugged_effects
     except ImportError:  # in an FMU
         return shipped
-    more = {name: one.thing for name, one in plugged_effects(frozenset(shipped)).items()}
+    more = {name: plugin.thing for name, plugin in plugged_effects(frozenset(shipped)).items()}
     return dict(sorted({**shipped, **more}.items()))
 
 

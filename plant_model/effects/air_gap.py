@@ -61,12 +61,12 @@ class AirGap(Effect):
     ) -> Sequence[Exchange]:
         """Return the exchanges at each speed."""
         omega = inputs["speed"] * (2.0 * np.pi / 60.0)
-        found = []
+        exchanges = []
         for item in self.items:
             gap, radius = self.of(item, "gap") * 1e-3, self.of(item, "radius") * 1e-3
             taylor = omega**2 * radius * gap**3 / AIR_VISCOSITY**2
             film = gap_nusselt(taylor) * AIR_CONDUCTIVITY / (2.0 * gap)
-            found.append(
+            exchanges.append(
                 exchange(self.machine, item, self.own("scale") * film * self.of(item, "area"))
             )
-        return found
+        return exchanges

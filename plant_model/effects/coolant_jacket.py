@@ -78,14 +78,14 @@ def flows_of(machine: Machine, values: Values) -> list[Flow]:
     if "coolant_jacket" not in machine.effects:
         return []
     scale = values["effects.coolant_jacket.scale"]
-    found = []
+    flows = []
     for item in machine.of_kind("links", "coolant_flow"):
         flow, heat_capacity = (
             values[item.parameter_name(name)] for name in ("flow", "heat_capacity")
         )
         node, feed = item.refs["between"]
-        found.append(Flow(machine.node_index[node], feed, scale * (flow / 60.0 * heat_capacity)))
-    return found
+        flows.append(Flow(machine.node_index[node], feed, scale * (flow / 60.0 * heat_capacity)))
+    return flows
 
 
 class CoolantJacket(Effect):

@@ -56,5 +56,5 @@ class Radiation(Effect):
             # Squares of squares: a power costs many times as much, and this is asked at every step.
             own = (temperatures[..., node] + KELVIN) * (temperatures[..., node] + KELVIN)
             around = (inputs[outside] + KELVIN) * (inputs[outside] + KELVIN)
-            known = held * (inputs[outside] - temperatures[..., node])
-            out[..., node] += area * (factor * (around * around - own * own) - known)
+            in_film = held * (inputs[outside] - temperatures[..., node])
+            out[..., node] += area * (factor * (around * around - own * own) - in_film)

@@ -31,8 +31,8 @@ class SensorLag(Effect):
 
     def prepare(self) -> None:
         """Find what the sensor reads."""
-        found = [sensor.of for sensor in self.machine.sensors if sensor.name == self.channel]
-        self._of = found[0] if found else None
+        parts = [sensor.of for sensor in self.machine.sensors if sensor.name == self.channel]
+        self._of = parts[0] if parts else None
         self._lag_s = 60.0 * self.own("minutes")
 
     def target(self, inputs: Inputs, temperatures: FloatArray) -> FloatArray:

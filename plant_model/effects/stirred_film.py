@@ -53,10 +53,10 @@ class StirredFilm(Effect):
         self, inputs: Inputs, temperatures: FloatArray, states: FloatArray
     ) -> Sequence[Exchange]:
         """Return the exchange that motion adds."""
-        found = []
+        exchanges = []
         for item in self.items:
             (driver,) = item.refs["driven_by"]
             share = share_of_motion(inputs[driver], self._most[driver])
             g = self.own("scale") * self.of(item, "conductance") * share
-            found.append(exchange(self.machine, item, g))
-        return found
+            exchanges.append(exchange(self.machine, item, g))
+        return exchanges

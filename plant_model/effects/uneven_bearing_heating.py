@@ -72,7 +72,7 @@ class UnevenBearingHeating(Effect):
                     yaw, pitch = leaning.get(node, (0.0, 0.0))
                     leaning[node] = (yaw + sign * turns[0], pitch + sign * turns[1])
         angle = np.radians(self.own("direction"))
-        found, any_sector = np.zeros((1, 1, len(machine.nodes))), False
+        uneven, any_sector = np.zeros((1, 1, len(machine.nodes))), False
         for bearing, _ in self._bearings:
             outer = bearing.refs["outer"][0]
             passed = moved = np.zeros((1, 1, len(machine.nodes)))
@@ -92,8 +92,8 @@ class UnevenBearingHeating(Effect):
                 passed, moved = passed + g, moved + 0.5 * g * side[..., None]
             # What one side gets the others lose, even where they touch the bearing less.
             whole = np.maximum(np.sum(passed, axis=-1, keepdims=True), 1e-9)
-            found = found + moved - passed / whole * np.sum(moved, axis=-1, keepdims=True)
-        return found if any_sector else None
+            uneven = uneven + moved - passed / whole * np.sum(moved, axis=-1, keepdims=True)
+        return uneven if any_sector else None
 
     def heat(
         self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
