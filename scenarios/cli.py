@@ -100,23 +100,24 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _ending_in_order() -> Iterator[None]:
     """Let SIGTERM end the program by an exception, so that temporary folders are removed.
 
-    An exception that comes while an object is deleted, or in a library's ``except:``, gets lost.
-    Python reports the first kind, and the signal is sent again; after the second kind the exit code
-    tells.
+    An exception that comes while an object is deleted, or in a library's ``except:``, gets lost. So
+    the signal is sent again until the program is on its way out.
     """
-    came: list[int] = []
+    again: list[threading.Timer] = []
 
     def end(number: int, frame: object) -> None:
-        came.append(number)
-        raise SystemExit(TERMINATED)
+        again.append(threading.Timer(LOOK_S, os.kill, (os.getpid(), number)))
+        again[-1].daemon = True
+        again[-1].start()
+        handled = sys.exc_info()[1]
+        while handled is not None and not _is_termination(handled):
+            handled = handled.__context__
+        if handled is None:
+            raise SystemExit(TERMINATED)
 
     def lost(report: Any) -> None:
-        if getattr(report.exc_value, "code", None) != TERMINATED:
+        if not _is_termination(report.exc_value):
             usual_report(report)
-            return
-        again = threading.Timer(LOOK_S, os.kill, (os.getpid(), signal.SIGTERM))
-        again.daemon = True
-        again.start()
 
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -126,10 +127,16 @@ def _ending_in_order() -> Iterator[None]:
     try:
         yield
     finally:
+        for timer in again:
+            timer.cancel()
         sys.unraisablehook = usual_report
         signal.signal(signal.SIGTERM, usual)
-    if came:
+    if again:
         raise SystemExit(TERMINATED)
+
+
+def _is_termination(error: BaseException | None) -> bool:
+    return isinstance(error, SystemExit) and error.code == TERMINATED
 
 
 def _run(argv: list[str]) -> int:

@@ -169,7 +169,28 @@ def terminated_and_swallowed(argv: list[str]) -> int:
     return 0
 
 
-@pytest.mark.parametrize("work", [terminated_while_deleted, terminated_and_swallowed])
+def terminated_swallowed_and_at_work(argv: list[str]) -> int:
+    terminated_and_swallowed(argv)
+    time.sleep(PATIENCE_S)
+    pytest.fail("the signal was not sent again")
+
+
+def terminated_again_while_cleaning_up(argv: list[str]) -> int:
+    del argv
+    try:
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(PATIENCE_S)
+    finally:
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(0.01)
+        print("cleaned up", file=sys.stderr)
+    return 0
+
+
+WAYS = [terminated_while_deleted, terminated_and_swallowed, terminated_swallowed_and_at_work]
+
+
+@pytest.mark.parametrize("work", WAYS)
 def test_a_termination_that_gets_lost_still_ends_the_program(
     work: Callable[[list[str]], int],
     monkeypatch: pytest.MonkeyPatch,
@@ -180,3 +201,11 @@ def test_a_termination_that_gets_lost_still_ends_the_program(
     assert main([]) == 143
     assert "terminated" in one_line(capsys.readouterr().err)
     assert (signal.getsignal(signal.SIGTERM), sys.unraisablehook) == before
+
+
+def test_a_termination_does_not_cut_the_clean_up_short(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(cli, "_run", terminated_again_while_cleaning_up)
+    assert main([]) == 143
+    assert capsys.readouterr().err.startswith("cleaned up")
