@@ -18,6 +18,8 @@ from gateway.proof import ECHO, ECHO_BITS, PROOF, proof_of
 
 Value = float | str
 """A number in the signal's unit, or a name from its value table."""
+ROUNDING = {16: 2.0**-11, 32: 2.0**-24}
+"""By how much of itself a number is rounded, by its bits: given by IEEE 754."""
 
 
 @dataclass(frozen=True)
@@ -67,19 +69,23 @@ def _whole(signal: Signal, raw: float) -> float:
     return raw if signal.is_float else round(raw)
 
 
-def low_raw(signal: Signal) -> int:
+def low_raw(signal: Signal) -> float:
     """Return the smallest raw value that is allowed."""
     return _ends(signal)[0]
 
 
-def high_raw(signal: Signal) -> int:
+def high_raw(signal: Signal) -> float:
     """Return the largest raw value that is allowed."""
     return _ends(signal)[1]
 
 
-def _ends(signal: Signal) -> tuple[int, int]:
-    ends = [round((end - signal.offset) / signal.scale) for end in (signal.low, signal.high)]
-    return min(ends), max(ends)
+def _ends(signal: Signal) -> tuple[float, float]:
+    low, high = sorted((end - signal.offset) / signal.scale for end in (signal.low, signal.high))
+    if not signal.is_float:
+        return round(low), round(high)
+    # A raw value that is an end of the range may come rounded.
+    rounding = ROUNDING.get(signal.bits, 0.0)
+    return low - rounding * abs(low), high + rounding * abs(high)
 
 
 class CountedTime:
@@ -99,7 +105,7 @@ class CountedTime:
     """
 
     def __init__(self, signal: Signal) -> None:
-        self.count, self.scale = high_raw(signal) + 1, signal.scale
+        self.count, self.scale = int(high_raw(signal)) + 1, signal.scale
 
     @property
     def period_s(self) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import struct
 import tempfile
 from collections.abc import Sequence
 from math import inf, isnan, nan
@@ -13,9 +14,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gateway.codec import Encoder, Problem, decode, name_of, raw_of
+from gateway.codec import Encoder, Problem, decode, high_raw, low_raw, name_of, raw_of
 from gateway.database import COMPENSATOR, ERROR, MACHINE, NOT_AVAILABLE, Database, Frame, Signal
 from gateway.dbc import DBC
+from gateway.mapfile import InputMap
+from gateway.mapped_signals import mapped_signal
 from gateway.mapping import read_database
 from measurement.errors import BadInput
 from tests.gateway.bench import start_values
@@ -83,6 +86,16 @@ def test_any_bytes_give_a_value_in_range_or_a_problem(frame: Frame, data: bytes)
         assert (name in wrong) == isnan(values[name])
         if name not in wrong:
             assert signal.low - 1e-9 <= values[name] <= signal.high + 1e-9
+
+
+def test_a_float_of_a_fraction_is_in_range_up_to_its_end() -> None:
+    """As a tool length in metres; 0.4 in single precision is a little more than 0.4."""
+    dbc = cantools.database.load_string(
+        'BU_: PLC\nBO_ 1 F: 4 PLC\n SG_ L : 7|32@0- (1,0) [0|0.4] "m" PLC\nSIG_VALTYPE_ 1 L : 1;'
+    )
+    signal = mapped_signal("tool_length", InputMap(signal="F.L"), dbc.messages[0].signals[0])
+    lengths = [0.15, struct.unpack("f", struct.pack("f", 0.4))[0], 0.401]
+    assert [low_raw(signal) <= one <= high_raw(signal) for one in lengths] == [True, True, False]
 
 
 def test_signals_have_the_names_and_units_of_the_fmus(database: Database, unit: object) -> None:
