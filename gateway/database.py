@@ -308,4 +308,4 @@ class Database:
     def trust(self) -> str:
         """The least of the protections of the machine's frames."""
         levels = {frame.protection.trust for frame in self.of(MACHINE)}
-        return next(level for level in TRUST if level in levels)
+        return next((level for level in TRUST if level in levels), TRUST[0])

@@ -60,16 +60,14 @@ def _of_samples(mapping: Mapping) -> Iterator[Problem]:
 
 def _of_cycles(database: Database) -> Iterator[Problem]:
     """Yield why frames cannot make cycles."""
-    lost = [
-        (node, f"sends no signal {name}")
-        for node, names in NEEDED.items()
-        for name in names
-        if name not in {signal.name for _, signal in database.signals(node)}
-    ]
-    if database.axes is None:
-        lost += [(COMPENSATOR, f"sends no signal {n}") for n in OFFSETS if not database.has(n)]
+    lost = False
+    for node, names in NEEDED.items():
+        sent = {signal.name for _, signal in database.signals(node)}
+        offsets = OFFSETS if node == COMPENSATOR and database.axes is None else ()
+        if missing := [name for name in (*names, *offsets) if name not in sent]:
+            lost = True
+            yield node, f"sends no signal {', '.join(missing)}"
     if lost:
-        yield from lost
         return
     ids = [frame.data_id for frame in database.frames if frame.protection.name == PROFILE_1]
     if len(set(ids)) < len(ids):

@@ -73,7 +73,7 @@ class Mapping:
     problems: list[BadInput] = field(default_factory=list)
 
     def say(self, place: str, problem: str) -> None:
-        """Note a problem.
+        """Note a problem; what several places have in common is one.
 
         Parameters
         ----------
@@ -84,6 +84,10 @@ class Mapping:
         """
         if self.is_own_form:  # whoever wrote the DBC file knows nothing of a map's parts
             place = place.partition(".")[2] or place
+        for number, other in enumerate(self.problems):
+            if other.problem == problem:
+                self.problems[number] = BadInput(self.path, f"{other.place}, {place}", problem)
+                return
         self.problems.append(BadInput(self.path, place, problem))
 
     @property

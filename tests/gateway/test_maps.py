@@ -296,7 +296,7 @@ WRONG = [
     (
         'valid = { signal = "CMP_OFFSET.OfsOk", values = { invalid = 0, valid = 1 } }\n',
         "",
-        "outputs.dX: needs when_invalid",
+        "outputs.dX, outputs.dY, outputs.dZ: needs when_invalid",
     ),
     (
         'status = "CMP_STATUS.CmpState"',
@@ -343,6 +343,17 @@ def test_all_problems_are_told_before_anything_is_sent(
         printed = capsys.readouterr()
         assert len(printed.err.splitlines()) == 3, printed.err
         assert ("SPN_TEMP" in printed.out) == bool(more)
+
+
+def test_one_reason_is_one_line_however_many_signals_it_concerns(
+    edited: Callable[..., Path],
+) -> None:
+    lines = [str(one) for one in read_mapping(edited(("SPN_TEMP.", "SPN_TEMPS."))).problems]
+    assert [line.count("inputs.T") for line in lines if "no frame SPN_TEMPS" in line] == [11]
+
+
+def test_frames_of_nobody_prove_nothing() -> None:
+    assert Database(Path(), (), 500_000).trust == "none"
 
 
 def test_a_machine_without_an_axis_says_so(edited: Callable[..., Path], quick_fmu: Path) -> None:
