@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap_finder.linearise import DIFFERENCE, in_its_run
+from gap_finder.linearise import DIFFERENCE, machine_in_run
 from gap_finder.observations import Observations
 from plant_model.drive import Drive
 from plant_model.effects import Effect
@@ -93,7 +93,7 @@ class _Stepped:
 
     def __init__(self, machine: Machine, observed: Observations) -> None:
         self.observed = observed
-        self.machine, own = in_its_run(machine, observed)
+        self.machine, own = machine_in_run(machine, observed)
         values = Values(self.machine.parameters, own, bounded=False)
         effects = effects_in_force(self.machine, values)
         network = Network(self.machine, values, effects)

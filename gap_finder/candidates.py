@@ -69,7 +69,7 @@ class Candidate:
         """Whether a part switches it: then it acts when the rows say, and nearly in proportion."""
         return any(isinstance(seen, Relay) for seen in self.seen)
 
-    def seen_by(self, position: int, observed: Observations) -> Observations:
+    def marked(self, position: int, observed: Observations) -> Observations:
         """Return a run's observations with what this candidate says of that run alone."""
         if position < self.begins:
             return replace(observed, absent=observed.absent | {self.key})

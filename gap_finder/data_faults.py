@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import pandas as pd
 
 from gap_finder.observations import INDEPENDENT_S
 from gap_finder.probe_steps import probe_steps, put_back
@@ -100,7 +101,7 @@ def without_faults(machine: Machine, runs: Sequence[Run]) -> tuple[list[Run], li
     return [put_back(machine, run, steps) for run, steps in slips], faults
 
 
-def taken_out(machine: Machine, run: Run, faults: Sequence[DataFault]) -> Run:
+def without_bad_readings(machine: Machine, run: Run, faults: Sequence[DataFault]) -> Run:
     """Return a run without the readings of its thermometers that are bad.
 
     Parameters
@@ -110,16 +111,12 @@ def taken_out(machine: Machine, run: Run, faults: Sequence[DataFault]) -> Run:
     faults : sequence of DataFault
         Of sensors; those of other runs are passed over.
     """
-    mine = [fault for fault in faults if fault.run == run.name]
-    if not mine:
-        return run
-    frame, time = run.frame.copy(), run.time_s
-    for fault in mine:
-        rows = (time >= fault.start_s) & (time <= fault.end_s)
-        frame.loc[rows, column_of(machine, fault.channel)] = np.nan
-    # A channel without a reading is one that the run does not have.
-    dead = {column_of(machine, fault.channel) for fault in mine}
-    return replace(run, frame=frame.drop(columns=[n for n in dead if frame[n].isna().all()]))
+    spans = [
+        (column_of(machine, fault.channel), fault.start_s, fault.end_s)
+        for fault in faults
+        if fault.run == run.name
+    ]
+    return replace(run, frame=_without(run.frame, spans)) if spans else run
 
 
 def need_readings(machine: Machine, runs: Sequence[Run], option: str) -> None:
@@ -166,19 +163,24 @@ def _usable(machine: Machine, run: Run, bad: Sequence[Fault]) -> Run | None:
     """Return a run without what is bad in it; None if too little is left to drive the machine."""
     if not bad:
         return run
-    frame, time = run.frame.copy(), run.time_s
     driving = {entry.column for entry in machine.inputs}
-    end = float("inf")
+    spans, end = [], float("inf")
     for fault in bad:
-        rows = (time >= fault.start_s) & (time <= fault.end_s)
         if fault.column == TIME:
             end = min(end, fault.start_s)
         elif fault.column in driving and fault.end_s - fault.start_s > INDEPENDENT_S:
             return None  # Bridged for longer than a misfit lasts, it would be a guess.
         else:
-            frame.loc[rows, fault.column] = np.nan
-    frame = frame[time < end]
-    # A channel without a reading is one that the run does not have.
-    dead = [fault.column for fault in bad if fault.column in frame]
-    frame = frame.drop(columns=[name for name in set(dead) if frame[name].isna().all()])
+            spans.append((fault.column, fault.start_s, fault.end_s))
+    frame = _without(run.frame[run.time_s < end], spans)
     return replace(run, frame=frame) if len(frame) >= 3 else None
+
+
+def _without(frame: pd.DataFrame, spans: Sequence[tuple[str, float, float]]) -> pd.DataFrame:
+    """Return a run's frame without what columns hold from a start to an end [s]."""
+    frame = frame.copy()
+    for column, start_s, end_s in spans:
+        frame.loc[frame[TIME].between(start_s, end_s), column] = np.nan
+    # A channel without a reading is one that the run does not have.
+    dead = [column for column in {name for name, *_ in spans} if frame[column].isna().all()]
+    return frame.drop(columns=dead)

@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from gap_finder.calibrate import Progress, quiet
 from gap_finder.comparison import GapComparison
-from gap_finder.data_faults import DataFault, taken_out
+from gap_finder.data_faults import DataFault, without_bad_readings
 from gap_finder.design import all_sensitivities
 from gap_finder.forward_backward import LAW, Searching, SearchResult
 from gap_finder.observations import Observations, observe
@@ -233,7 +233,7 @@ def answer(
         if fault.run in names
     ]
     if still:
-        sound = [taken_out(machine, run, still) for run in unseen]
+        sound = [without_bad_readings(machine, run, still) for run in unseen]
         later = observe(machine, sound, channels=channels)
     return Judged.of(result, later), [*result.faults, *still]
 

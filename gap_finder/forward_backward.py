@@ -11,7 +11,7 @@ import numpy as np
 
 from gap_finder.calibrate import Progress
 from gap_finder.design import RunSensitivities, all_sensitivities
-from gap_finder.hypotheses import AddedEffect, Listed, everything
+from gap_finder.hypotheses import AddedEffect, Listed, all_additions
 from gap_finder.keys import effect_of
 from gap_finder.proposals import LEADERS, PLACES_TRIED, Added, is_far_from_linear, screened
 from gap_finder.score import Fit, fit
@@ -173,7 +173,7 @@ class Searching:
                 break
             self._progress(f"calibrating with {best.keys[-1]}")
             parts = before.fit.machine.node_index
-            best, sensitivities = in_full(best)
+            best, sensitivities = recalibrated(best)
             # What else acts changes little in what an addition does; the proposed are simulated.
             if best.fit.machine.node_index != parts:
                 listed = None
@@ -183,7 +183,7 @@ class Searching:
         """Return all that may be added to the best so far."""
         self._progress("listing what may be missing")
         search = self._search
-        return everything(self._pool, best.fit, sensitivities, search.without, search.described)
+        return all_additions(self._pool, best.fit, sensitivities, search.without, search.described)
 
     def _forward(
         self, best: Hypothesis, sensitivities: Sequence[RunSensitivities], listed: Listed
@@ -368,7 +368,7 @@ def _moved_as(machine: Machine, calibrated: Machine) -> Machine:
     return machine.with_values(shared, beyond=True)
 
 
-def in_full(hypothesis: Hypothesis) -> tuple[Hypothesis, list[RunSensitivities]]:
+def recalibrated(hypothesis: Hypothesis) -> tuple[Hypothesis, list[RunSensitivities]]:
     """Return a hypothesis calibrated and scored with what answers about itself, and this."""
     base, near, observed = hypothesis.fit.base, hypothesis.fit.machine, hypothesis.fit.observed
     sensitivities = all_sensitivities(near, observed)

@@ -107,7 +107,7 @@ class AddedEffect:
 
     def marked(self, position: int, observed: Observations) -> Observations:
         """Return a run's observations with what the effect has of its own there."""
-        return self.candidate.seen_by(position, observed)
+        return self.candidate.marked(position, observed)
 
     def scaled(self, scale: float) -> AddedEffect:
         """Return it so many times as large."""
@@ -211,7 +211,7 @@ def prior_costs(keys: Collection[str]) -> dict[str, float]:
     return {key: 2.0 * float(np.log(len(of_kind) * of_kind[name_of(key)])) for key in keys}
 
 
-def everything(
+def all_additions(
     pool: Executor,
     about: Fit,
     sensitivities: Sequence[RunSensitivities],

@@ -29,7 +29,9 @@ BIAS_K = 0.15
 """How well a thermometer is known over all runs, fitting and calibration [K]; set on no data."""
 
 
-def in_its_run(machine: Machine, observed: Observations) -> tuple[Machine, dict[str, FloatArray]]:
+def machine_in_run(
+    machine: Machine, observed: Observations
+) -> tuple[Machine, dict[str, FloatArray]]:
     """Return the machine without what had not begun in a run, and what that run has of its own.
 
     Parameters
@@ -101,14 +103,14 @@ def simulate_runs(
     simulations: dict[int, Simulation] = {}
     for places in alike.values():
         first = observed[places[0]]
-        there, own = in_its_run(machine, first)
-        gone = tuple(f"effects.{key}." for key in first.absent)
-        given = {n: v for n, v in (parameters or {}).items() if not n.startswith(gone)}
+        in_force, own = machine_in_run(machine, first)
+        absent = tuple(f"effects.{key}." for key in first.absent)
+        given = {n: v for n, v in (parameters or {}).items() if not n.startswith(absent)}
         runs = [
             Driven(run.run.frame, run.drive, np.append(run.run.time_s[0], run.time_s), start)
             for run in (observed[i] for i in places)
         ]
-        shown = simulate_all(there, runs, given | own, bounded=False)
+        shown = simulate_all(in_force, runs, given | own, bounded=False)
         simulations |= dict(zip(places, shown, strict=True))
     return [simulations[i] for i in range(len(observed))]
 

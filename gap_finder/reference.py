@@ -290,15 +290,15 @@ class _Ridge:
         self._runs = [
             (x.T @ x, x.T @ np.nan_to_num(y), len(x)) for x, y in zip(predictors, left, strict=True)
         ]
-        everything = list(range(len(predictors)))
+        runs = range(len(predictors))
         costs, made = [], []
         for penalty in PENALTIES:
-            weights = [self._fit([j for j in everything if j != k], penalty) for k in everything]
+            weights = [self._fit([j for j in runs if j != k], penalty) for k in runs]
             made.append([x @ weight for x, weight in zip(predictors, weights, strict=True)])
             costs.append(mean_squares(_less(left, made[-1])))
         best = np.argmin(np.nan_to_num(np.array(costs), nan=np.inf), axis=0)
         self.predicted = [_chosen(best, parts) for parts in zip(*made, strict=True)]
-        weights = [self._fit(everything, penalty) for penalty in PENALTIES]
+        weights = [self._fit(runs, penalty) for penalty in PENALTIES]
         self._weight = _chosen(best, weights)
 
     def _fit(self, runs: Sequence[int], penalty: float) -> FloatArray:

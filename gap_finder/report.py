@@ -184,10 +184,9 @@ def _entry(judged: Judged, place: int) -> dict[str, Any]:
     if isinstance(added, AddedChange):
         change = added.change
         entry["title"] = change.title
-        places = [place_of(other) for other in others if name_of(other) == change.name]
-        rest = [other for other in others if name_of(other) != change.name]
-        entry["other_places"] = places
-        entry["or_else"] = [named(other, machine) for other in rest]
+        same = [other for other in others if name_of(other) == change.name]
+        entry["other_places"] = [place_of(other) for other in same]
+        entry["or_else"] = [named(other, machine) for other in others if other not in same]
         numbers = change.parameters()
         entry["parameters"] = {
             n: _number(estimates[full]) for n, full in numbers.items() if full in estimates

@@ -243,8 +243,8 @@ class _Folds:
         residuals = []
         shown = residuals_of(self._machine, self._observed, values)
         for residual, design in zip(shown, self._designs, strict=True):
-            rest = design.shared[:, self._count :] @ point[:, self._count :].T
-            residuals.append(residual * design.weight + rest.T)
+            by_others = design.shared[:, self._count :] @ point[:, self._count :].T
+            residuals.append(residual * design.weight + by_others.T)
         return residuals
 
     def _training(self, point: FloatArray, shown: Sequence[FloatArray]) -> FloatArray:

@@ -161,9 +161,9 @@ class Screen:
 
     def __init__(self, grams: NormalMatrices) -> None:
         self.grams = grams
-        everything = list(range(len(grams.shared)))
-        self._whole = Fold(grams, everything)
-        self._folds = [Fold(grams, [j for j in everything if j != k]) for k in everything]
+        runs = list(range(len(grams.shared)))
+        self._whole = Fold(grams, runs)
+        self._folds = [Fold(grams, [j for j in runs if j != k]) for k in runs]
 
     def scores(self, data: Residuals) -> Scores:
         """Score every candidate."""

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gap_finder.calibrate import Calibration, Progress, calibrate, quiet
-from gap_finder.data_faults import DataFault, taken_out
+from gap_finder.data_faults import DataFault, without_bad_readings
 from gap_finder.observations import INDEPENDENT_S, Observations, observe
 from gap_finder.regimes import RunResiduals, residuals
 from measurement.faults.series import UNUSUALLY, resolution_of, stretches, valid
@@ -54,8 +54,8 @@ def standing_still(machine: Machine, observed: Sequence[Observations]) -> list[D
             if span is None:
                 continue
             moved, usual = _moved(run, i, span), _usual(others, i)
-            having = [other.observed.run for other in left if column in other.observed.run.frame]
-            step = resolution_of(having, column)
+            with_column = [run.run for run in observed if column in run.run.frame]
+            step = resolution_of(with_column, column)
             if moved < max(WARMS_K, UNUSUALLY * max(step, usual, float(run.observed.tolerance[i]))):
                 continue
             text = (
@@ -98,7 +98,9 @@ def calibrated(
     calibration = calibrate(machine, observed, starts=starts, seed=seed, progress=progress)
     faults = standing_still(calibration.machine, observed)
     if faults:
-        observed = observe(machine, [taken_out(machine, run, faults) for run in runs], bad)
+        observed = observe(
+            machine, [without_bad_readings(machine, run, faults) for run in runs], bad
+        )
         again = [calibration.machine]
         calibration = calibrate(machine, observed, starts=1, start_from=again, progress=progress)
     return calibration, observed, faults

@@ -21,7 +21,7 @@ from plant_model.parameters import Parameter
 
 def write_machine(
     machine: Machine,
-    like: str | Path,
+    original: str | Path,
     path: str | Path,
     *,
     finish: Callable[[str], str] = str,
@@ -31,9 +31,9 @@ def write_machine(
     Parameters
     ----------
     machine : Machine
-        Same nodes, items and sensors as in *like*, in their order: with other values and starts,
-        joined to other nodes. More nodes and, of each family, more items may stand behind.
-    like : str or path
+        Same nodes, items and sensors as in the original, in their order: with other values and
+        starts, joined to other nodes. More nodes and, of each family, more items may stand behind.
+    original : str or path
         The file (or shipped name) that it came from; its comments and order stay.
     path : path
         Where to write; replaced whole or not at all.
@@ -48,25 +48,25 @@ def write_machine(
     Raises
     ------
     BadInput
-        When *like* is not the file of this machine, or *path* cannot be written.
+        When *original* is not the file of this machine, or *path* cannot be written.
     """
-    return write_atomically(path, finish(machine_text(machine, like)))
+    return write_atomically(path, finish(machine_text(machine, original)))
 
 
-def machine_text(machine: Machine, like: str | Path) -> str:
+def machine_text(machine: Machine, original: str | Path) -> str:
     """Return what `write_machine` writes.
 
     Parameters
     ----------
-    machine, like
+    machine, original
         As `write_machine` takes them.
 
     Raises
     ------
     BadInput
-        When *like* is not the file of this machine.
+        When *original* is not the file of this machine.
     """
-    source = machine_path(like)
+    source = machine_path(original)
     head, document = _document(source)
     for name, number in machine.numbers.items():
         _move(document["numbers"], name, number)

@@ -37,7 +37,7 @@ def test_every_run_has_the_hours_before_it_and_the_machine_those_of_all(
     assert before[0] == 0.0
     assert before[1] > 1.5
     assert some.values["before"] > before[-1] + 1.5
-    marked = some.seen_by(1, observed[1])
+    marked = some.marked(1, observed[1])
     assert marked.own == {f"effects.{SERIES}.before": before[1]}
     usual = next(one for one in found if one.key == "bearing_run_in")
     assert usual.own == ()

@@ -89,7 +89,7 @@ def test_candidates_carry_what_was_seen_to_every_run(
     assert found
     one = found[0]
     assert len(one.seen) == len(slipping)
-    seen = one.seen_by(0, slipping[0]).drive.held[f"{KEY} leaps"]
+    seen = one.marked(0, slipping[0]).drive.held[f"{KEY} leaps"]
     assert np.count_nonzero(seen) == len(one.seen[0].sign)
     # Its answer grows with the share that reaches the nose, not with what holds.
     assert one.scaled(1.5)["share"] == pytest.approx(0.75)

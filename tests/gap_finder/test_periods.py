@@ -36,7 +36,7 @@ def test_the_period_and_every_run_s_phase_are_found(
     for i, own in enumerate(found[0].own):
         away = abs(own["phase"] - (0.15 + 0.2 * i))
         assert min(away, 1.0 - away) < 0.1
-    assert found[0].seen_by(1, observed[1]).own == {
+    assert found[0].marked(1, observed[1]).own == {
         "effects.coolant_thermostat.phase": found[0].own[1]["phase"]
     }
 
@@ -67,7 +67,7 @@ def test_a_fault_may_begin_with_any_run(jig_borer_lumps: Machine) -> None:
     grown = with_effect(jig_borer_lumps, since.key, {"error": 1.0})
     channel = observed[0].channels.index("T1")
     for i, one in enumerate(observed):
-        seen = since.seen_by(i, one)
+        seen = since.marked(i, one)
         shown, plain = (
             modelled(simulate_at(machine, seen), seen)[0, -1, channel]
             for machine in (grown, jig_borer_lumps)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gap_finder.data_faults import taken_out
+from gap_finder.data_faults import without_bad_readings
 from gap_finder.observations import observe
 from gap_finder.standing import calibrated, standing_still
 from measurement.runs import Run
@@ -33,7 +33,7 @@ def test_a_coarse_thermometer_that_froze_is_told_from_one_that_stands(
     assert (fault.run, fault.channel, fault.kind) == ("down", "T1", "frozen")
     assert fault.start_s <= 240.0 < 9000.0 <= fault.end_s
     observed = observe(
-        jig_borer_lumps, [taken_out(jig_borer_lumps, run, [fault]) for run in broken]
+        jig_borer_lumps, [without_bad_readings(jig_borer_lumps, run, [fault]) for run in broken]
     )
     at = observed[0].channels.index("T1")
     inside = (observed[0].time_s > 400.0) & (observed[0].time_s < 8900.0)

@@ -103,5 +103,5 @@ def test_it_is_tried_on_its_parts(jig_borer_lumps: Machine, observed: list[Obser
     grown = with_effect(jig_borer_lumps, KEY, tried[0].values)
     free = {name for name, p in grown.effects[KEY].items() if p.calibrate}
     assert free == {"band"}, "its setting is what the rows say"
-    seen = tried[0].seen_by(0, observed[0])
+    seen = tried[0].marked(0, observed[0])
     assert f"{KEY} on" in seen.drive.held
