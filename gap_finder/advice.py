@@ -161,5 +161,5 @@ def _rms_of_both(first: Sequence[FloatArray], second: Sequence[FloatArray]) -> t
     both = np.isfinite(parts[0]) & np.isfinite(parts[1])
     if not both.any():
         return 0.0, 0.0
-    rms, other = (float(np.sqrt(np.mean(part[both] ** 2))) for part in parts)
-    return rms, other
+    rms = [float(np.sqrt(np.mean(part[both] ** 2))) for part in parts]
+    return rms[0], rms[1]

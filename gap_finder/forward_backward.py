@@ -72,10 +72,14 @@ class Hypothesis:
         left = float(np.sum(self.fit.left / units)) + self.fit.moved_cost / unit_of(units)
         return left + self.prior_cost
 
+    @property
+    def cost_in_fit(self) -> float:
+        """What is left of the runs that it is calibrated on, with the prior."""
+        return self.fit.calibration.cost + self.prior_cost
+
     def fits_better(self, other: Hypothesis) -> bool:
         """Whether the runs that it is calibrated on exclude another, to the tolerance."""
-        cost, other_cost = (one.fit.calibration.cost + one.prior_cost for one in (self, other))
-        return cost + MARGIN < other_cost
+        return self.cost_in_fit + MARGIN < other.cost_in_fit
 
 
 def units_of(nothing: Hypothesis, hypotheses: Iterable[Hypothesis]) -> FloatArray:
@@ -251,7 +255,8 @@ class Searching:
             rivals: list[list[Hypothesis]] = []
             for place in range(last):
                 self._progress(f"asking again for {best.keys[place]}")
-                likely = [one for one in tried[best.keys[place]] if one.keys[-1] not in best.keys]
+                of_place = tried[best.keys[place]]
+                likely = [rival for rival in of_place if rival.keys[-1] not in best.keys]
                 swaps = (None, *likely[:PLACES_TRIED])
                 jobs = [self._exchanged(best, place, rival, sensitivities) for rival in swaps]
                 without, *swapped = [job.result() for job in jobs]
@@ -339,7 +344,7 @@ def added_to(
         calibrated = fit(addition.base(best.fit.base), observed, points, sensitivities, cost_limit)
         if calibrated is None:
             return None
-        additions = tuple(one.read(calibrated.machine) for one in (*best.additions, addition))
+        additions = _read((*best.additions, addition), calibrated.machine)
     except (IntegrationError, ParameterError):
         return None
     last, hypothesis = additions[-1], Hypothesis(additions, prior, calibrated)
@@ -374,7 +379,7 @@ def recalibrated(hypothesis: Hypothesis) -> tuple[Hypothesis, list[RunSensitivit
     sensitivities = all_sensitivities(near, observed)
     calibrated = fit(base, observed, [near], sensitivities)
     assert calibrated is not None
-    additions = tuple(addition.read(calibrated.machine) for addition in hypothesis.additions)
+    additions = _read(hypothesis.additions, calibrated.machine)
     return replace(hypothesis, additions=additions, fit=calibrated), sensitivities
 
 
@@ -395,10 +400,15 @@ def _hypothesis_of(
             observed = [addition.marked(i, run) for i, run in enumerate(observed)]
         calibrated = fit(base, observed, [machine], sensitivities)
         assert calibrated is not None
-        read = tuple(addition.read(calibrated.machine) for addition in additions)
+        additions = _read(additions, calibrated.machine)
     except (IntegrationError, ParameterError, KeyError):
         return None  # A path may lead to what an addition that is gone had brought.
-    return Hypothesis(read, prior, calibrated)
+    return Hypothesis(additions, prior, calibrated)
+
+
+def _read(additions: Iterable[Added], machine: Machine) -> tuple[Added, ...]:
+    """Return additions with the numbers that a machine has."""
+    return tuple(addition.read(machine) for addition in additions)
 
 
 def _other_drivers(leader: Hypothesis, tried: Sequence[Hypothesis], listed: Listed) -> list[Added]:
@@ -407,5 +417,6 @@ def _other_drivers(leader: Hypothesis, tried: Sequence[Hypothesis], listed: List
     if effect is None or effect.on_channel or effect.switched:
         return []
     done = {hypothesis.keys[-1] for hypothesis in tried}
-    of_law = {one.key: one for one in listed.tried if name_of(one.key) == effect.name}
-    return [addition for key, addition in of_law.items() if key not in done]
+    of_law = [addition for addition in listed.tried if name_of(addition.key) == effect.name]
+    by_key = {addition.key: addition for addition in of_law}
+    return [addition for key, addition in by_key.items() if key not in done]

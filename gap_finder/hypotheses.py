@@ -172,8 +172,8 @@ class AddedChange:
 
     def size_cost(self) -> float:
         """Return what its size costs beyond what is usual of its kind."""
-        low, high = self.change.usual(self.change.first)
-        value = self.numbers[self.change.first]
+        low, high = self.change.usual(self.change.amplitude)
+        value = self.numbers[self.change.amplitude]
         return heavy_tail(value, low, high, log=True) if low < high else 0.0
 
 
@@ -251,8 +251,12 @@ def all_additions(
             for j, numbers in enumerate(change.points()):
                 answers = tuple(run[name][i][j] for run in by_run)
                 tried.append(AddedChange(change, numbers, answers))
-    tried = [one for one in tried if sum(float(a @ a) for a in one.answers) > NEGLIGIBLE_SQUARES]
-    return Listed(tried, prior_costs({addition.key for addition in tried}))
+    shown = [addition for addition in tried if _squares(addition.answers) > NEGLIGIBLE_SQUARES]
+    return Listed(shown, prior_costs({addition.key for addition in shown}))
+
+
+def _squares(answers: Sequence[FloatArray]) -> float:
+    return sum(float(answer @ answer) for answer in answers)
 
 
 def _is_sound(machine: Machine, change: Change) -> bool:

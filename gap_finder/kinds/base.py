@@ -29,7 +29,7 @@ where motion stirs [W/K]. Set on no data."""
 
 @dataclass(frozen=True)
 class CalibratedRun:
-    """One run, and what is known of it about the calibrated machine.
+    """A run, and what it answers to about the calibrated machine.
 
     Attributes
     ----------
@@ -45,14 +45,14 @@ class CalibratedRun:
 
 @dataclass(frozen=True)
 class Change(ABC):
-    """One change of the description at one place.
+    """A change of the description at a place.
 
     Attributes
     ----------
     name, title : str
         Its kind, which is the file's name, and what a report prints.
-    first : str
-        Its number that the answer grows with: at 0 nothing is changed.
+    amplitude : str
+        Which of its numbers the answer grows with: at 0 nothing is changed.
     at_once : int
         Changes that are simulated in one machine, each with all others off; 1 where a change
         cannot be switched off by its number.
@@ -62,7 +62,7 @@ class Change(ABC):
 
     name: ClassVar[str]
     title: ClassVar[str]
-    first: ClassVar[str]
+    amplitude: ClassVar[str]
     at_once: ClassVar[int] = 40
 
     place: tuple[str, ...]
@@ -125,7 +125,7 @@ class Change(ABC):
         scale : float
             Of either sign [1].
         """
-        return {**numbers, self.first: numbers[self.first] * scale}
+        return {**numbers, self.amplitude: numbers[self.amplitude] * scale}
 
     def read(self, machine: Machine) -> dict[str, float]:
         """Return its numbers in a machine that has it.
@@ -187,7 +187,7 @@ class Change(ABC):
         for change, end, count in zip(changes, ends, counts, strict=True):
             for number, name in change.parameters().items():
                 tried = [point[number] for point in change.points()]
-                column = np.full(ends[-1], 0.0 if number == cls.first else tried[0])
+                column = np.full(ends[-1], 0.0 if number == cls.amplitude else tried[0])
                 column[end - count : end] = tried
                 sets[name] = column
         try:
@@ -207,7 +207,7 @@ class PathChange(Change):
 
     def sizes(self) -> tuple[float, ...]:
         """Return the conductances of `points` [W/K]."""
-        return tuple(point[self.first] for point in self.points())
+        return tuple(point[self.amplitude] for point in self.points())
 
     @classmethod
     def answers(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:

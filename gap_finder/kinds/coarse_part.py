@@ -42,7 +42,7 @@ class CoarsePart(Change):
 
     name: ClassVar[str] = "coarse_part"
     title: ClassVar[str] = "Part that is one lump and should be two"
-    first: ClassVar[str] = "conductance"
+    amplitude: ClassVar[str] = "conductance"
     at_once: ClassVar[int] = 1
 
     capacity: float
@@ -76,18 +76,18 @@ class CoarsePart(Change):
 
     def points(self) -> list[dict[str, float]]:
         """Return a few delays of the far side."""
-        return [{self.first: self._conductance(delay)} for delay in LAGS_MIN]
+        return [{self.amplitude: self._conductance(delay)} for delay in LAGS_MIN]
 
     def _conductance(self, delay_min: float) -> float:
         return self.capacity / 2.0 / (60.0 * delay_min)
 
     def parameters(self) -> dict[str, str]:
         """Return the conductance between the sides."""
-        return {self.first: conductance_of((self.place[0], self._far), boundary=False)}
+        return {self.amplitude: conductance_of((self.place[0], self._far), boundary=False)}
 
     def scaled(self, numbers: Mapping[str, float], scale: float) -> dict[str, float]:
         """Return a conductance with which the far side is so many times as far behind."""
-        return {self.first: numbers[self.first] / scale}
+        return {self.amplitude: numbers[self.amplitude] / scale}
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with the part in two."""
@@ -109,7 +109,7 @@ class CoarsePart(Change):
             if self._is_surface(item):
                 other = replace(self._on_far_side(item), name=f"{item.name}_far")
                 grown = with_item(grown, other, "surface_convection")
-        path = free(numbers[self.first], "W/K", self.possible(self.first))
+        path = free(numbers[self.amplitude], "W/K", self.possible(self.amplitude))
         return joined(grown, (name, self._far), path)
 
     def _near(self, item: Item) -> Item:

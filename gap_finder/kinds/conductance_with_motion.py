@@ -24,7 +24,7 @@ class ConductanceWithMotion(PathChange):
 
     name: ClassVar[str] = "conductance_with_motion"
     title: ClassVar[str] = "Conductance that rises with motion"
-    first: ClassVar[str] = "conductance"
+    amplitude: ClassVar[str] = "conductance"
 
     @classmethod
     def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
@@ -54,15 +54,15 @@ class ConductanceWithMotion(PathChange):
 
     def points(self) -> list[dict[str, float]]:
         """Return a small and a large conductance."""
-        return [{self.first: size} for size in SIZES_W_PER_K]
+        return [{self.amplitude: size} for size in SIZES_W_PER_K]
 
     def parameters(self) -> dict[str, str]:
         """Return what motion adds at the top of the input's range."""
-        return {self.first: f"links.{self._name}.conductance"}
+        return {self.amplitude: f"links.{self._name}.conductance"}
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with this link."""
-        g = free(numbers[self.first], "W/K", self.possible(self.first))
+        g = free(numbers[self.amplitude], "W/K", self.possible(self.amplitude))
         refs = {"between": self.place[:2], "driven_by": self.place[2:]}
         item = Item("links", self._name, "stirred", refs, {"conductance": g})
         return with_item(machine, item, "stirred_film")

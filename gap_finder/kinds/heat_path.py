@@ -26,7 +26,7 @@ class HeatPath(PathChange):
 
     name: ClassVar[str] = "heat_path"
     title: ClassVar[str] = "Heat path that the machine file does not have"
-    first: ClassVar[str] = "conductance"
+    amplitude: ClassVar[str] = "conductance"
 
     place: tuple[str, str]
     boundary: bool
@@ -51,13 +51,13 @@ class HeatPath(PathChange):
 
     def points(self) -> list[dict[str, float]]:
         """Return a small and a large conductance."""
-        return [{self.first: size} for size in SIZES_W_PER_K]
+        return [{self.amplitude: size} for size in SIZES_W_PER_K]
 
     def parameters(self) -> dict[str, str]:
         """Return the conductance; that of a surface is the coefficient on 1 m2."""
-        return {self.first: conductance_of(self.place, boundary=self.boundary)}
+        return {self.amplitude: conductance_of(self.place, boundary=self.boundary)}
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with this path."""
-        g = free(numbers[self.first], "W/K", self.possible(self.first))
+        g = free(numbers[self.amplitude], "W/K", self.possible(self.amplitude))
         return joined(machine, self.place, g)

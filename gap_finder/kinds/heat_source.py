@@ -20,7 +20,7 @@ class HeatSource(Change):
 
     name: ClassVar[str] = "heat_source"
     title: ClassVar[str] = "Heat source that the machine file does not have"
-    first: ClassVar[str] = "power"
+    amplitude: ClassVar[str] = "power"
 
     @classmethod
     def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
@@ -52,15 +52,15 @@ class HeatSource(Change):
 
     def points(self) -> list[dict[str, float]]:
         """Return a small and a large power."""
-        return [{self.first: size} for size in SIZES_W]
+        return [{self.amplitude: size} for size in SIZES_W]
 
     def parameters(self) -> dict[str, str]:
         """Return the power, at the top of the input's range if one drives it."""
-        return {self.first: f"sources.{self._name}.power"}
+        return {self.amplitude: f"sources.{self._name}.power"}
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with this source, in proportion to what drives it."""
-        given = {"power": free(numbers[self.first], "W", self.possible(self.first))}
+        given = {"power": free(numbers[self.amplitude], "W", self.possible(self.amplitude))}
         refs: dict[str, tuple[str, ...]] = {"node": self.place[:1]}
         kind = "steady_heat"
         if len(self.place) > 1:

@@ -30,7 +30,7 @@ class HiddenMass(PathChange):
 
     name: ClassVar[str] = "hidden_mass"
     title: ClassVar[str] = "Mass behind a part that the machine file does not have"
-    first: ClassVar[str] = "conductance"
+    amplitude: ClassVar[str] = "conductance"
     at_once: ClassVar[int] = 1
 
     capacity: float
@@ -56,14 +56,17 @@ class HiddenMass(PathChange):
     def points(self) -> list[dict[str, float]]:
         """Return a few sizes, each at a few delays."""
         return [
-            {self.first: mass * self.capacity / (60.0 * delay), "capacity": mass * self.capacity}
+            {
+                self.amplitude: mass * self.capacity / (60.0 * delay),
+                "capacity": mass * self.capacity,
+            }
             for mass, delay in product(MASSES, LAGS_MIN)
         ]
 
     def parameters(self) -> dict[str, str]:
         """Return its conductance to the part, and its heat capacity."""
         return {
-            self.first: conductance_of((self.place[0], self._mass), boundary=False),
+            self.amplitude: conductance_of((self.place[0], self._mass), boundary=False),
             "capacity": f"nodes.{self._mass}.capacity",
         }
 
@@ -77,5 +80,5 @@ class HiddenMass(PathChange):
         mass = free(numbers["capacity"], "J/K", self.possible("capacity"))
         behind = Node(self._mass, mass, part.start, part.start_share)
         grown = replace(machine, nodes=(*machine.nodes, behind))
-        path = free(numbers[self.first], "W/K", self.possible(self.first))
+        path = free(numbers[self.amplitude], "W/K", self.possible(self.amplitude))
         return joined(grown, (part.name, self._mass), path)

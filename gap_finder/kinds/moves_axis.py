@@ -27,7 +27,7 @@ class MovesAxis(Change):
 
     name: ClassVar[str] = "moves_axis"
     title: ClassVar[str] = "Part that moves an axis"
-    first: ClassVar[str] = "length"
+    amplitude: ClassVar[str] = "length"
 
     way: float
 
@@ -57,18 +57,18 @@ class MovesAxis(Change):
 
     def points(self) -> list[dict[str, float]]:
         """Return a short and a long part."""
-        return [{self.first: size} for size in SIZES_MM]
+        return [{self.amplitude: size} for size in SIZES_MM]
 
     def parameters(self) -> dict[str, str]:
         """Return the length that would move the axis as much."""
-        return {self.first: f"structure.{self._name}.length"}
+        return {self.amplitude: f"structure.{self._name}.length"}
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with this part in the structure."""
         ways = {name: fixed(0.0, "1") for name in AXES.values()}
         ways[AXES[self.place[1]]] = fixed(self.way, "1")
         given = {
-            "length": free(numbers[self.first], "mm", self.possible(self.first)),
+            "length": free(numbers[self.amplitude], "mm", self.possible(self.amplitude)),
             "expansion": fixed(EXPANSION, "1e-6/K"),
             **ways,
         }

@@ -42,7 +42,7 @@ class SensorPlace(Change):
 
     name: ClassVar[str] = "sensor_place"
     title: ClassVar[str] = "Thermometer that reads partly another part"
-    first: ClassVar[str] = "share"
+    amplitude: ClassVar[str] = "share"
 
     of: str
     boundary: bool
@@ -65,15 +65,15 @@ class SensorPlace(Change):
 
     def points(self) -> list[dict[str, float]]:
         """Return a small and a large share: the answer is in proportion to them."""
-        return [{self.first: share} for share in SHARES]
+        return [{self.amplitude: share} for share in SHARES]
 
     def parameters(self) -> dict[str, str]:
         """Return the tip's contact with the other part."""
-        return {self.first: conductance_of((self._tip, self.place[1]), boundary=self.boundary)}
+        return {self.amplitude: conductance_of((self._tip, self.place[1]), boundary=self.boundary)}
 
     def scaled(self, numbers: Mapping[str, float], scale: float) -> dict[str, float]:
         """Return the share so many times as large, as far as there is one."""
-        return {self.first: min(numbers[self.first] * scale, 0.9)}
+        return {self.amplitude: min(numbers[self.amplitude] * scale, 0.9)}
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with the thermometer on a tip between the two parts."""
@@ -85,8 +85,8 @@ class SensorPlace(Change):
         )
         grown = replace(machine, nodes=nodes, sensors=sensors)
         grown = joined(grown, (self._tip, self.of), fixed(CONTACT_W_PER_K, "W/K"))
-        ends = self.possible(self.first)
-        value = self._contact * _odds(numbers[self.first])
+        ends = self.possible(self.amplitude)
+        value = self._contact * _odds(numbers[self.amplitude])
         return joined(grown, (self._tip, other), free(value, "W/K", ends), TIP_M2)
 
     @property
@@ -101,12 +101,12 @@ class SensorPlace(Change):
 
     def read(self, machine: Machine) -> dict[str, float]:
         """Return the share that it reads of the other part."""
-        g = machine.parameters[self.parameters()[self.first]].value
-        return {self.first: g / (g + self._contact)}
+        g = machine.parameters[self.parameters()[self.amplitude]].value
+        return {self.amplitude: g / (g + self._contact)}
 
     def details(self, machine: Machine) -> dict[str, Any]:
         """Return the share."""
-        return {"share": round(self.read(machine)[self.first], 3)}
+        return {"share": round(self.read(machine)[self.amplitude], 3)}
 
     @classmethod
     def answers(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:

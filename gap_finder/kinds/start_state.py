@@ -43,7 +43,7 @@ class StartState(Change):
 
     name: ClassVar[str] = "start_state"
     title: ClassVar[str] = "Part that starts at another temperature than the machine file says"
-    first: ClassVar[str] = "share"
+    amplitude: ClassVar[str] = "share"
 
     signal: str
     shares: tuple[float, ...]
@@ -75,17 +75,17 @@ class StartState(Change):
 
     def points(self) -> list[dict[str, float]]:
         """Return the shares."""
-        return [{self.first: share} for share in self.shares]
+        return [{self.amplitude: share} for share in self.shares]
 
     def scaled(self, numbers: Mapping[str, float], scale: float) -> dict[str, float]:
         """Return another share of the way, if the parts start at the hall in the file."""
-        share = numbers[self.first] * (scale if self.at_hall else 1.0)
-        return {self.first: round(share, 3)}
+        share = numbers[self.amplitude] * (scale if self.at_hall else 1.0)
+        return {self.amplitude: round(share, 3)}
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with these parts starting there."""
         nodes = tuple(
-            replace(node, start=self.signal, start_share=numbers[self.first])
+            replace(node, start=self.signal, start_share=numbers[self.amplitude])
             if node.name in self.place
             else node
             for node in machine.nodes
@@ -94,13 +94,13 @@ class StartState(Change):
 
     def read(self, machine: Machine) -> dict[str, float]:
         """Return the share."""
-        return {self.first: machine.nodes[machine.node_index[self.place[0]]].start_share}
+        return {self.amplitude: machine.nodes[machine.node_index[self.place[0]]].start_share}
 
     def details(self, machine: Machine) -> dict[str, Any]:
         """Return the signal and the share."""
-        share = self.read(machine)[self.first]
+        share = self.read(machine)[self.amplitude]
         number = {"value": share, "low": share, "high": share, "unit": "1"}
-        return {"starts_at": self.signal, "parameters": {self.first: number}}
+        return {"starts_at": self.signal, "parameters": {self.amplitude: number}}
 
     @classmethod
     def answers(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:

@@ -145,8 +145,8 @@ def test_its_prior_is_the_same_wherever_the_search_begins(
     begun = [AddedChange(change, change.scaled(one, 0.2), ()) for one in change.points()]
     first, *rest = [one.base(machine).parameters for one in begun]
     assert all(one == first for one in rest)
-    low, high = change.possible(change.first)
-    number = first[change.parameters()[change.first]]
+    low, high = change.possible(change.amplitude)
+    number = first[change.parameters()[change.amplitude]]
     assert (number.low, number.high) == (low, high)
     assert number.value == pytest.approx(np.sqrt(low * high), rel=0.4)
 
@@ -178,7 +178,7 @@ def test_a_change_that_is_off_changes_nothing(name: str, known: list[CalibratedR
     machine = known[0].machine
     inputs = inputs_of("stairs", 60.0)
     change = changes_of(name, known)[3]
-    off = change.put_into(machine, {**change.points()[0], change.first: 0.0})
+    off = change.put_into(machine, {**change.points()[0], change.amplitude: 0.0})
     plain, same = (simulate(one, inputs).run_frame() for one in (machine, off))
     np.testing.assert_allclose(same.to_numpy(), plain.to_numpy(), atol=0.05)
 
