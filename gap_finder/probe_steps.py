@@ -30,17 +30,12 @@ ROWS = 6
 """Rows before and after a leap through which lines are laid; set on no data."""
 
 OUTSTANDING = 8.0
-"""A leap is this many times the scatter of such differences elsewhere in the run [1]; set on no
-data."""
+"""A channel leaps by this many times the scatter of such differences elsewhere in the run [1]; set
+on no data."""
 
 USUAL, TIMES = 0.95, 3.0
 """A leap is ``TIMES`` the quantile ``USUAL`` of the probe's moves from row to row, rows without a
 move left out [1]: a probe on coarse stairs, or one that leaps all the time, has not slipped.
-Set on no data."""
-
-TOGETHER, TOGETHER_K, TOGETHER_TIMES = 0.2, 0.3, 4.0
-"""Another channel leaps with a probe if it leaps by the share ``TOGETHER`` of the probe's leap (a
-probe) or by ``TOGETHER_K`` (a thermometer) [K], and by ``TOGETHER_TIMES`` its own scatter [1].
 Set on no data."""
 
 
@@ -115,13 +110,8 @@ def _steps_in(machine: Machine, run: Run) -> list[ProbeStep]:
         leaps = series[column]
         for row in _outstanding(leaps, quiet):
             size = float(leaps.size[row])
-            limits = {"_um": TOGETHER * abs(size), "_degC": TOGETHER_K}
-            others = [
-                _with_it(other, row, next(x for end, x in limits.items() if key.endswith(end)))
-                for key, other in series.items()
-                if key != column
-            ]
-            if not any(others):
+            others = (other for key, other in series.items() if key != column)
+            if not any(_with_it(other, row) for other in others):
                 steps.append(ProbeStep(name, float(run.time_s[row]), size))
     return sorted(steps, key=lambda step: step.time_s)
 
@@ -189,7 +179,7 @@ def _outstanding(leaps: _Leaps, quiet: npt.NDArray[np.bool_]) -> list[int]:
     return np.flatnonzero(outstanding).tolist()
 
 
-def _with_it(other: _Leaps, row: int, limit: float) -> bool:
-    """Tell whether another channel leaps about a row, too, by more than *limit*."""
+def _with_it(other: _Leaps, row: int) -> bool:
+    """Tell whether another channel leaps about a row, too."""
     near = np.abs(np.nan_to_num(other.size[max(row - 1, 0) : row + 2]))
-    return bool(near.max(initial=0.0) > max(limit, TOGETHER_TIMES * other.scatter))
+    return bool(near.max(initial=0.0) > max(OUTSTANDING * other.scatter, TIMES * other.usual))
