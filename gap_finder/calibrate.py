@@ -229,37 +229,22 @@ def calibrate(
     """
     # The matrices are small: threads would wait for each other, at ten times the processor time.
     with threadpool_limits(1):
-        return _calibrated(
-            machine, observed, starts, seed, iterations, start_from, sensitivities, progress
+        priors = Priors.of(machine, calibrated=True)
+        problem = _LeastSquares(machine, observed, priors, sensitivities)
+        generator = np.random.default_rng(seed)
+        begin = [priors.position(start) for start in start_from or (machine,)]
+        begin += [generator.normal(0.0, 0.7, len(priors.names)) for _ in range(starts - 1)]
+        points = np.clip(np.array(begin), priors.low, priors.high)
+        reached = _descend(problem, points, iterations, progress)
+        best = min(reached, key=lambda descent: descent.cost)
+        values = {name: float(value[0]) for name, value in priors.values(best.x[None, :]).items()}
+        return Calibration(
+            machine.with_values(values, beyond=True),
+            best.cost,
+            tuple(descent.cost for descent in reached),
+            _estimates(machine, problem, best.parts, best.x),
+            tuple(best.parts),
         )
-
-
-def _calibrated(
-    machine: Machine,
-    observed: Sequence[Observations],
-    starts: int,
-    seed: int,
-    iterations: int,
-    start_from: Sequence[Machine],
-    sensitivities: Sequence[Sensitivities] | None,
-    progress: Progress,
-) -> Calibration:
-    priors = Priors.of(machine, calibrated=True)
-    problem = _LeastSquares(machine, observed, priors, sensitivities)
-    generator = np.random.default_rng(seed)
-    begin = [priors.position(start) for start in start_from or (machine,)]
-    begin += [generator.normal(0.0, 0.7, len(priors.names)) for _ in range(starts - 1)]
-    points = np.clip(np.array(begin), priors.low, priors.high)
-    reached = _descend(problem, points, iterations, progress)
-    best = min(reached, key=lambda descent: descent.cost)
-    values = {name: float(value[0]) for name, value in priors.values(best.x[None, :]).items()}
-    return Calibration(
-        machine.with_values(values, beyond=True),
-        best.cost,
-        tuple(descent.cost for descent in reached),
-        _estimates(machine, problem, best.parts, best.x),
-        tuple(best.parts),
-    )
 
 
 @dataclass(eq=False)

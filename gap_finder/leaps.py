@@ -16,13 +16,11 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, median_filter
 
 from gap_finder.observations import DISPLACEMENT_TOLERANCE, Observations
-from gap_finder.probe_steps import OUTSTANDING, ROWS
+from gap_finder.probe_steps import OUTSTANDING, ROWS, moved_by_elongation
 from plant_model.drive import Drive
 from plant_model.effect_names import leaps_of
-from plant_model.effects.base import POSE
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
-from plant_model.sensors import displacements
 
 
 @dataclass(frozen=True)
@@ -63,10 +61,8 @@ def leaps_in(machine: Machine, observed: Observations, base: FloatArray) -> Leap
     base : array, shape (K, C)
         What the machine as it is modelled shows. It takes out what is known to be quick.
     """
-    unit = np.zeros(len(POSE))
-    unit[POSE.index("elongation")] = 1.0
-    by_channel = displacements(machine, unit)
-    shown = np.array([float(by_channel.get(name, 0.0)) for name in observed.channels])
+    by_channel = moved_by_elongation(machine)
+    shown = np.array([by_channel.get(name, 0.0) for name in observed.channels])
     # Least squares of all channels that elongation moves, as far as each is there.
     pull = observed.weights**2 * shown
     strength = np.sum(pull * shown, axis=1)

@@ -70,8 +70,9 @@ def probe_steps(machine: Machine, runs: Sequence[Run]) -> list[tuple[ProbeStep, 
     # What leaps along the axis again and again is a bearing and no probe.
     slipping = {
         name
-        for name in _along_the_axis(machine)
-        if any([step.channel for step in steps].count(name) > 1 for steps in by_run)
+        for name, share in moved_by_elongation(machine).items()
+        if abs(share) > 1e-9
+        and any([step.channel for step in steps].count(name) > 1 for steps in by_run)
     }
     return [tuple(step for step in steps if step.channel not in slipping) for steps in by_run]
 
@@ -87,12 +88,11 @@ def put_back(machine: Machine, run: Run, steps: Sequence[ProbeStep]) -> Run:
     return replace(run, frame=frame)
 
 
-def _along_the_axis(machine: Machine) -> set[str]:
-    """Return the probes that elongation moves."""
+def moved_by_elongation(machine: Machine) -> dict[str, float]:
+    """Return how far each displacement moves with elongation [um/um]."""
     unit = np.zeros(len(POSE))
     unit[POSE.index("elongation")] = 1.0
-    moved = displacements(machine, unit)
-    return {name for name, value in moved.items() if abs(float(np.ravel(value)[0])) > 1e-9}
+    return {name: float(np.ravel(um)[0]) for name, um in displacements(machine, unit).items()}
 
 
 def _steps_in(machine: Machine, run: Run) -> list[ProbeStep]:

@@ -14,7 +14,7 @@ from gap_finder.candidates import beyond_usual_range
 from gap_finder.comparison import GapComparison
 from gap_finder.data_faults import DataFault
 from gap_finder.find import ADEQUATE, Judged
-from gap_finder.forward_backward import MARGIN, Hypothesis, Step
+from gap_finder.forward_backward import MARGIN, Hypothesis
 from gap_finder.hypotheses import AddedChange
 from gap_finder.keys import driver_of, is_switched, law_of, place_of
 from gap_finder.reference import ReferenceModel
@@ -43,6 +43,7 @@ def report_of(
         The gap of the plant FMUs on the runs that were not used.
     """
     result, reference = judged.result, judged.reference
+    steps = result.search.steps
     entries = [_entry(judged, place) for place in range(len(result.keys))]
     first = next((entry for entry in entries if len(entry["one_of"]) > 1), None)
     keys = first["one_of"] if first else list(result.keys[:1])
@@ -73,7 +74,7 @@ def report_of(
         "data_faults": [asdict(fault) for fault in faults],
         "evidence": {
             "share_explained": result.explained,
-            "fall": _fall(result.search.steps),
+            "fall": steps[0].fall if steps else 0.0,
             "cost_per_run_and_channel": result.before.left_each,
         },
     }
@@ -93,10 +94,6 @@ def look_at(before: Fit, used: GapComparison) -> list[str]:
     lines = advice(before.machine, used.before, before.calibration.parameters)
     kinds = ("far_from_usual", "worse_than_no_model", "not_moved")
     return [line.text for kind in kinds for line in lines if line.kind == kind][:MOST_LINES]
-
-
-def _fall(steps: Sequence[Step]) -> float:
-    return steps[0].fall if steps else 0.0
 
 
 def _channels(unseen: GapComparison, reference: ReferenceModel) -> dict[str, dict[str, Any]]:

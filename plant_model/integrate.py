@@ -269,8 +269,8 @@ class ExponentialRungeKutta:
     ) -> None:
         self._modes = list(modes)
         self._tolerance, self._scale = tolerance, scale
-        self.to_state = np.stack([each.to_state for each in modes], axis=1)
-        self.to_modes = np.stack([each.to_modes for each in modes], axis=1)
+        self.to_state = np.stack([of_run.to_state for of_run in modes], axis=1)
+        self.to_modes = np.stack([of_run.to_modes for of_run in modes], axis=1)
         self.part = np.ones(len(modes))
         self._lengths = np.full(len(modes), np.nan)
         self._weights = np.empty((7, *self.to_state.shape[:3]))

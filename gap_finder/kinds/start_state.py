@@ -55,17 +55,17 @@ class StartState(Change):
         machine = runs[0].machine
         firsts = [_first_values(run) for run in runs]
         begins = [_begins(run) for run in runs]
-        usual = next(iter(machine.boundary_index))
+        hall = next(iter(machine.boundary_index))
         for place in _places(machine):
             at = [machine.node_index[name] for name in place]
-            at_hall = all(machine.nodes[i].start == usual for i in at)
+            at_hall = all(machine.nodes[i].start == hall for i in at)
             # A start that is nowhere further from the file's than any run may be is not tried.
             for signal in (name for name in firsts[0] if all(name in first for first in firsts)):
                 shares = tuple(
                     share
-                    for share in (SHARES if signal != usual else SHARES[-1:])
+                    for share in (SHARES if signal != hall else SHARES[-1:])
                     if max(
-                        float(np.abs(_target(first, usual, signal, share) - begin[at]).max())
+                        float(np.abs(_target(first, hall, signal, share) - begin[at]).max())
                         for first, begin in zip(firsts, begins, strict=True)
                     )
                     >= FAR * START_K
@@ -107,19 +107,19 @@ class StartState(Change):
         """Return the answers, which calibration has already."""
         machine = run.machine
         first, begin = _first_values(run), _begins(run)
-        usual = next(iter(machine.boundary_index))
+        hall = next(iter(machine.boundary_index))
         by_start = run.sensitivities.starts
         answers = []
         for change in changes:
             at = [machine.node_index[name] for name in change.place]
-            targets = [_target(first, usual, change.signal, share) for share in change.shares]
+            targets = [_target(first, hall, change.signal, share) for share in change.shares]
             columns = [by_start[:, at] @ (target - begin[at]) / START_K for target in targets]
             answers.append(np.array(columns))
         return answers
 
 
-def _target(first: Mapping[str, float], usual: str, signal: str, share: float) -> float:
-    return first[usual] + share * (first[signal] - first[usual])
+def _target(first: Mapping[str, float], hall: str, signal: str, share: float) -> float:
+    return first[hall] + share * (first[signal] - first[hall])
 
 
 def _begins(run: CalibratedRun) -> FloatArray:
