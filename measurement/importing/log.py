@@ -118,7 +118,19 @@ def import_files(
         found, left_out = split(log, mapping)
         pieces += found
         notes += [*left_out, *_sparse(log, found, mapping)]
-    hints = {header: text for table in tables for header, text in table.hints.items()}
+    placed = {header for table in tables for header in table.rules.keys() - table.hints.keys()}
+    hints = {
+        header: text
+        for table in tables
+        for header, text in table.hints.items()
+        if header not in placed
+    }
+    notes += [
+        f"{table.where}: column {header} {text}"
+        for table in tables
+        for header, text in table.hints.items()
+        if header in placed
+    ]
     runs = [piece.run for piece in pieces]
     return Imported(
         tuple(pieces),
@@ -130,7 +142,9 @@ def import_files(
         {
             header: f"which axis? --axis '{header}=X' says it (or Y, Z; -X if it rises towards -X)"
             for table in tables
-            for header in axes_to_ask(table.rules)
+            for header in axes_to_ask(
+                {name: rule for name, rule in table.rules.items() if name not in table.hints}
+            )
         },
     )
 
@@ -172,7 +186,12 @@ def _decided(tables: Sequence[Table], mapping: Mapping) -> Mapping:
     """Return the mapping with everything that was found out."""
     columns: dict[str, ColumnRule] = {}
     for table in tables:
-        columns |= table.rules
+        # What a table with values says of a column counts more than what one without does.
+        columns |= {
+            header: rule
+            for header, rule in table.rules.items()
+            if header not in columns or header not in table.hints
+        }
     times = list(dict.fromkeys(name for table in tables for name in table.clock.rule.columns))
     same = {table.clock.rule.unit for table in tables}
     rule = tables[0].clock.rule.model_copy(

@@ -20,6 +20,9 @@ from measurement.importing.values import is_numeric, numbers_of
 from measurement.rig import FivePointRig, axis_of
 from measurement.units import UNITS, column
 
+MM_OF_DISPLACEMENT = "1000 um"
+"""A unit of millimetres that are no length, whatever their column is called."""
+
 
 @dataclass(frozen=True)
 class Table:
@@ -83,14 +86,14 @@ def table_of(
         time = time.model_copy(update={"unit": given[-1]})
     clock = clock_of(sheet, time)
     rules, hints = _rules(sheet, clock, mapping, units)
-    _name_the_speed(rules)
+    _name_the_speed(rules, hints)
     _name_the_axes(rules, axes)
     columns: dict[str, np.ndarray] = {}
     sources: dict[str, str] = {}
     notes: list[str] = []
     for at, entry in enumerate(sheet.headings):
         rule = rules.get(entry.text)
-        if rule is None or not rule.keep or not rule.unit:
+        if rule is None or not rule.keep or entry.text in hints:
             continue
         name, values = _signal(sheet, at, rule, notes)
         if name in columns:
@@ -148,7 +151,6 @@ def _rules(
         hint = _hint(sheet, at, entry, rule)
         if hint and rule.keep:
             hints[entry.text] = hint
-            rules[entry.text] = rule.model_copy(update={"unit": ""})
     return rules, hints
 
 
@@ -223,13 +225,13 @@ def _signal(sheet: Sheet, at: int, rule: ColumnRule, notes: list[str]) -> tuple[
     return column(signal_name(rule.name), kind.suffix), values
 
 
-def _name_the_speed(rules: dict[str, ColumnRule]) -> None:
+def _name_the_speed(rules: dict[str, ColumnRule], hints: Mapped[str, str]) -> None:
     """Call the only rotational speed ``speed``, and the only feed ``feed``: commands look there."""
     for suffix, name in (("rpm", "speed"), ("mm_min", "feed")):
         found = [
             header
             for header, rule in rules.items()
-            if rule.unit and (kind := conversion_of(rule.unit)) and kind.suffix == suffix
+            if header not in hints and (kind := conversion_of(rule.unit)) and kind.suffix == suffix
         ]
         if len(found) == 1:
             rules[found[0]] = rules[found[0]].model_copy(update={"name": name})
@@ -238,13 +240,17 @@ def _name_the_speed(rules: dict[str, ColumnRule]) -> None:
 def _name_the_axes(rules: dict[str, ColumnRule], axes: Mapped[str, str]) -> None:
     """Let the names of displacements tell the axis that was given: commands read it there."""
     for header, rule in rules.items():
+        # Said of this very column, an axis makes a displacement of a length, too.
+        length = is_displacement(rule.model_copy(update={"name": ""})) and not is_displacement(rule)
         given = [
             axis
             for pattern, axis in axes.items()
-            if fits(header, pattern) and is_displacement(rule)
+            if (header == pattern and length) or (fits(header, pattern) and is_displacement(rule))
         ]
         if not given:
             continue
+        if length:
+            rule = rule.model_copy(update={"unit": MM_OF_DISPLACEMENT})
         axis = given[-1].lstrip("+-").lower()
         named = axis_of(rule.name)
         name = rule.name if named == (axis.upper(), 1) else f"{rule.name}_{axis}"

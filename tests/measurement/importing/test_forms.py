@@ -179,6 +179,25 @@ def test_blocks_side_by_side_have_their_own_clocks(names: tuple[str, str], tmp_p
     assert frame["z_um"].tolist() == (frame["time_s"] / 60.0).tolist() == list(range(0, 40, 2))
 
 
+def test_an_axis_makes_a_displacement_of_a_position(tmp_path: Path) -> None:
+    path, header = tmp_path / "log.csv", "Pos Z [mm]"
+    text = table(elapsed(), clock="t [s]", header=[*HEADER[:4], header], values=signals() * MM)
+    path.write_text(text, encoding="utf-8")
+    frame = import_files([path], axes={header: "-Z"}).runs[0].frame
+    np.testing.assert_allclose(frame["Pos_Z_um"], -signals()[:, 4], atol=1e-9)
+
+
+def test_a_log_without_values_in_a_column_does_not_speak_for_the_others(tmp_path: Path) -> None:
+    for day, cell in ((1, "7,5"), (2, "")):
+        lines = [f"0{day}.03.2026 06:0{minute};21,5;21,0;{cell}" for minute in range(3)]
+        text = "\n".join(["Zeit;T1 [°C];T2 [°C];z [µm]", *lines])
+        (tmp_path / f"day{day}.csv").write_text(text, encoding="utf-8")
+    found = import_files([tmp_path / "day1.csv", tmp_path / "day2.csv"])
+    assert found.mapping.columns["z [µm]"].unit == "µm"
+    assert found.hints == {}
+    assert found.notes == (f"{tmp_path / 'day2.csv'}: column z [µm] holds no value",)
+
+
 def test_fahrenheit(tmp_path: Path) -> None:
     values = signals()
     values[:, :3] = values[:, :3] * 1.8 + 32.0
