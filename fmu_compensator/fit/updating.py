@@ -247,9 +247,12 @@ def _together(
 ) -> list[Any]:
     if not old:
         return list(new)
+    # How short a whole run is only the fit says: one that was broken off would make others whole.
     return [
-        a or b if a is None or b is None else [min(a[0], b[0]), max(a[1], b[1])]
-        for a, b in zip(old, new, strict=True)
+        a or b
+        if a is None or b is None
+        else [a[0] if name == "duration" else min(a[0], b[0]), max(a[1], b[1])]
+        for (name, _), a, b in zip(NAMES, old, new, strict=True)
     ]
 
 

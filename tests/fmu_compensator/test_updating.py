@@ -140,5 +140,8 @@ def test_a_run_that_was_broken_off_counts_as_a_part_of_one() -> None:
     assert after["unlike_behind"] == pytest.approx(3.05, abs=0.01)
     for axis, row in before["promised"].items():
         assert after["promised"][axis]["model"] == pytest.approx(row["model"], rel=0.03)
+    again = Run("again", start.frame + 0.001)
+    after = updated(updated(model, [start]), [again]).provenance["figures"]["unseen"]
+    assert after["like_behind"] == pytest.approx(4.1, abs=0.02)  # each counts as a part
     whole = updated(model, [new]).provenance["figures"]["unseen"]
     assert (whole["like_behind"], whole["unlike_behind"]) == (5, 4)
