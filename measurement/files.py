@@ -8,6 +8,7 @@ import hashlib
 import math
 import os
 import secrets
+import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -70,9 +71,7 @@ def write_together(files: Mapping[Path, str | bytes]) -> None:
     try:
         for path, data in files.items():
             target = path.resolve()
-            if target.exists() and not target.is_file():
-                # Replacing a device such as /dev/null by a file would be a disaster.
-                raise BadInput(path, "", "cannot be written: it exists and is not an ordinary file")
+            _refuse_extraordinary(path, target)
             # A short name: the target's may already be as long as the file system allows.
             temporary = target.parent / f".{secrets.token_hex(8)}.tmp"
             written.append((path, temporary, target))
@@ -88,6 +87,34 @@ def write_together(files: Mapping[Path, str | bytes]) -> None:
         raise
     for folder in {target.parent for _, _, target in written}:
         _sync_names(folder)
+
+
+def check_writable(path: Path, file: Path) -> None:
+    """Check before the work that a file can be written when it is done.
+
+    Parameters
+    ----------
+    path : Path
+        What the refusal names.
+    file : Path
+        Neither it nor its folder need exist.
+
+    Raises
+    ------
+    BadInput
+        As `write_atomically` would.
+    """
+    target = file.resolve()
+    _refuse_extraordinary(path, target)
+    folder = next(each for each in target.parents if each.exists())
+    with _refusing(path), tempfile.TemporaryFile(dir=folder):
+        pass
+
+
+def _refuse_extraordinary(path: Path, target: Path) -> None:
+    if target.exists() and not target.is_file():
+        # Replacing a device such as /dev/null by a file would be a disaster.
+        raise BadInput(path, "", "cannot be written: it exists and is not an ordinary file")
 
 
 @contextlib.contextmanager

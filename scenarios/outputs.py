@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from measurement.errors import BadInput
-from measurement.files import refuse_endless
+from measurement.files import check_writable, refuse_endless
 
 TABLE = "table.json"
 RESULTS = "spindle-drift results"
@@ -162,6 +162,10 @@ def check_output(path: Path, kind: str) -> None:
                 raise BadInput(path, "", "is a file; a folder for the run files is needed")
         else:
             _check_file(path, kind)
+        # A folder of results is made beside the one that it replaces, others grow.
+        grows = kind != FOLDER and not path.is_file()
+        beside = (path if grows else path.resolve().parent) / TABLE
+        check_writable(path, beside if kind in FOLDERS else path)
     except OSError as error:
         raise BadInput(path, "", f"cannot be used: {error.strerror}") from None
 

@@ -219,3 +219,11 @@ def test_a_pipe_as_an_input_is_refused_by_every_command_that_reads(
         assert main(line) == 2, command
         assert "pipe: is a pipe or a device" in capsys.readouterr().err
     assert never_run == []
+
+
+@pytest.mark.parametrize(
+    "kind", [outputs.COMPENSATOR_FILE, FOLDER, FOLDER_OF_RUNS, FOLDER_THAT_GOES_ON]
+)
+def test_a_place_that_takes_no_files_is_refused_before_the_work(kind: str) -> None:
+    with pytest.raises(BadInput, match=r"^/proc/results: cannot be written: "):
+        check_output(Path("/proc/results"), kind)
