@@ -1,7 +1,5 @@
 """The Python API: its names, its examples, and that it gives what the commands give."""
 
-from __future__ import annotations
-
 import ast
 import doctest
 import inspect
@@ -39,7 +37,7 @@ RESULTS = [
 ]
 
 
-def test_the_names_are_these() -> None:
+def test_the_names_are_these():
     assert sorted(sd.__all__) == sorted([*FUNCTIONS, *RESULTS])
     assert sd.__version__[0].isdigit()
     assert (Path(sd.__file__).parent / "py.typed").is_file()
@@ -47,7 +45,7 @@ def test_the_names_are_these() -> None:
         sd.fitt  # noqa: B018
 
 
-def test_a_name_is_imported_from_where_type_checkers_read_it() -> None:
+def test_a_name_is_imported_from_where_type_checkers_read_it():
     (declared,) = (part for part in ast.parse(inspect.getsource(sd)).body if is_for_checkers(part))
     homes = {
         alias.name: part.module
@@ -64,14 +62,14 @@ def is_for_checkers(part: ast.stmt) -> TypeGuard[ast.If]:
     return isinstance(part, ast.If) and ast.unparse(part.test) == "TYPE_CHECKING"
 
 
-def test_the_import_alone_loads_nothing_heavy() -> None:
+def test_the_import_alone_loads_nothing_heavy():
     code = "import sys, spindle_drift; print(sorted({'numpy', 'pandas', 'scipy'} & {*sys.modules}))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_every_name_is_documented_and_typed(name: str) -> None:
+def test_every_name_is_documented_and_typed(name):
     found = getattr(sd, name)
     text = inspect.getdoc(found) or ""
     assert "Parameters\n----------" in text
@@ -93,9 +91,7 @@ SLOW = {"find_gap"}
     "name",
     [pytest.param(name, marks=[pytest.mark.long] * (name in SLOW)) for name in FUNCTIONS],
 )
-def test_every_example_runs(
-    name: str, shipped_in_c: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_every_example_runs(name, shipped_in_c, tmp_path, monkeypatch):
     (tmp_path / "dist").symlink_to(shipped_in_c)
     monkeypatch.chdir(tmp_path)
     found = getattr(sd, name)
@@ -122,7 +118,7 @@ def fitted(runs: list[sd.Run]) -> sd.Compensator:
     return sd.fit(runs[:2], model="thermal_states", machine="jig_borer")
 
 
-def test_frames_paths_and_runs_are_taken_alike(runs: list[sd.Run], tmp_path: Path) -> None:
+def test_frames_paths_and_runs_are_taken_alike(runs, tmp_path):
     path = write_run(runs[0], tmp_path / "training_down.csv")
     found = [sd.summary(given).to_dict() for given in (runs[0], path, str(path))]
     assert found[0] == found[1] == found[2]
@@ -131,7 +127,7 @@ def test_frames_paths_and_runs_are_taken_alike(runs: list[sd.Run], tmp_path: Pat
     assert frame.items() <= found[0].items()
 
 
-def test_what_is_fitted_is_what_the_command_fits(runs: list[sd.Run], tmp_path: Path) -> None:
+def test_what_is_fitted_is_what_the_command_fits(runs, tmp_path):
     paths = [str(write_run(run, tmp_path / f"{run.name}.csv")) for run in runs]
     out = tmp_path / "c.json"
     argv = ["fit", *paths, "--model", "mlr", "--machine", "jig_borer", "-o", str(out)]
@@ -144,9 +140,7 @@ def test_what_is_fitted_is_what_the_command_fits(runs: list[sd.Run], tmp_path: P
     assert figures["like"].notna().all()
 
 
-def test_offsets_are_those_of_the_fmu(
-    fitted: sd.Compensator, runs: list[sd.Run], tmp_path: Path
-) -> None:
+def test_offsets_are_those_of_the_fmu(fitted, runs, tmp_path):
     file = fitted.save(tmp_path / "c.json")
     fmu = build_compensator(file, tmp_path)
     model = model_of(fmu)
@@ -159,7 +153,7 @@ def test_offsets_are_those_of_the_fmu(
     np.testing.assert_array_equal(codes, theirs["status_1"])
 
 
-def test_runs_are_judged_at_one_tool_length(fitted: sd.Compensator, runs: list[sd.Run]) -> None:
+def test_runs_are_judged_at_one_tool_length(fitted, runs):
     (report,) = fitted.monitor(runs[2]).runs
     judged = fitted.judge(runs[2])
     for error in report.errors:
@@ -169,9 +163,7 @@ def test_runs_are_judged_at_one_tool_length(fitted: sd.Compensator, runs: list[s
     assert longer["drift_Y_um"].abs().max() > 1.1 * judged["drift_Y_um"].abs().max()
 
 
-def test_a_missing_thermometer_is_refused_and_an_unused_one_is_not(
-    fitted: sd.Compensator, runs: list[sd.Run]
-) -> None:
+def test_a_missing_thermometer_is_refused_and_an_unused_one_is_not(fitted, runs):
     with pytest.raises(sd.BadInput, match=f"column {fitted.used[0]}_degC: is missing"):
         fitted.predict(runs[0].frame.drop(columns=f"{fitted.used[0]}_degC"))
     spare = [name for name in fitted.sensors if name not in fitted.used]
@@ -179,7 +171,7 @@ def test_a_missing_thermometer_is_refused_and_an_unused_one_is_not(
     pd.testing.assert_frame_equal(fitted.predict(without), fitted.predict(runs[0]))
 
 
-def test_files_that_are_in_the_way_stay(fitted: sd.Compensator, tmp_path: Path) -> None:
+def test_files_that_are_in_the_way_stay(fitted, tmp_path):
     thesis = tmp_path / "thesis.tex"
     thesis.write_text("mine")
     machine = sd.Machine("jig_borer")
@@ -193,7 +185,7 @@ def test_files_that_are_in_the_way_stay(fitted: sd.Compensator, tmp_path: Path) 
     assert fitted.save(thesis) == thesis  # it is ours by now
 
 
-def test_a_machine_keeps_what_it_was_given(tmp_path: Path) -> None:
+def test_a_machine_keeps_what_it_was_given(tmp_path):
     machine = sd.Machine("jig_borer")
     name = str(machine.parameters.index[machine.parameters["calibrate"].fillna(False)][0])
     value = 1.05 * machine.parameters.loc[name, "value"]
@@ -205,9 +197,7 @@ def test_a_machine_keeps_what_it_was_given(tmp_path: Path) -> None:
         sd.simulate(machine, pd.DataFrame({"time_s": [0.0, 1.0]}))
 
 
-def test_a_comparison_is_that_of_the_command(
-    runs: list[sd.Run], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_comparison_is_that_of_the_command(runs, tmp_path, capsys):
     paths = [str(write_run(run, tmp_path / f"{run.name}.csv")) for run in runs]
     options = ["--models", "mlr,ridge", "--json"]
     assert main(["compare", "--train", *paths[:2], "--validate", paths[2], *options]) == 0
@@ -219,7 +209,7 @@ def test_a_comparison_is_that_of_the_command(
         sd.compare(paths[:2], paths[:1])
 
 
-def test_an_imported_log_can_be_saved(tmp_path: Path) -> None:
+def test_an_imported_log_can_be_saved(tmp_path):
     log = tmp_path / "log.csv"
     log.write_text("Zeit [min];T1 [°C];p\n0;20,0;1\n1;20,5;1\n2;20,75;1\n", encoding="utf-8")
     found = sd.import_log(log, split="none")
@@ -236,9 +226,7 @@ def no_windows(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MPLBACKEND", "agg")
 
 
-def test_results_can_be_looked_at(
-    no_windows: None, fitted: sd.Compensator, runs: list[sd.Run], tmp_path: Path
-) -> None:
+def test_results_can_be_looked_at(no_windows, fitted, runs, tmp_path):
     from matplotlib import pyplot
 
     compared = sd.compare(runs[:2], runs[2:], models=["mlr"])

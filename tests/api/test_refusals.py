@@ -1,7 +1,5 @@
 """What a function of the API does not take is refused in one line that names the parameter."""
 
-from __future__ import annotations
-
 import inspect
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -36,9 +34,7 @@ def callables() -> Iterator[tuple[str, Callable[..., Any]]]:
 @pytest.mark.parametrize(
     ("name", "function"), [pytest.param(*one, id=one[0]) for one in callables()]
 )
-def test_every_parameter_refuses_what_it_does_not_take(
-    name: str, function: Callable[..., Any]
-) -> None:
+def test_every_parameter_refuses_what_it_does_not_take(name, function):
     for parameter, kind in parameter_types(inspect.unwrap(function)).items():
         if kind is Any:
             continue
@@ -66,14 +62,12 @@ def options_of(function: Callable[..., Any]) -> list[str]:
     ("name", "option", "call"),
     [pytest.param(*one, id=f"{one[0]}-{one[1]}") for one in options_passed_on()],
 )
-def test_every_option_that_is_passed_on_refuses_what_it_does_not_take(
-    name: str, option: str, call: Callable[[object], object]
-) -> None:
+def test_every_option_that_is_passed_on_refuses_what_it_does_not_take(name, option, call):
     with pytest.raises(sd.BadInput, match=f"^{name}: {option}: <object .*> is not allowed: .*"):
         call(object())
 
 
-def test_options_that_nothing_has_are_refused_with_those_that_there_are() -> None:
+def test_options_that_nothing_has_are_refused_with_those_that_there_are():
     run = pd.DataFrame({"time_s": [0.0, 60.0]})
     with pytest.raises(sd.BadInput, match=r"^fit, grey: foo: is not a known option: threshold, "):
         sd.fit(run, grey={"foo": 1})
@@ -81,9 +75,9 @@ def test_options_that_nothing_has_are_refused_with_those_that_there_are() -> Non
         sd.compare([run], grey={"foo": 1})
 
 
-def test_a_method_that_lacks_an_argument_is_told_so_by_its_name() -> None:
+def test_a_method_that_lacks_an_argument_is_told_so_by_its_name():
     with pytest.raises(TypeError, match=r"fit\(\) missing 1 required"):
-        sd.fit()  # type: ignore[call-arg]
+        sd.fit()
 
 
 @pytest.mark.parametrize(
@@ -106,5 +100,5 @@ def test_a_method_that_lacks_an_argument_is_told_so_by_its_name() -> None:
         (None, int, False),
     ],
 )
-def test_what_is_taken_for_a_type(value: object, kind: Any, is_taken: bool) -> None:
+def test_what_is_taken_for_a_type(value, kind, is_taken):
     assert _is(value, kind) == is_taken

@@ -1,7 +1,5 @@
 """An installed wheel, far from the checkout, is whole: commands, FMUs, scenarios, the API."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess
@@ -74,14 +72,14 @@ def run(installed: Path, folder: Path, *argv: str) -> str:
 
 
 @pytest.mark.long
-def test_it_holds_the_rooms_and_nothing_else(installed: Path) -> None:
+def test_it_holds_the_rooms_and_nothing_else(installed):
     tops = {path.name for path in installed.iterdir() if not path.name.endswith(".dist-info")}
     assert tops == ROOMS
     assert (installed / "spindle_drift" / "py.typed").is_file()
 
 
 @pytest.mark.long
-def test_it_fits_builds_an_fmu_and_runs_a_scenario(installed: Path, tmp_path: Path) -> None:
+def test_it_fits_builds_an_fmu_and_runs_a_scenario(installed, tmp_path):
     assert run(installed, tmp_path, "-W", "error", "-c", CODE, str(installed)).startswith(
         "version "
     )
@@ -89,7 +87,7 @@ def test_it_fits_builds_an_fmu_and_runs_a_scenario(installed: Path, tmp_path: Pa
 
 
 @pytest.mark.long
-def test_its_command_lists_scenarios_and_imports(installed: Path, tmp_path: Path) -> None:
+def test_its_command_lists_scenarios_and_imports(installed, tmp_path):
     assert "step_speed" in run(installed, tmp_path, "-m", "scenarios.cli", "list")
     (tmp_path / "log.csv").write_text("t [s];T1 [K]\n0;293,15\n1;293,2\n2;293,3\n")
     argv = ["-m", "scenarios.cli", "import", "log.csv", "-o", "runs"]
@@ -97,6 +95,6 @@ def test_its_command_lists_scenarios_and_imports(installed: Path, tmp_path: Path
     assert (tmp_path / "runs" / "log.csv").read_text().splitlines()[1] == "0.0,20.0"
 
 
-def test_the_licence_in_the_package_is_that_of_the_project() -> None:
+def test_the_licence_in_the_package_is_that_of_the_project():
     copy = ROOT / "fmu_packaging" / "assets" / "LICENSE.txt"
     assert copy.read_text() == (ROOT / "LICENSE").read_text()

@@ -1,9 +1,5 @@
 """Bad input gets one clear line and exit code 2, and nothing of the user's is lost."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import pytest
 
 from benchmarks.bad_inputs.case import GROUPS, Answer, BadInputCase
@@ -15,7 +11,7 @@ def good() -> dict[str, bytes]:
     return good_files()
 
 
-def test_there_are_a_hundred() -> None:
+def test_there_are_a_hundred():
     cases = [case for group in GROUPS.values() for case in group]
     assert len(cases) >= 100
     assert len({case.title for case in cases}) == len(cases)
@@ -23,14 +19,12 @@ def test_there_are_a_hundred() -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", GROUPS)
-def test_each_gets_one_line_and_loses_nothing(
-    name: str, good: dict[str, bytes], shipped: Path
-) -> None:
+def test_each_gets_one_line_and_loses_nothing(name, good, shipped):
     found = answers(GROUPS[name], good, shipped)
     assert [answer.problem for answer in found if answer.problem] == []
 
 
-def test_a_broken_promise_would_be_seen() -> None:
+def test_a_broken_promise_would_be_seen():
     case = BadInputCase("x", "summary a.csv", "a.csv")
     assert Answer(case, 2, "error: a.csv: bad\n", [], []).problem == ""
     for answer in (

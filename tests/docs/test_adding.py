@@ -1,7 +1,5 @@
 """The worked examples of CONTRIBUTING: each is put into a copy of the project and runs there."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
@@ -56,13 +54,13 @@ def python(folder: Path, *argv: str) -> str:
     return done.stdout
 
 
-def test_an_error_model(copied: Path) -> None:
+def test_an_error_model(copied):
     fit = ["fit", "run0.csv", "run1.csv", "--model", "mean", "--points", "T1,T2", "-o", "mean.json"]
     python(copied, "-m", "scenarios.cli", *fit)
     assert json.loads((copied / "mean.json").read_text())["error_model"]["kind"] == "mean"
 
 
-def test_a_check_for_broken_sensors(copied: Path) -> None:
+def test_a_check_for_broken_sensors(copied):
     shown = python(copied, "-m", "scenarios.cli", "summary", "run0.csv", "run1.csv", "run2.csv")
     assert "run2, T3_degC, 0 to 39 min: moves by 2.9 K from one reading to the next" in shown
     assert "run1, T3_degC" not in shown
@@ -82,7 +80,7 @@ at_work.close()
 """
 
 
-def test_a_protocol_of_the_gateway(copied: Path) -> None:
+def test_a_protocol_of_the_gateway(copied):
     assert "--udp PORT" in python(copied, "-m", "scenarios.cli", "gateway", "--help")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as control:
         control.bind(("127.0.0.1", 0))
@@ -91,7 +89,7 @@ def test_a_protocol_of_the_gateway(copied: Path) -> None:
         assert control.recv(200) == b"dX=1.5000 dZ=-2.2500"
 
 
-def test_a_report(copied: Path) -> None:
+def test_a_report(copied):
     command = ["warmth", "run0.csv", "run1.csv", "-o", "warmth.html"]
     python(copied, "-m", "scenarios.cli", *command)
     page = (copied / "warmth.html").read_text(encoding="utf-8")

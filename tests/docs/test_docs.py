@@ -1,7 +1,5 @@
 """The pages: their links, commands, examples, and the tables that are made from the code."""
 
-from __future__ import annotations
-
 import argparse
 import importlib
 import importlib.util
@@ -78,7 +76,7 @@ def anchors(page: Path) -> set[str]:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_links_resolve(page: Path) -> None:
+def test_links_resolve(page):
     text = FENCE.sub("", page.read_text(encoding="utf-8"))
     for target in IMAGE_OR_LINK.findall(text):
         if target.startswith("https://"):
@@ -90,7 +88,7 @@ def test_links_resolve(page: Path) -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_paths_in_code_marks_exist(page: Path) -> None:
+def test_paths_in_code_marks_exist(page):
     text = FENCE.sub("", page.read_text(encoding="utf-8"))
     rooms = "measurement|plant_model|fmu_compensator|fmu_packaging|scenarios|gateway"
     rooms += "|gap_finder|studies|spindle_drift|benchmarks|tests|docs"
@@ -130,11 +128,11 @@ def check_command(line: str) -> None:
 
 
 @pytest.mark.parametrize("line", command_lines())
-def test_commands_exist_with_their_options(line: str) -> None:
+def test_commands_exist_with_their_options(line):
     check_command(line)
 
 
-def test_commands_in_running_text_exist() -> None:
+def test_commands_in_running_text_exist():
     known = set(cli.commands()) | {"COMMAND"}
     for page in PAGES:
         text = FENCE.sub("", page.read_text(encoding="utf-8"))
@@ -142,7 +140,7 @@ def test_commands_in_running_text_exist() -> None:
         assert named <= known, page.name
 
 
-def test_python_examples_compile_and_import() -> None:
+def test_python_examples_compile_and_import():
     found = list(blocks("python"))
     assert len(found) >= 3
     for block in found:
@@ -151,7 +149,7 @@ def test_python_examples_compile_and_import() -> None:
             assert importlib.util.find_spec(module), module
 
 
-def test_the_run_example_reads(tmp_path: Path) -> None:
+def test_the_run_example_reads(tmp_path):
     path = tmp_path / "run.csv"
     path.write_text(example("run.csv"), encoding="utf-8")
     run = read_run(path)
@@ -160,7 +158,7 @@ def test_the_run_example_reads(tmp_path: Path) -> None:
     assert default_rig(run).columns == ["disp_z_um"]
 
 
-def test_the_machine_example_reads_and_runs(tmp_path: Path) -> None:
+def test_the_machine_example_reads_and_runs(tmp_path):
     path = tmp_path / "machine.toml"
     path.write_text(example("machine.toml"), encoding="utf-8")
     machine = read_machine(path)
@@ -171,9 +169,7 @@ def test_the_machine_example_reads_and_runs(tmp_path: Path) -> None:
     assert result.run_frame()["disp_z_um"].iloc[-1] < -1.0
 
 
-def test_the_example_of_a_belt_spindle_looks_right_and_moves_as_the_page_says(
-    tmp_path: Path,
-) -> None:
+def test_the_example_of_a_belt_spindle_looks_right_and_moves_as_the_page_says(tmp_path):
     path = tmp_path / "belt.toml"
     path.write_text(example("belt.toml"), encoding="utf-8")
     sheet = check_sheet(read_machine(path))
@@ -204,13 +200,13 @@ def pose_of(path: Path, warm: str, grows: dict[str, float], bends: list[Any] | N
     return pose(effects, {}, still, rise, np.zeros((1, 1, 0)))[0, 0]
 
 
-def test_the_compensator_example_reads() -> None:
+def test_the_compensator_example_reads():
     model = parse_model(example("compensator.json"), "compensator.json")
     assert [model.sensors[index].name for index in model.chosen] == ["T1"]
     assert model.geometry.drift([-28.6], 0.0) == (0.0, 0.0, -28.6)
 
 
-def test_the_scenario_example_reads() -> None:
+def test_the_scenario_example_reads():
     scenario = scenario_from_text(example("scenario.toml"), Path("scenario.toml"))
     assert [case.name for case in scenario.cases] == ["compensated", "without"]
     declared = {entry.name: entry for entry in plant_variables()}
@@ -224,7 +220,7 @@ def plant_variables() -> list[Variable]:
     return make_tables.plant_slave.variables(read_machine(make_tables.DEFAULT_MACHINE))
 
 
-def test_the_effects_example_fits_the_shipped_machine() -> None:
+def test_the_effects_example_fits_the_shipped_machine():
     texts = [block.text for block in blocks("toml") if block.page.name == "effects.md"]
     assert len(texts) == 2
     path = ROOT / "plant_model" / "machines" / "jig_borer_lumps.toml"
@@ -235,25 +231,25 @@ def test_the_effects_example_fits_the_shipped_machine() -> None:
 
 
 @pytest.mark.parametrize("name", make_tables.PAGES)
-def test_tables_are_up_to_date(name: str) -> None:
+def test_tables_are_up_to_date(name):
     text = (ROOT / "docs" / name).read_text(encoding="utf-8")
     assert make_tables.MARKS.search(text)
     assert make_tables.renewed(text) == text, "run: python -m docs.make_tables"
 
 
-def test_every_table_stands_in_a_page() -> None:
+def test_every_table_stands_in_a_page():
     pages = [(ROOT / "docs" / name).read_text(encoding="utf-8") for name in make_tables.PAGES]
     found = {mark[2] for page in pages for mark in make_tables.MARKS.finditer(page)}
     assert found == make_tables.TABLES.keys()
 
 
-def test_format_page_names_every_kind_of_signal_and_fault() -> None:
+def test_format_page_names_every_kind_of_signal_and_fault():
     text = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
     assert all(f"| `{kind}` |" in text for kind in kinds())
     assert all(f"`{kind}`: " in text for kind in get_args(Kind))
 
 
-def test_every_field_of_the_shipped_compensator_is_described() -> None:
+def test_every_field_of_the_shipped_compensator_is_described():
     table = json.loads(make_tables.DEFAULT_MODEL.read_text(encoding="utf-8"))
     page = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
     text = page[page.index("## Compensator file") : page.index("## Scenario file")]
@@ -263,7 +259,7 @@ def test_every_field_of_the_shipped_compensator_is_described() -> None:
     ]
 
 
-def test_every_measured_table_stands_under_the_command_that_makes_it() -> None:
+def test_every_measured_table_stands_under_the_command_that_makes_it():
     page = PAGE.read_text(encoding="utf-8")
     assert len(BLOCK.findall(page)) >= 10
     for _, name, command, _ in BLOCK.findall(page):

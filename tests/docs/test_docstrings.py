@@ -1,7 +1,5 @@
 """Docstrings of what crosses a border between packages: see Style in CONTRIBUTING.md."""
 
-from __future__ import annotations
-
 import ast
 import importlib
 import re
@@ -186,14 +184,14 @@ def interfaces() -> list[Interface]:
     return list(_interfaces())
 
 
-def test_many_interfaces_are_found(interfaces: list[Interface]) -> None:
+def test_many_interfaces_are_found(interfaces):
     labels = {entry.label for entry in interfaces}
     assert {"spindle_drift.gaps.find_gap", "plant_model.machine.Machine.with_values"} <= labels
     assert len(labels) > 400
 
 
 @pytest.mark.parametrize("room", ROOMS)
-def test_interfaces_say_the_units_of_what_they_take(interfaces: list[Interface], room: str) -> None:
+def test_interfaces_say_the_units_of_what_they_take(interfaces, room):
     lacking = [
         f"{entry.label} {problem}"
         for entry in interfaces

@@ -1,7 +1,5 @@
 """The lags behind the lathe's X: found again where they are known."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -44,7 +42,7 @@ def runs() -> list[Run]:
     return [made("r" * (i + 1), pair, 2.0 * i - 3.0) for i, pair in enumerate(speeds)]
 
 
-def test_known_lags_and_factors_are_found(runs: list[Run]) -> None:
+def test_known_lags_and_factors_are_found(runs):
     found = [moments(run) for run in runs]
     columns = chosen(found)
     assert list(columns) == wanted()

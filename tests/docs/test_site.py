@@ -1,7 +1,5 @@
 """The site: its reference is made of the commands and the library as they are."""
 
-from __future__ import annotations
-
 import importlib.util
 import sys
 from pathlib import Path
@@ -26,7 +24,7 @@ def hooks() -> ModuleType:
     return module
 
 
-def test_every_command_and_option_stands_on_the_page(hooks: ModuleType) -> None:
+def test_every_command_and_option_stands_on_the_page(hooks):
     page = hooks.commands_page()
     for name in cli.commands():
         assert f"\n## {name}\n" in page
@@ -36,7 +34,7 @@ def test_every_command_and_option_stands_on_the_page(hooks: ModuleType) -> None:
                 assert action.option_strings[-1] in page
 
 
-def test_every_public_name_stands_on_the_page(hooks: ModuleType) -> None:
+def test_every_public_name_stands_on_the_page(hooks):
     page = hooks.python_names()
     assert all(f"::: spindle_drift.{name}\n" in page for name in spindle_drift.__all__)
 
@@ -50,20 +48,18 @@ def test_every_public_name_stands_on_the_page(hooks: ModuleType) -> None:
         ("[a](https://x.org/y)", "README.md", "index.md", "[a](https://x.org/y)"),
     ],
 )
-def test_links_point_at_the_site(
-    hooks: ModuleType, text: str, source: str, place: str, found: str
-) -> None:
+def test_links_point_at_the_site(hooks, text, source, place, found):
     assert hooks.LINK.sub(lambda match: hooks._link(match, source, place), text) == found
 
 
-def test_every_page_is_in_the_navigation() -> None:
+def test_every_page_is_in_the_navigation():
     listed = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
     pages = [path.name for path in (ROOT / "docs").glob("*.md")]
     pages += [f"notebooks/{path.name}" for path in (ROOT / "docs" / "notebooks").glob("*.py")]
     assert [name for name in pages if f": {name}\n" not in listed] == []
 
 
-def test_the_notebooks_log_is_the_one_that_is_made() -> None:
+def test_the_notebooks_log_is_the_one_that_is_made():
     import pandas as pd
 
     import spindle_drift as sd

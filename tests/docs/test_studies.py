@@ -1,7 +1,5 @@
 """The page on the studies' experiment is what its command writes."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from typing import Any
@@ -62,7 +60,7 @@ SENTENCES = (
 """What the page's template holds besides tables."""
 
 
-def test_the_page_holds_the_text_and_a_table_at_every_place() -> None:
+def test_the_page_holds_the_text_and_a_table_at_every_place():
     page = (DOCS / "studies.md").read_text(encoding="utf-8")
     pattern, tables = "", []
     for part in re.split(r"(\{\w+\})", TEMPLATE.read_text(encoding="utf-8")):
@@ -92,7 +90,7 @@ def scores(eta: float, better: float, worst: float, ceiling: float) -> dict[obje
     return by_place(found)
 
 
-def test_a_cell_is_beaten_only_in_every_seed_and_noise_is_named_where_it_stands_before() -> None:
+def test_a_cell_is_beaten_only_in_every_seed_and_noise_is_named_where_it_stands_before():
     lines = cells_table(scores(95.0, 95.0, 60.0, 96.0), "study_size").splitlines()
     assert len(lines) == 2 + len(FIT) + len(UNSEEN) + len(COMPENSATED)
     fit = next(line for line in lines if line.startswith("| GA-BP, as GA | fit: E/yaw/pitch"))
@@ -105,14 +103,14 @@ def test_a_cell_is_beaten_only_in_every_seed_and_noise_is_named_where_it_stands_
     assert "| E repeated, like, other; yaw repeated, like, other; pitch" in unseen
 
 
-def test_the_goal_counts_seeds_in_which_all_three_axes_reach_it() -> None:
+def test_the_goal_counts_seeds_in_which_all_three_axes_reach_it():
     found = scores(95.0, max(BEST), max(BEST) - 1.0, 99.0)
     lines = compensation_table(found, ["study_size"]).splitlines()
     assert next(line for line in lines if "MLRA, as TS" in line).endswith("| 1/1/1 |")
     assert next(line for line in lines if "Ceiling" in line).endswith("|  |")
 
 
-def test_groupings_agree_on_pairs_and_the_claim_counts_what_comes_out() -> None:
+def test_groupings_agree_on_pairs_and_the_claim_counts_what_comes_out():
     assert agreement([(1, 2), (3,)], [(1, 2), (3,)]) == 1.0
     assert agreement([(1, 2), (3,)], [(1,), (2, 3)]) == pytest.approx(1 / 3)
     study = Grouped("jig_borer", TREE, 2, 1, TS_GROUPS, (1, 5, 6, 7, 10))
@@ -128,7 +126,7 @@ def test_groupings_agree_on_pairs_and_the_claim_counts_what_comes_out() -> None:
 
 
 @pytest.mark.long
-def test_the_ceiling_is_what_noise_alone_leaves() -> None:
+def test_the_ceiling_is_what_noise_alone_leaves():
     fit, repeated, like, unlike = judge("jig_borer", 1, TRUTH)
     assert [fit.protocol, repeated.protocol, like.protocol, unlike.protocol] == list(PROTOCOLS)
     # 0.2 um a sensor, and as much in the first sample: mean size of a difference of two normals.
@@ -138,15 +136,13 @@ def test_the_ceiling_is_what_noise_alone_leaves() -> None:
 
 
 @pytest.mark.long
-def test_a_model_of_the_study_is_left_out_where_its_thermometers_are_missing() -> None:
+def test_a_model_of_the_study_is_left_out_where_its_thermometers_are_missing():
     assert judge("elements", 1, "bp_four") == []
     assert [len(score.eta) for score in judge("elements", 1, "mlr")] == [1] * len(PROTOCOLS)
 
 
 @pytest.mark.long
-def test_the_study_sized_machine_has_the_studies_drift_and_a_cooler_that_follows_the_spindle() -> (
-    None
-):
+def test_the_study_sized_machine_has_the_studies_drift_and_a_cooler_that_follows_the_spindle():
     runs = truth("study_size").runs(1)
     frame = runs["fit"].exact.frame
     moved = (frame - frame.iloc[0]).abs()
@@ -162,7 +158,7 @@ def test_the_study_sized_machine_has_the_studies_drift_and_a_cooler_that_follows
 
 
 @pytest.mark.long
-def test_seeds_have_their_own_noise_and_their_own_unseen_spectrum() -> None:
+def test_seeds_have_their_own_noise_and_their_own_unseen_spectrum():
     first, second = (truth("elements").runs(seed) for seed in (1, 2))
     speeds = [runs["like"].exact.frame["speed_rpm"].to_numpy() for runs in (first, second)]
     assert not np.array_equal(*speeds)
@@ -174,7 +170,7 @@ def test_seeds_have_their_own_noise_and_their_own_unseen_spectrum() -> None:
 
 
 @pytest.mark.long
-def test_the_hybrid_studys_samples_are_76_means_of_three_runs() -> None:
+def test_the_hybrid_studys_samples_are_76_means_of_three_runs():
     pair = averaged("elements", 0, 1)
     frame = pair.measured.frame
     assert len(frame) == SAMPLES == 76
@@ -193,7 +189,7 @@ def hybrid(seed: int, vac: float) -> Hybrid:
     return Hybrid("jig_borer", seed, figures, (0.2, 0.3, 0.5), pieces, sweep)
 
 
-def test_the_hybrid_wins_a_seed_only_in_all_figures_over_all_parts() -> None:
+def test_the_hybrid_wins_a_seed_only_in_all_figures_over_all_parts():
     elements = [replace(hybrid(seed, 1.0), machine="elements", pieces=()) for seed in (1, 2)]
     found = [hybrid(1, 1.0), hybrid(2, 3.0), *elements]
     told = tau_claim(tau_table(found))
@@ -206,7 +202,7 @@ def test_the_hybrid_wins_a_seed_only_in_all_figures_over_all_parts() -> None:
     assert "| 2.00 (3.00) |" in hybrid_table(found)
 
 
-def test_sentences_are_made_of_the_tables_cells() -> None:
+def test_sentences_are_made_of_the_tables_cells():
     memoryless = ENTRANTS["mlr_all"].title
     goal = (
         f"| model | here: {SEEDS_THAT_REACH} |\n| --- | --- |\n| {memoryless} | 6/5/6 |\n| x |  |"
@@ -229,7 +225,7 @@ def test_sentences_are_made_of_the_tables_cells() -> None:
     assert "fit +2/-10; repeated +0/+0" in network_claim(eta + rows)
 
 
-def test_what_the_page_says_is_what_its_tables_say() -> None:
+def test_what_the_page_says_is_what_its_tables_say():
     page = (DOCS / "studies.md").read_text(encoding="utf-8")
     tables = [table.strip() for table in re.findall(r"(?:^\|.*\n)+", page, re.MULTILINE)]
 
@@ -243,7 +239,7 @@ def test_what_the_page_says_is_what_its_tables_say() -> None:
 
 
 @pytest.mark.long
-def test_the_page_is_made_of_what_all_jobs_give() -> None:
+def test_the_page_is_made_of_what_all_jobs_give():
     report = {"curve": [1.0, 0.5, 0.1], "nodes": [4, 10, 5], "iterations": 2}
     done: list[Any] = [
         Score(machine, name, protocol, seed, etas, gains, (40.0, 4.0, 20.0, 2.0), report)
@@ -273,12 +269,12 @@ def test_the_page_is_made_of_what_all_jobs_give() -> None:
 
 
 @pytest.mark.parametrize("one", elements(), ids=lambda one: one["element"])
-def test_each_element_of_the_studies_has_its_command_file_and_test(one: dict[str, str]) -> None:
+def test_each_element_of_the_studies_has_its_command_file_and_test(one):
     check_command(one["command"])
     assert (ROOT / one["file"]).is_file()
     path, _, name = one["test"].partition("::")
     assert f"def {name}(" in (ROOT / path).read_text(encoding="utf-8")
 
 
-def test_every_entrant_of_the_studies_tables_takes_part() -> None:
+def test_every_entrant_of_the_studies_tables_takes_part():
     assert {*FIT, *UNSEEN, *COMPENSATED} <= set(ENTRANTS)

@@ -1,7 +1,5 @@
 """A compensator that is stepped, and small files for it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

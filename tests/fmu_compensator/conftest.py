@@ -1,7 +1,5 @@
 """Compensator files and runs that the tests of this room share."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """Tables of the Gaussian for compensator files written by hand."""
 
-from __future__ import annotations
-
 from typing import Any
 
 

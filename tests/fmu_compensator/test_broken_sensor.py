@@ -1,7 +1,5 @@
 """The shipped compensator on an unseen simulated run in which a thermometer breaks."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -19,7 +17,7 @@ from measurement.runs import Run
 
 
 @pytest.mark.parametrize(("place", "fault"), list(zip((0, 6, 8), FAULTS, strict=True)))
-def test_going_on_leaves_less_than_giving_up(place: int, fault: str) -> None:
+def test_going_on_leaves_less_than_giving_up(place, fault):
     model, run, rig = jig_borer()
     late = run.time_s >= BREAKS_S
     faulty = broken(run, f"{model.sensors[place].name}_degC", fault)
@@ -36,7 +34,7 @@ def test_going_on_leaves_less_than_giving_up(place: int, fault: str) -> None:
     assert within > usual - 0.1
 
 
-def test_no_offset_steps_further_than_the_slew_when_sensors_break_and_return() -> None:
+def test_no_offset_steps_further_than_the_slew_when_sensors_break_and_return():
     model, run, _ = jig_borer()
     readings, _ = inputs_of(model, run)
     compensator = RunningCompensator(model)
@@ -65,7 +63,7 @@ def test_no_offset_steps_further_than_the_slew_when_sensors_break_and_return() -
     assert output.status == OK
 
 
-def test_it_starts_without_a_sensor_and_takes_it_in_when_it_reads() -> None:
+def test_it_starts_without_a_sensor_and_takes_it_in_when_it_reads():
     model, run, rig = jig_borer()
     returns = 360  # after three hours
     column = f"{model.sensors[6].name}_degC"
@@ -94,7 +92,7 @@ def test_it_starts_without_a_sensor_and_takes_it_in_when_it_reads() -> None:
     assert again.state() == state
 
 
-def test_it_starts_without_three_sensors_and_not_without_all() -> None:
+def test_it_starts_without_three_sensors_and_not_without_all():
     model, run, rig = jig_borer()
     columns = [f"{model.sensors[place].name}_degC" for place in (0, 2, 6)]
     faulty = Run(run.name, run.frame.assign(**dict.fromkeys(columns, np.nan)))

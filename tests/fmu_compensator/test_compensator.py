@@ -1,19 +1,14 @@
 """The compensator's step: offsets, and how much is known of them."""
 
-from __future__ import annotations
-
 from math import nan
-from typing import Any
 
 import pytest
 
-from tests.fmu_compensator.bench import ROOM, AsModel, Bench, free, quick, warm
+from tests.fmu_compensator.bench import ROOM, Bench, free, quick, warm
 from tests.fmu_compensator.gaussians import knows_nothing
 
 
-def test_offsets_are_the_opposite_of_the_predicted_drift(
-    five_point_table: dict[str, Any], as_model: AsModel
-) -> None:
+def test_offsets_are_the_opposite_of_the_predicted_drift(five_point_table, as_model):
     for sensor in five_point_table["sensors"]:
         sensor["noise"] = 50.0
     bench = Bench(as_model(quick(five_point_table)))
@@ -30,9 +25,7 @@ def test_offsets_are_the_opposite_of_the_predicted_drift(
     assert (shorter.dX, shorter.dY) == (-2.0, -0.5)
 
 
-def test_the_rise_form_ignores_the_level_of_a_sensor(
-    five_point_table: dict[str, Any], as_model: AsModel
-) -> None:
+def test_the_rise_form_ignores_the_level_of_a_sensor(five_point_table, as_model):
     plain, shifted = Bench(as_model(five_point_table)), Bench(as_model(five_point_table))
     for rise in range(20):
         plain_out = plain.step([20 + 0.1 * rise, 0.0, 0.0, 20 + 0.2 * rise])
@@ -41,18 +34,14 @@ def test_the_rise_form_ignores_the_level_of_a_sensor(
     assert plain_out.dZ > 5.0
 
 
-def test_the_absolute_form_takes_readings_as_they_are(
-    five_point_table: dict[str, Any], as_model: AsModel
-) -> None:
+def test_the_absolute_form_takes_readings_as_they_are(five_point_table, as_model):
     table = quick(five_point_table) | {"input_form": "absolute"}
     table["error_model"]["intercept"][0] = -50.0
     output = Bench(as_model(table)).step(ROOM)
     assert output.elongation == -50.0 + 3 * 20.0
 
 
-def test_a_direct_geometry_needs_no_tool_length(
-    direct_table: dict[str, Any], as_model: AsModel
-) -> None:
+def test_a_direct_geometry_needs_no_tool_length(direct_table, as_model):
     for sensor in direct_table["sensors"]:
         sensor["noise"] = 50.0
     bench = Bench(as_model(quick(direct_table)))
@@ -62,9 +51,7 @@ def test_a_direct_geometry_needs_no_tool_length(
     assert (output.elongation, output.yaw, output.status) == (6.0, 0.0, 0)
 
 
-def test_the_half_width_is_that_of_the_walk_and_the_tool(
-    five_point_table: dict[str, Any], as_model: AsModel
-) -> None:
+def test_the_half_width_is_that_of_the_walk_and_the_tool(five_point_table, as_model):
     spread = {"walk_per_h": 0.25, "spread": [3.0, 40.0, 20.0, 1.0, 2.0]}
     bench = Bench(as_model(five_point_table | {"gaussian": knows_nothing(5) | spread}))
     assert bench.step([nan] * 4)[6:9] == (-1.0, -1.0, -1.0)
@@ -82,15 +69,11 @@ def test_the_half_width_is_that_of_the_walk_and_the_tool(
     assert late[6:9] == pytest.approx(wide, rel=1e-3)
 
 
-def test_an_axis_that_is_not_measured_has_no_half_width(
-    direct_table: dict[str, Any], as_model: AsModel
-) -> None:
+def test_an_axis_that_is_not_measured_has_no_half_width(direct_table, as_model):
     assert Bench(as_model(direct_table)).step(tool=nan)[6:9] == (2.0, -1.0, 2.0)
 
 
-def test_the_gaussian_stands_on_the_error_model(
-    five_point_table: dict[str, Any], as_model: AsModel
-) -> None:
+def test_the_gaussian_stands_on_the_error_model(five_point_table, as_model):
     bench = Bench(as_model(free(five_point_table)))
     bench.step(ROOM)
     output = bench.step(warm(2.0, 4.0), tool=30.0)
@@ -99,9 +82,7 @@ def test_the_gaussian_stands_on_the_error_model(
     assert output[:3] == pytest.approx((-7.0, -5.5, 15.0))
 
 
-def test_what_is_new_only_together_is_named_and_not_faded(
-    five_point_table: dict[str, Any], as_model: AsModel
-) -> None:
+def test_what_is_new_only_together_is_named_and_not_faded(five_point_table, as_model):
     bench = Bench(as_model(free(five_point_table)))
     bench.step(ROOM)
     together = bench.step(warm(4.0, 4.0), tool=30.0)
@@ -124,9 +105,7 @@ def test_what_is_new_only_together_is_named_and_not_faded(
 
 
 @pytest.mark.parametrize("share", [0.0, 0.6, 1.0])
-def test_a_share_is_sent_and_the_interval_says_what_is_kept_back(
-    five_point_table: dict[str, Any], as_model: AsModel, share: float
-) -> None:
+def test_a_share_is_sent_and_the_interval_says_what_is_kept_back(five_point_table, as_model, share):
     table = free(five_point_table)
     whole = Bench(as_model(table))
     part = Bench(as_model(table | {"limits": table["limits"] | {"share": share}}))
@@ -140,9 +119,7 @@ def test_a_share_is_sent_and_the_interval_says_what_is_kept_back(
     assert some[6:9] == pytest.approx(widths)
 
 
-def test_a_measurement_counts_from_the_next_sample_on(
-    five_point_table: dict[str, Any], as_model: AsModel
-) -> None:
+def test_a_measurement_counts_from_the_next_sample_on(five_point_table, as_model):
     bench = Bench(as_model(free(five_point_table)))
     # What was measured before anything was predicted says nothing about the prediction.
     assert bench.step([nan] * 4, measured=[50.0] * 5).status == 1

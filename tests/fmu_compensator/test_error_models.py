@@ -1,7 +1,5 @@
 """Every error model found: its file runs as it was fitted."""
 
-from __future__ import annotations
-
 import json
 from functools import cache
 from typing import Any
@@ -54,7 +52,7 @@ def fitted(kind: str, form: str) -> FittedModel:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_a_fit_reports_can_be_told(kind: str) -> None:
+def test_what_a_fit_reports_can_be_told(kind):
     found = fitted(kind, "rise")
     lines = told(kind, ("elongation", "yaw", "pitch", "near_x", "near_y"), found.report())
     assert all(line and "\n" not in line for line in lines)
@@ -80,14 +78,14 @@ def unseen(form: str) -> TrainingRun:
     return rows
 
 
-def test_each_fitted_model_has_a_twin_in_the_runtime() -> None:
+def test_each_fitted_model_has_a_twin_in_the_runtime():
     assert set(fitted_models()) == set(error_models())
 
 
 @pytest.mark.parametrize("given", ["nothing", "now and then"])
 @pytest.mark.parametrize("form", ["rise", "absolute", "level"])
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_runtime_equals_the_fitted_form(kind: str, form: str, given: str) -> None:
+def test_the_runtime_equals_the_fitted_form(kind, form, given):
     run = unseen(form)
     measured = np.full_like(run.targets, np.nan)
     rows = slice(5, None, 17) if given == "now and then" else []
@@ -106,7 +104,7 @@ def test_the_runtime_equals_the_fitted_form(kind: str, form: str, given: str) ->
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_reset_forgets_everything(kind: str) -> None:
+def test_a_reset_forgets_everything(kind):
     run, runtime = unseen("rise"), runtime_of(kind)
     fresh = runtime.state()
     steps = np.diff(run.time_s, prepend=run.time_s[0])
@@ -118,7 +116,7 @@ def test_a_reset_forgets_everything(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_state_that_is_not_the_models_is_refused(kind: str) -> None:
+def test_a_state_that_is_not_the_models_is_refused(kind):
     runtime = runtime_of(kind)
     state = runtime.state()
     with pytest.raises(ValueError, match="state"):
@@ -129,20 +127,20 @@ def test_a_state_that_is_not_the_models_is_refused(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_equal_data_give_equal_numbers(kind: str) -> None:
+def test_equal_data_give_equal_numbers(kind):
     again = fitted_models()[kind].fit(task_of(kind, "rise"), **QUICK.get(kind, {}))
     assert json.dumps(again.table()) == json.dumps(fitted(kind, "rise").table())
 
 
 @pytest.mark.parametrize("kind", LEARNING)
-def test_unknown_options_are_refused_in_one_line(kind: str) -> None:
+def test_unknown_options_are_refused_in_one_line(kind):
     with pytest.raises(BadInput, match="turbo: is not a known option") as caught:
         fitted_models()[kind].fit(task_of(kind, "rise"), turbo=True)
     assert len(str(caught.value).splitlines()) == 1
 
 
 @pytest.mark.parametrize("kind", LEARNING)
-def test_too_few_rows_are_refused_in_one_line(kind: str) -> None:
+def test_too_few_rows_are_refused_in_one_line(kind):
     task = task_of(kind, "rise")
     few = Task(
         [task.runs[0].at(np.arange(len(task.runs[0].time_s)) < 4)],
@@ -163,7 +161,7 @@ def read(kind: str, table: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("bad", ["text", None, [], {}, -1e30, True, [[1.0]], float("nan")])
-def test_every_field_of_the_file_is_checked(kind: str, bad: object) -> None:
+def test_every_field_of_the_file_is_checked(kind, bad):
     table = fitted(kind, "rise").table()
     for key in table:
         # An empty list is right for some fields (no lag, no prior, no outside); nothing else is.
@@ -176,7 +174,7 @@ def test_every_field_of_the_file_is_checked(kind: str, bad: object) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_no_field_may_be_missing_or_unknown(kind: str) -> None:
+def test_no_field_may_be_missing_or_unknown(kind):
     table = fitted(kind, "rise").table()
     read(kind, table)
     for key in table:

@@ -1,7 +1,5 @@
 """The compensator's step: waiting, faults, limits, states."""
 
-from __future__ import annotations
-
 import json
 from math import inf, nan
 from typing import Any
@@ -15,9 +13,7 @@ from tests.fmu_compensator.bench import ROOM, AsModel, Bench, warm
 from tests.fmu_compensator.gaussians import learnt
 
 
-def test_it_waits_for_the_first_complete_sample(
-    five_point_table: dict[str, Any], as_model: AsModel
-) -> None:
+def test_it_waits_for_the_first_complete_sample(five_point_table, as_model):
     bench = Bench(as_model(five_point_table))
     output = bench.step([20.0, nan, nan, nan])
     assert (output.status, output.valid, output.status_sensor) == (1, False, 4)
@@ -62,9 +58,7 @@ def warmed_bench(table: dict[str, Any], as_model: AsModel) -> Bench:
         ([20.0, 0.0, 0.0, 70.0], 3, "T4 70.0 degC jumped by"),
     ],
 )
-def test_a_fault_holds_then_ramps_to_zero(
-    five_point_table: dict[str, Any], as_model: AsModel, bad: list[float], cause: int, text: str
-) -> None:
+def test_a_fault_holds_then_ramps_to_zero(five_point_table, as_model, bad, cause, text):
     bench = warmed_bench(five_point_table, as_model)
     fault_story(bench, bad, cause)
     output = bench.step(bad)
@@ -72,9 +66,7 @@ def test_a_fault_holds_then_ramps_to_zero(
     assert output.status_text.startswith("offsets are zero: " + text)
 
 
-def test_recovery_waits_then_slews_and_keeps_the_reference(
-    five_point_table: dict[str, Any], as_model: AsModel
-) -> None:
+def test_recovery_waits_then_slews_and_keeps_the_reference(five_point_table, as_model):
     bench = warmed_bench(five_point_table, as_model)
     fault_story(bench, [20.0, 0.0, 0.0, nan], 1)
     waiting = [bench.step() for _ in range(4)]
@@ -88,9 +80,7 @@ def test_recovery_waits_then_slews_and_keeps_the_reference(
     assert output.dZ == pytest.approx(10.0, abs=0.2)
 
 
-def test_a_flicker_does_not_start_a_new_hold(
-    five_point_table: dict[str, Any], as_model: AsModel
-) -> None:
+def test_a_flicker_does_not_start_a_new_hold(five_point_table, as_model):
     bench = warmed_bench(five_point_table, as_model)
     bad = [20.0, 0.0, 0.0, nan]
     seen = []
@@ -99,9 +89,7 @@ def test_a_flicker_does_not_start_a_new_hold(
     assert seen == [11] * 20 + [21] * 9 + [31]
 
 
-def test_a_stale_sensor_is_found_though_others_move(
-    five_point_table: dict[str, Any], as_model: AsModel
-) -> None:
+def test_a_stale_sensor_is_found_though_others_move(five_point_table, as_model):
     bench = warmed_bench(five_point_table, as_model)
     for _ in range(602):
         output = bench.step([bench.readings()[0], 1.0, 2.0, 20.0])
@@ -113,16 +101,14 @@ def test_a_stale_sensor_is_found_though_others_move(
     ("tool", "cause", "text"),
     [(nan, 1, "tool_length is missing"), (250.0, 2, "tool_length 250 mm is not in 0 to 200 mm")],
 )
-def test_a_bad_tool_length_is_a_fault(
-    five_point_table: dict[str, Any], as_model: AsModel, tool: float, cause: int, text: str
-) -> None:
+def test_a_bad_tool_length_is_a_fault(five_point_table, as_model, tool, cause, text):
     bench = warmed_bench(five_point_table, as_model)
     output = bench.step(tool=tool)
     assert (output.status, output.status_sensor) == (10 + cause, 0)
     assert output.status_text == "holding the last good offsets: " + text
 
 
-def test_offsets_saturate(five_point_table: dict[str, Any], as_model: AsModel) -> None:
+def test_offsets_saturate(five_point_table, as_model):
     for sensor in five_point_table["sensors"]:
         sensor["noise"] = 50.0
     bench = Bench(as_model(five_point_table))
@@ -144,9 +130,7 @@ ONCE = settings(
 
 @ONCE
 @given(st.lists(SAMPLE, max_size=40), st.booleans())
-def test_offsets_never_step_and_never_exceed_the_limit(
-    five_point_table: dict[str, Any], as_model: AsModel, samples: list[Any], knows: bool
-) -> None:
+def test_offsets_never_step_and_never_exceed_the_limit(five_point_table, as_model, samples, knows):
     five_point_table["limits"] |= {"hold_s": 3.0, "recover_s": 1.0, "offset_um": 4.0}
     table = learnt(five_point_table) if knows else five_point_table
     compensator = RunningCompensator(as_model(table))
@@ -167,13 +151,7 @@ def test_offsets_never_step_and_never_exceed_the_limit(
 
 @ONCE
 @given(st.lists(SAMPLE, max_size=30), st.integers(0, 30), st.booleans())
-def test_a_restored_state_continues_bit_for_bit(
-    five_point_table: dict[str, Any],
-    as_model: AsModel,
-    samples: list[Any],
-    split: int,
-    knows: bool,
-) -> None:
+def test_a_restored_state_continues_bit_for_bit(five_point_table, as_model, samples, split, knows):
     five_point_table["limits"] |= {"hold_s": 3.0, "recover_s": 1.0}
     model = as_model(learnt(five_point_table) if knows else five_point_table)
     whole, first, second = (
@@ -190,7 +168,7 @@ def test_a_restored_state_continues_bit_for_bit(
     assert [repr(output) for output in found] == [repr(output) for output in expected]
 
 
-def test_reset_starts_over(five_point_table: dict[str, Any], as_model: AsModel) -> None:
+def test_reset_starts_over(five_point_table, as_model):
     for table in (five_point_table, learnt(five_point_table)):
         bench = warmed_bench(table, as_model)
         bench.step(measured=[1.0] * 5)
@@ -199,7 +177,7 @@ def test_reset_starts_over(five_point_table: dict[str, Any], as_model: AsModel) 
         assert bench.compensator.state() == RunningCompensator(bench.compensator.model).state()
 
 
-def test_a_foreign_state_is_refused(five_point_table: dict[str, Any], as_model: AsModel) -> None:
+def test_a_foreign_state_is_refused(five_point_table, as_model):
     plain = RunningCompensator(as_model(five_point_table))
     knowing = RunningCompensator(as_model(learnt(five_point_table)))
     for compensator, other in ((plain, knowing), (knowing, plain)):
@@ -213,16 +191,12 @@ def test_a_foreign_state_is_refused(five_point_table: dict[str, Any], as_model: 
                 compensator.restore({key: state[key] for key in name})
 
 
-def test_the_number_of_temperatures_must_be_the_files(
-    five_point_table: dict[str, Any], as_model: AsModel
-) -> None:
+def test_the_number_of_temperatures_must_be_the_files(five_point_table, as_model):
     with pytest.raises(ValueError, match="3 temperatures were given, the file has 4"):
         RunningCompensator(as_model(five_point_table)).step(0.0, 1.0, [20.0] * 3)
 
 
-def test_two_compensators_of_one_file_share_nothing(
-    five_point_table: dict[str, Any], as_model: AsModel
-) -> None:
+def test_two_compensators_of_one_file_share_nothing(five_point_table, as_model):
     model = as_model(five_point_table)
     one, other = RunningCompensator(model), RunningCompensator(model)
     untouched = json.dumps(other.state())

@@ -1,7 +1,5 @@
 """``spindle-drift fit``."""
 
-from __future__ import annotations
-
 import argparse
 import json
 from pathlib import Path
@@ -29,9 +27,7 @@ def call(*arguments: str) -> int:
     return fit.run(parser.parse_args(arguments))
 
 
-def test_it_writes_a_file_and_says_how_good_it_is(
-    run_files: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_it_writes_a_file_and_says_how_good_it_is(run_files, tmp_path, capsys):
     out = tmp_path / "compensator.json"
     named = ["--created", "2026-01-31", "--name", "mine"]
     assert call(*run_files, "-o", str(out), "--model", "mlr", *named) == 0
@@ -47,9 +43,7 @@ def test_it_writes_a_file_and_says_how_good_it_is(
     assert f"wrote {out}" in text
 
 
-def test_the_studys_way_of_choosing_points_can_be_asked_for(
-    run_files: list[str], tmp_path: Path
-) -> None:
+def test_the_studys_way_of_choosing_points_can_be_asked_for(run_files, tmp_path):
     out = tmp_path / "c.json"
     study = ["--absolute-image", "initial", "--image", "mean", "--theta", "0.4"]
     scored = ["--score", "relational", "--score-target", "elongation"]
@@ -59,9 +53,7 @@ def test_the_studys_way_of_choosing_points_can_be_asked_for(
     assert {name: options[name] for name in wanted} == wanted
 
 
-def test_without_a_model_the_gaussian_stands_alone_and_a_share_is_kept(
-    run_files: list[str], tmp_path: Path
-) -> None:
+def test_without_a_model_the_gaussian_stands_alone_and_a_share_is_kept(run_files, tmp_path):
     out = tmp_path / "c.json"
     assert call(*run_files, "-o", str(out), "--share", "0.7") == 0
     model = load_model(out)
@@ -69,9 +61,7 @@ def test_without_a_model_the_gaussian_stands_alone_and_a_share_is_kept(
     assert model.limits.share == 0.7
 
 
-def test_few_runs_promise_nothing(
-    run_files: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_few_runs_promise_nothing(run_files, tmp_path, capsys):
     out = tmp_path / "c.json"
     assert call(*run_files[:2], "-o", str(out)) == 0
     assert "nothing is promised" in capsys.readouterr().out
@@ -79,9 +69,7 @@ def test_few_runs_promise_nothing(
     assert model.provenance["figures"]["unseen"] is None
 
 
-def test_the_figures_as_json(
-    run_files: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_figures_as_json(run_files, tmp_path, capsys):
     out = tmp_path / "c.json"
     usual = ["-o", str(out), "--model", "mlr", "--json"]
     call(*run_files, *usual, "--points", "T4,T1", "--input-form", "absolute")
@@ -91,7 +79,7 @@ def test_the_figures_as_json(
     assert load_model(out).input_form == "absolute"
 
 
-def test_a_machine_says_which_sensors_count(run_files: list[str], tmp_path: Path) -> None:
+def test_a_machine_says_which_sensors_count(run_files, tmp_path):
     out = tmp_path / "c.json"
     call(*run_files, "-o", str(out), "--model", "mlr", "--machine", "jig_borer", "--lambda", "0.99")
     assert [sensor.name for sensor in load_model(out).sensors] == ["T1", "T2", "T3", "T4"]
@@ -105,9 +93,7 @@ def test_a_machine_says_which_sensors_count(run_files: list[str], tmp_path: Path
         (["--option", "hidden=3"], "--model"),
     ],
 )
-def test_a_refusal_writes_nothing(
-    run_files: list[str], tmp_path: Path, options: list[str], told: str
-) -> None:
+def test_a_refusal_writes_nothing(run_files, tmp_path, options, told):
     out = tmp_path / "c.json"
     with pytest.raises(BadInput, match=told):
         call(*run_files, "-o", str(out), *options)

@@ -1,9 +1,6 @@
 """From runs to a compensator file."""
 
-from __future__ import annotations
-
 import re
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +13,7 @@ from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.points import choose_points, on_grid
 from fmu_compensator.runtime.modelfile import parse_model
 from measurement.errors import BadInput
-from measurement.rig import DirectRig, FivePointRig
+from measurement.rig import DirectRig
 from measurement.runs import Run, read_run
 from tests.fmu_compensator.conftest import make_run
 
@@ -33,7 +30,7 @@ def fitted(*given: Any, **options: Any) -> dict[str, Any]:
     return fit_compensator(*given, judge=False, **options)
 
 
-def test_grey_points_take_one_of_each_group(rig: FivePointRig) -> None:
+def test_grey_points_take_one_of_each_group(rig):
     table = fitted(RUNS, rig, "mlr", created="2026-01-31")
     choice = table["provenance"]["figures"]["choice"]
     # T2 copies T1; T3 shows noise only; T4 is slower.
@@ -43,7 +40,7 @@ def test_grey_points_take_one_of_each_group(rig: FivePointRig) -> None:
 
 
 @pytest.mark.parametrize("model", [None, "mlr"])
-def test_what_is_promised_is_what_runs_left_out_show(rig: FivePointRig, model: str | None) -> None:
+def test_what_is_promised_is_what_runs_left_out_show(rig, model):
     table = fit_compensator(RUNS, rig, model)
     assert table["error_model"]["kind"] == (model or "gaussian")
     figures = table["provenance"]["figures"]
@@ -60,7 +57,7 @@ def test_what_is_promised_is_what_runs_left_out_show(rig: FivePointRig, model: s
     assert figures["unseen"]["by_run"][0]["miss"] == pytest.approx(miss.tolist(), rel=1e-4)
 
 
-def test_sampling_does_not_change_what_a_run_counts(direct_rig: DirectRig) -> None:
+def test_sampling_does_not_change_what_a_run_counts(direct_rig):
     def run_of(name: str, slope: float, step_s: float) -> Run:
         made = make_run(name, 5, step_s=step_s, noise=0.0)
         rise = made.frame["T4_degC"] - 21.0
@@ -72,7 +69,7 @@ def test_sampling_does_not_change_what_a_run_counts(direct_rig: DirectRig) -> No
     assert table["error_model"]["coefficients"][0][0] == pytest.approx(2.0, abs=0.02)
 
 
-def test_the_rise_form_ignores_a_level_that_jumps_between_runs(rig: FivePointRig) -> None:
+def test_the_rise_form_ignores_a_level_that_jumps_between_runs(rig):
     shifted = [*FINE[:3], changed(FINE[3], T4_degC=FINE[3].frame["T4_degC"] + 31.0)]
     plain, moved = (fitted(runs, rig, "mlr", points="T1,T4") for runs in (FINE, shifted))
     for one, other in zip(
@@ -87,7 +84,7 @@ def test_the_rise_form_ignores_a_level_that_jumps_between_runs(rig: FivePointRig
     assert reason in absolute["provenance"]["notes"]
 
 
-def test_a_sensor_that_leaves_the_others_is_left_out_from_there_on(rig: FivePointRig) -> None:
+def test_a_sensor_that_leaves_the_others_is_left_out_from_there_on(rig):
     readings = RUNS[1].frame["T2_degC"].to_numpy().copy()
     readings[100:] += 31.0
     table = fitted([RUNS[0], changed(RUNS[1], T2_degC=readings), *RUNS[2:]], rig, "mlr")
@@ -96,7 +93,7 @@ def test_a_sensor_that_leaves_the_others_is_left_out_from_there_on(rig: FivePoin
     assert any(n.startswith("b, T2_degC, 100 to 240 min: ") for n in table["provenance"]["notes"])
 
 
-def test_the_hottest_part_is_used(rig: FivePointRig) -> None:
+def test_the_hottest_part_is_used(rig):
     """A bearing that warms by 25 K in one run alone is no broken sensor."""
     heat = 5.0 * (RUNS[1].frame["T4_degC"] - RUNS[1].frame["T4_degC"].iloc[0])
     runs = [RUNS[0], changed(RUNS[1], T2_degC=RUNS[1].frame["T2_degC"] + heat), *RUNS[2:]]
@@ -107,9 +104,7 @@ def test_the_hottest_part_is_used(rig: FivePointRig) -> None:
 
 
 @pytest.mark.parametrize("model", [None, "mlr"])
-def test_a_thermometer_that_stands_still_in_a_short_run_is_used(
-    rig: FivePointRig, model: str | None
-) -> None:
+def test_a_thermometer_that_stands_still_in_a_short_run_is_used(rig, model):
     """A run of a minute takes no thermometer from the others; one dead in most runs is told."""
     short = Run("short", make_run("short", 9).frame.head(4).assign(T4_degC=21.0))
     runs = [changed(run, T3_degC=20.0) for run in (*RUNS, short)]
@@ -118,7 +113,7 @@ def test_a_thermometer_that_stands_still_in_a_short_run_is_used(
     assert "T3 is left out: broken in a, b, c and 1 more" in table["provenance"]["notes"]
 
 
-def test_a_sensor_that_is_read_rarely_counts_by_straight_lines(rig: FivePointRig) -> None:
+def test_a_sensor_that_is_read_rarely_counts_by_straight_lines(rig):
     # It is judged with its last reading held, as in a control: more is left than with every one.
     rare = [
         changed(run, T4_degC=np.where(np.arange(len(run.frame)) % 20, np.nan, run.frame["T4_degC"]))
@@ -130,13 +125,13 @@ def test_a_sensor_that_is_read_rarely_counts_by_straight_lines(rig: FivePointRig
     assert [table["provenance"]["runs"][0]["rows"] for table in tables] == [len(RUNS[0].frame)] * 2
 
 
-def test_a_named_sensor_that_is_dead_in_a_run_is_refused(rig: FivePointRig) -> None:
+def test_a_named_sensor_that_is_dead_in_a_run_is_refused(rig):
     runs = [RUNS[0], changed(RUNS[1], T4_degC=0.0), *RUNS[2:]]
     with pytest.raises(BadInput, match="points: T4: has no usable reading in b"):
         fitted(runs, rig, "mlr", points="T1,T4")
 
 
-def test_a_short_warm_up_in_a_long_rest_is_seen(rig: FivePointRig) -> None:
+def test_a_short_warm_up_in_a_long_rest_is_seen(rig):
     long = []
     for run in RUNS:
         rest = run.frame.iloc[np.zeros(10 * len(run.frame), dtype=int)]
@@ -150,7 +145,7 @@ def test_a_short_warm_up_in_a_long_rest_is_seen(rig: FivePointRig) -> None:
     assert choice["hardly_moving"] == ["T3"]
 
 
-def test_a_spike_in_the_first_displacement_does_not_shift_the_run(rig: FivePointRig) -> None:
+def test_a_spike_in_the_first_displacement_does_not_shift_the_run(rig):
     first = FINE[0].frame["S5_um"].to_numpy().copy()
     first[0] += 50.0
     tables = [
@@ -167,7 +162,7 @@ def test_a_spike_in_the_first_displacement_does_not_shift_the_run(rig: FivePoint
     )
 
 
-def test_constant_and_missing_sensors_are_left_out_with_a_reason(rig: FivePointRig) -> None:
+def test_constant_and_missing_sensors_are_left_out_with_a_reason(rig):
     runs = [
         changed(RUNS[0], T1_degC=25.0),
         Run("b", RUNS[1].frame.drop(columns="T3_degC")),
@@ -180,7 +175,7 @@ def test_constant_and_missing_sensors_are_left_out_with_a_reason(rig: FivePointR
     assert "T1 is no candidate: broken for most of a" in table["provenance"]["notes"]
 
 
-def test_missing_rows_are_dropped_and_counted(rig: FivePointRig) -> None:
+def test_missing_rows_are_dropped_and_counted(rig):
     gappy = RUNS[0].frame["T1_degC"].to_numpy().copy()
     gappy[10:30] = np.nan
     table = fitted([changed(RUNS[0], T1_degC=gappy), *RUNS[1:]], rig, "mlr", points="T1,T4")
@@ -188,7 +183,7 @@ def test_missing_rows_are_dropped_and_counted(rig: FivePointRig) -> None:
     assert table["provenance"]["runs"][0]["rows"] == len(gappy) - 20
 
 
-def test_frozen_displacement_is_not_learnt(rig: FivePointRig) -> None:
+def test_frozen_displacement_is_not_learnt(rig):
     reading = RUNS[0].frame["S5_um"].to_numpy().copy()
     reading[100:200] = reading[100]
     damaged = [changed(RUNS[0], S5_um=reading), *RUNS[1:]]
@@ -201,7 +196,7 @@ def test_frozen_displacement_is_not_learnt(rig: FivePointRig) -> None:
     assert kept["error_model"]["coefficients"][0] != pytest.approx(wanted, abs=0.05)
 
 
-def test_limits_and_ranges_come_from_the_data(rig: FivePointRig) -> None:
+def test_limits_and_ranges_come_from_the_data(rig):
     table = fitted(RUNS, rig, "mlr", points="T1,T4", limits={"hold_s": 60.0})
     largest = max(run.frame["S5_um"].abs().max() for run in RUNS)
     assert table["limits"]["offset_um"] >= 2 * largest
@@ -214,7 +209,7 @@ def test_limits_and_ranges_come_from_the_data(rig: FivePointRig) -> None:
     assert first["stale_after_s"] >= 900
 
 
-def test_the_geometry_comes_from_the_rig(rig: FivePointRig, direct_rig: DirectRig) -> None:
+def test_the_geometry_comes_from_the_rig(rig, direct_rig):
     table = fitted(RUNS, rig, "mlr", geometry_form="pure_rotation", tool_length_mm=(50, 90))
     assert table["geometry"] == {
         "kind": "five_point",
@@ -231,14 +226,14 @@ def test_the_geometry_comes_from_the_rig(rig: FivePointRig, direct_rig: DirectRi
     assert direct["error_model"]["targets"] == ["disp_x", "disp_z"]
 
 
-def test_a_relational_score_chooses_too(rig: FivePointRig) -> None:
+def test_a_relational_score_chooses_too(rig):
     prepared = prepare(RUNS, rig)
     choice = choose_points(prepared.runs, prepared.candidates, score="relational")
     assert choice.groups == [[0, 1], [3]]
     assert all(0.3 < score <= 1 for score in choice.scores.values())
 
 
-def test_points_can_be_scored_against_one_target(rig: FivePointRig) -> None:
+def test_points_can_be_scored_against_one_target(rig):
     prepared = prepare(RUNS, rig)
     by_all, by_one = (
         choose_points(prepared.runs, prepared.candidates, target=target) for target in (None, 0)
@@ -253,9 +248,7 @@ def test_points_can_be_scored_against_one_target(rig: FivePointRig) -> None:
     assert by_one.scores != pytest.approx(by_all.scores)
 
 
-def test_temperatures_recorded_as_rises_are_refused_by_name_where_an_image_needs_their_level(
-    rig: FivePointRig,
-) -> None:
+def test_temperatures_recorded_as_rises_are_refused_by_name_where_an_image_needs_their_level(rig):
     rises = [
         changed(run, T2_degC=run.frame["T2_degC"] - run.frame["T2_degC"].iloc[0]) for run in RUNS
     ]
@@ -289,15 +282,13 @@ def test_temperatures_recorded_as_rises_are_refused_by_name_where_an_image_needs
         ({"speed_up": True}, "speed_up: is not a known option"),
     ],
 )
-def test_wrong_options_are_refused_in_one_line(
-    rig: FivePointRig, options: dict[str, Any], told: str
-) -> None:
+def test_wrong_options_are_refused_in_one_line(rig, options, told):
     with pytest.raises(BadInput, match=told) as caught:
         fit_compensator(RUNS[:1], rig, **{"model": "mlr", **options})
     assert len(str(caught.value).splitlines()) == 1
 
 
-def test_runs_that_cannot_be_used_are_refused(rig: FivePointRig) -> None:
+def test_runs_that_cannot_be_used_are_refused(rig):
     cases: list[tuple[list[Run], str]] = [
         ([], "at least one run"),
         ([RUNS[0], RUNS[0]], "a: is the same run as a"),
@@ -315,7 +306,7 @@ def test_runs_that_cannot_be_used_are_refused(rig: FivePointRig) -> None:
 
 @pytest.mark.long
 @pytest.mark.real_data
-def test_measured_lathe_runs_unseen(lathe_runs: list[Path]) -> None:
+def test_measured_lathe_runs_unseen(lathe_runs):
     runs = [read_run(path) for path in lathe_runs]
     rig = DirectRig.model_validate({"axes": {"disp_x": {"axis": "X"}, "disp_z": {"axis": "Z"}}})
     table = fit_compensator(runs, rig, "mlr")
@@ -327,7 +318,7 @@ def test_measured_lathe_runs_unseen(lathe_runs: list[Path]) -> None:
         assert unseen["like"][axis]["model"] < 0.75 * unseen["like"][axis]["no_model"]
 
 
-def test_processes_side_by_side_give_the_same_file_and_the_same_refusal(rig: FivePointRig) -> None:
+def test_processes_side_by_side_give_the_same_file_and_the_same_refusal(rig):
     one, two = (compensator_text(fit_compensator(RUNS, rig, "mlr", jobs=jobs)) for jobs in (1, 2))
     assert one == two
     for jobs in (1, 2):

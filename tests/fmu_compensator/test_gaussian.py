@@ -1,7 +1,5 @@
 """The Gaussian, fitted and at run time, beside regression with the covariance of all rows."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from math import inf, nan
@@ -45,13 +43,13 @@ def assert_alike(model: Gaussian, dense: Dense) -> None:
 
 
 @pytest.mark.usefixtures("walks_alike")
-def test_the_posterior_is_regression_on_all_rows() -> None:
+def test_the_posterior_is_regression_on_all_rows():
     model = known()
     assert_alike(model, Dense.of(model.scale, model.walk, SAMPLES))
 
 
 @pytest.mark.usefixtures("walks_alike")
-def test_the_scales_are_the_likeliest() -> None:
+def test_the_scales_are_the_likeliest():
     model = known()
 
     def cost(scale: float, walk: float) -> float:
@@ -72,7 +70,7 @@ def with_mean(sample: Sample, seed: int, *shares: float) -> Sample:
 
 
 @pytest.mark.usefixtures("walks_alike")
-def test_a_mean_function_counts_as_far_as_runs_that_it_was_not_fitted_to_bear_it_out() -> None:
+def test_a_mean_function_counts_as_far_as_runs_that_it_was_not_fitted_to_bear_it_out():
     runs = [with_mean(one, seed, 0.6, -0.4) for seed, one in enumerate(SAMPLES)]
     model = Gaussian.fit(runs)
     assert model.share == pytest.approx([0.6, 0.0], abs=0.1)
@@ -88,7 +86,7 @@ def test_a_mean_function_counts_as_far_as_runs_that_it_was_not_fitted_to_bear_it
     assert Gaussian.fit(runs, np.ones(2)).share.tolist() == [1.0, 1.0]
 
 
-def test_a_run_that_wanders_teaches_less(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_that_wanders_teaches_less(monkeypatch):
     runs = [*SAMPLES, *FURTHER, drawn(5, WEIGHTS, walk=WALK, size=30.0)]
 
     def off(model: Gaussian) -> float:
@@ -102,7 +100,7 @@ def test_a_run_that_wanders_teaches_less(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 @pytest.mark.usefixtures("walks_alike")
-def test_an_update_needs_no_old_run_and_no_order() -> None:
+def test_an_update_needs_no_old_run_and_no_order():
     model = known()
     whole = model.updated(FURTHER)
     assert_alike(whole, Dense.of(model.scale, model.walk, [*SAMPLES, *FURTHER]))
@@ -121,7 +119,7 @@ def test_an_update_needs_no_old_run_and_no_order() -> None:
     assert in_turn.rows == whole.rows == sum(len(one.hours) for one in (*SAMPLES, *FURTHER))
 
 
-def test_directions_left_out_make_an_interval_wider_and_never_narrower() -> None:
+def test_directions_left_out_make_an_interval_wider_and_never_narrower():
     model = known()
     rows = directions(model, SAMPLES)
     assert 0 < len(rows) < WIDTH
@@ -159,7 +157,7 @@ def step(works: Installed, row: int) -> Array:
 
 
 @pytest.mark.usefixtures("walks_alike")
-def test_probing_is_regression_on_the_measured_rows_too() -> None:
+def test_probing_is_regression_on_the_measured_rows_too():
     model = known()
     works, dense = installed(model), Dense.of(model.scale, model.walk, SAMPLES)
     works.step([0.0] * INPUTS, 0.0)
@@ -175,7 +173,7 @@ def test_probing_is_regression_on_the_measured_rows_too() -> None:
 
 
 @pytest.mark.usefixtures("walks_alike")
-def test_a_bad_probe_changes_nothing_until_the_next_one_confirms_it() -> None:
+def test_a_bad_probe_changes_nothing_until_the_next_one_confirms_it():
     model = known()
     works, plain = installed(model), installed(model)
     spread = np.sqrt(np.diag(model.spread))
@@ -200,7 +198,7 @@ def test_a_bad_probe_changes_nothing_until_the_next_one_confirms_it() -> None:
 
 
 @pytest.mark.usefixtures("walks_alike")
-def test_a_confirmed_leap_is_a_leap_of_the_walk() -> None:
+def test_a_confirmed_leap_is_a_leap_of_the_walk():
     model = known()
     works, dense = installed(model), Dense.of(model.scale, model.walk, SAMPLES)
     spread = np.sqrt(np.diag(model.spread))
@@ -218,7 +216,7 @@ def test_a_confirmed_leap_is_a_leap_of_the_walk() -> None:
         assert works.variance == pytest.approx(variance, rel=1e-6)
 
 
-def test_the_measurements_before_the_last_eight_only_narrow_less() -> None:
+def test_the_measurements_before_the_last_eight_only_narrow_less():
     works, plain = installed(known()), installed(known())
     lengths = []
     for row in range(30):
@@ -232,7 +230,7 @@ def test_the_measurements_before_the_last_eight_only_narrow_less() -> None:
     assert 1.0 <= works.variance < 0.8 * plain.variance
 
 
-def test_culprits_are_the_inputs_that_bring_most_of_the_novelty() -> None:
+def test_culprits_are_the_inputs_that_bring_most_of_the_novelty():
     model, works = known(), installed(known())
     covariance = model.scale * np.eye(WIDTH) - (rows := directions(model, SAMPLES)).T @ rows
     for row, features in enumerate(NEW.features):
@@ -245,7 +243,7 @@ def test_culprits_are_the_inputs_that_bring_most_of_the_novelty() -> None:
         assert parts[named[:-1]].sum() < 0.5 * parts.sum()
 
 
-def test_a_state_goes_on_bit_for_bit_with_probes_and_with_one_in_doubt() -> None:
+def test_a_state_goes_on_bit_for_bit_with_probes_and_with_one_in_doubt():
     model = known()
     one, other = installed(model), installed(model)
     lengths = set()
@@ -282,7 +280,7 @@ def test_a_state_goes_on_bit_for_bit_with_probes_and_with_one_in_doubt() -> None
         lambda state: [*state[:3], None, *state[4:]],
     ],
 )
-def test_a_damaged_state_is_refused(damage: Any) -> None:
+def test_a_damaged_state_is_refused(damage):
     works = installed(known())
     step(works, 0)
     works.take([0.1, 0.1])
@@ -312,7 +310,7 @@ def read(table: dict[str, Any]) -> Installed:
         ({"rows": None}, "gaussian.rows"),
     ],
 )
-def test_a_wrong_field_is_refused_in_one_line(change: dict[str, Any], told: str) -> None:
+def test_a_wrong_field_is_refused_in_one_line(change, told):
     read(knows_nothing(2))
     with pytest.raises(ModelFileError) as refused:
         read(knows_nothing(2) | change)

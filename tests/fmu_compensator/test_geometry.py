@@ -1,7 +1,5 @@
 """The drift of the tool tip."""
 
-from __future__ import annotations
-
 from math import atan, cos, sin
 
 import pytest
@@ -15,7 +13,7 @@ RIGID = FivePoint("rigid", 30.0, 100.0)
 ROTATION = FivePoint("pure_rotation", 30.0, 100.0)
 
 
-def test_reference_values() -> None:
+def test_reference_values():
     # 100 urad of yaw over 150 - 30 mm is 12 um, and 50 urad of pitch the other way 6 um.
     x, y, z = RIGID.drift([20.0, 100.0, -50.0, 5.0, 3.0], 150.0)
     assert x == pytest.approx(5.0 + 12.0, abs=1e-6)
@@ -24,7 +22,7 @@ def test_reference_values() -> None:
     assert z == pytest.approx(-20.0 + 150e3 * 1.25e-8 / 2, abs=1e-6)
 
 
-def test_at_the_sensors_the_drift_is_their_reading() -> None:
+def test_at_the_sensors_the_drift_is_their_reading():
     targets = [0.0, 80.0, 40.0, 7.0, -2.0]
     near_x, near_y, _ = RIGID.drift(targets, 30.0)
     distal_x, distal_y, _ = RIGID.drift(targets, 130.0)
@@ -33,7 +31,7 @@ def test_at_the_sensors_the_drift_is_their_reading() -> None:
     assert atan((distal_y - near_y) / 100e3) * 1e6 == pytest.approx(40.0, abs=1e-9)
 
 
-def test_pure_rotation_is_the_rigid_form_without_drift_at_the_gauge_line() -> None:
+def test_pure_rotation_is_the_rigid_form_without_drift_at_the_gauge_line():
     yaw, pitch = 120.0, -30.0
     at_gauge = RIGID.drift([0.0, yaw, pitch, 0.0, 0.0], 0.0)
     rigid = RIGID.drift([9.0, yaw, pitch, -at_gauge[0], -at_gauge[1]], 180.0)
@@ -42,9 +40,7 @@ def test_pure_rotation_is_the_rigid_form_without_drift_at_the_gauge_line() -> No
 
 
 @given(st.floats(-500, 500), st.floats(0, 300), st.floats(-100, 100))
-def test_z_is_the_tip_of_the_turned_and_grown_tool(
-    yaw: float, length: float, elongation: float
-) -> None:
+def test_z_is_the_tip_of_the_turned_and_grown_tool(yaw, length, elongation):
     z = RIGID.drift([elongation, yaw, 0.0, 0.0, 0.0], length)[2]
     um = length * 1e3
     half = sin(yaw * 1e-6 / 2)
@@ -52,7 +48,7 @@ def test_z_is_the_tip_of_the_turned_and_grown_tool(
     assert z == pytest.approx(-elongation, abs=0.05)
 
 
-def test_direct_columns_go_to_their_axes() -> None:
+def test_direct_columns_go_to_their_axes():
     geometry = Direct({"growth": ("Z", -1), "side": ("X", 1)})
     assert geometry.targets == ("growth", "side")
     assert geometry.drift([12.0, 3.0], 500.0) == (3.0, 0.0, -12.0)
@@ -61,7 +57,7 @@ def test_direct_columns_go_to_their_axes() -> None:
     assert Direct({"side": ("Y", -1)}).drift([4.0], 0.0) == (0.0, -4.0, 0.0)
 
 
-def test_tables_make_geometries() -> None:
+def test_tables_make_geometries():
     table = {"kind": "five_point", "form": "rigid", "near_to_gauge_mm": -5, "spacing_mm": -80}
     geometry = geometry_from_fields(Fields(table, "f"))
     assert isinstance(geometry, FivePoint)

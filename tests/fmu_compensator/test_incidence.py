@@ -1,7 +1,5 @@
 """Grey degrees of incidence."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -24,7 +22,7 @@ from fmu_compensator.fit.incidence import (
 SERIES = np.array([[1.0, 2.0, 5.0], [3.0, 2.0, 4.0], [4.0, 4.0, 3.0], [7.0, 4.0, 2.0]])
 
 
-def test_absolute_degree_by_hand() -> None:
+def test_absolute_degree_by_hand():
     degree = absolute_degree(SERIES)
     assert degree[0, 1] == pytest.approx((1 + 8 + 3) / (1 + 8 + 3 + 5))
     assert degree[0, 2] == pytest.approx((1 + 8 + 4.5) / (1 + 8 + 4.5 + 12.5))
@@ -33,14 +31,14 @@ def test_absolute_degree_by_hand() -> None:
     assert np.array_equal(np.diag(degree), np.ones(3))
 
 
-def test_images_by_hand() -> None:
+def test_images_by_hand():
     assert initial_value_image(SERIES)[:, 1] == pytest.approx([1, 1, 2, 2])
     assert mean_image(SERIES)[:, 1] == pytest.approx([2 / 3, 2 / 3, 4 / 3, 4 / 3])
     assert interval_image(SERIES)[:, 0] == pytest.approx([0, 1 / 3, 0.5, 1])
     assert interval_image(np.full((3, 1), 4.0)).tolist() == [[0.0]] * 3
 
 
-def test_relative_degree_by_hand() -> None:
+def test_relative_degree_by_hand():
     # Images 1 3 4 7 (s = 8) and 1 1 2 2 (s = 0 + 1 + 0.5 = 1.5).
     assert relative_degree(SERIES)[0, 1] == pytest.approx(10.5 / (10.5 + 6.5))
     # Mean images: x / 3.75 (s = 8 / 3.75), y / 3 (s = 1).
@@ -48,14 +46,14 @@ def test_relative_degree_by_hand() -> None:
     assert relative_degree(SERIES, "mean")[0, 1] == pytest.approx((1 + x + y) / (1 + 2 * x))
 
 
-def test_comprehensive_degree_mixes_both() -> None:
+def test_comprehensive_degree_mixes_both():
     mixed = comprehensive_degree(SERIES, theta=0.25)
     assert mixed == pytest.approx(0.25 * absolute_degree(SERIES) + 0.75 * relative_degree(SERIES))
     with pytest.raises(ValueError, match="theta"):
         comprehensive_degree(SERIES, theta=1.5)
 
 
-def test_the_absolute_degree_of_initial_value_images_is_the_relative_one() -> None:
+def test_the_absolute_degree_of_initial_value_images_is_the_relative_one():
     degree = comprehensive_degree(SERIES, theta=1.0, absolute_image="initial")
     assert degree == pytest.approx(relative_degree(SERIES))
     # Where the absolute degree counts for nothing its image need not exist, and the other way.
@@ -67,7 +65,7 @@ def test_the_absolute_degree_of_initial_value_images_is_the_relative_one() -> No
         comprehensive_degree(rises, 0.5, "interval", "initial")
 
 
-def test_relational_degree_by_hand() -> None:
+def test_relational_degree_by_hand():
     # Interval images: error 0 0.5 1; first column the same, second 1 0.5 0: distances 1 0 1.
     error = np.array([0.0, 2.0, 4.0])
     series = np.array([[10.0, 9.0], [11.0, 7.0], [12.0, 5.0]])
@@ -79,7 +77,7 @@ def test_relational_degree_by_hand() -> None:
 
 
 @given(st.integers(2, 30), st.integers(1, 5), st.integers(0, 1000))
-def test_degrees_are_symmetric_and_in_range(samples: int, columns: int, seed: int) -> None:
+def test_degrees_are_symmetric_and_in_range(samples, columns, seed):
     series = 20 + np.random.default_rng(seed).standard_normal((samples, columns))
     degree = comprehensive_degree(series)
     assert np.array_equal(degree, degree.T)
@@ -87,7 +85,7 @@ def test_degrees_are_symmetric_and_in_range(samples: int, columns: int, seed: in
     assert np.all(np.diag(degree) == 1)
 
 
-def test_groups_are_closed_under_likeness() -> None:
+def test_groups_are_closed_under_likeness():
     degree = np.array(
         [[1, 0.5, 0.95, 0.1], [0.5, 1, 0.2, 0.1], [0.95, 0.2, 1, 0.9], [0.1, 0.1, 0.9, 1]]
     )
@@ -105,6 +103,6 @@ def test_groups_are_closed_under_likeness() -> None:
         (lambda: mean_image(np.array([[-1.0], [1.0]])), "column 0 has mean 0"),
     ],
 )
-def test_what_does_not_exist_is_refused(call: object, told: str) -> None:
+def test_what_does_not_exist_is_refused(call, told):
     with pytest.raises(ValueError, match=told):
-        call()  # type: ignore[operator]
+        call()

@@ -1,7 +1,5 @@
 """What is installed: what the file does at run time is what was fitted and judged."""
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Any
 
@@ -54,7 +52,7 @@ def fitted(kind: str, form: str = "") -> dict[str, Any]:
     ("kind", "form"),
     [*((kind, "") for kind in KINDS), ("gaussian", "absolute"), ("gaussian", "level")],
 )
-def test_the_file_does_what_was_fitted(kind: str, form: str) -> None:
+def test_the_file_does_what_was_fitted(kind, form):
     table = fitted(kind, form)
     recipe = Recipe(kind, "T1,T4", form, {}, QUICK.get(kind, {}))
     prepared = prepare(RUNS, DIRECT_RIG, recipe.input_form)
@@ -83,7 +81,7 @@ def test_the_file_does_what_was_fitted(kind: str, form: str) -> None:
 @pytest.mark.parametrize(
     ("kind", "itself"), [("arma", True), ("arx", True), ("mlr", False), ("thermal_states", False)]
 )
-def test_a_measurement_goes_to_the_error_model_or_to_the_gaussian(kind: str, itself: bool) -> None:
+def test_a_measurement_goes_to_the_error_model_or_to_the_gaussian(kind, itself):
     model = parse_model(compensator_text(fitted(kind)), "file")
     readings = NEW.frame[[f"{name}_degC" for name in SENSORS]].to_numpy().tolist()
     states = []
@@ -105,7 +103,7 @@ def together(seed: int, apart: float = 0.0) -> Run:
     return Run(run.name, run.frame.assign(T4_degC=21.0 + 0.8 * rise + noise + own))
 
 
-def test_an_input_that_goes_its_own_way_is_said_and_named() -> None:
+def test_an_input_that_goes_its_own_way_is_said_and_named():
     table = fit_compensator([together(seed) for seed in range(4)], RIG, points="T1,T4", judge=False)
     model = parse_model(compensator_text(table), "file")
     usual, new = together(9), together(9, apart=15.0)
@@ -119,7 +117,7 @@ def test_an_input_that_goes_its_own_way_is_said_and_named() -> None:
     assert (found.half_width[-1] > 1.5 * calm.half_width[-1]).all()
 
 
-def test_the_interval_holds_what_it_promises_of_runs_drawn_from_the_model() -> None:
+def test_the_interval_holds_what_it_promises_of_runs_drawn_from_the_model():
     weights = np.random.default_rng(2).normal(0.0, 1.0, (2 * (1 + len(LAGS_S)), 2))
     random = np.random.default_rng(3)
 

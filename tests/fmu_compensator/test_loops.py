@@ -1,7 +1,5 @@
 """Drift against temperature: lag and rate, from loops whose lag is known."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -16,7 +14,7 @@ def rises_of(count: int) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("lag", [-40, 0, 25])
-def test_a_delayed_drift_has_that_lag_and_its_rate(lag: int) -> None:
+def test_a_delayed_drift_has_that_lag_and_its_rate(lag):
     rises = rises_of(3)
     drifts = [2.5 * np.roll(rise, lag) for rise in rises]
     for one in drifts:  # what was rolled over the ends is as it was before or after
@@ -30,7 +28,7 @@ def test_a_delayed_drift_has_that_lag_and_its_rate(lag: int) -> None:
     assert found.open == pytest.approx(found.closed) if lag == 0 else found.open > 0.1
 
 
-def test_a_first_order_lag_opens_the_loop_and_a_delay_closes_most_of_it() -> None:
+def test_a_first_order_lag_opens_the_loop_and_a_delay_closes_most_of_it():
     hours = np.arange(ROWS) * STEP_S / 3600.0
     rise = 10.0 * (1.0 - np.exp(-hours / 1.0)) * (1.0 + 0.3 * np.sin(hours))
     drift, state = np.zeros(ROWS), 0.0
@@ -42,7 +40,7 @@ def test_a_first_order_lag_opens_the_loop_and_a_delay_closes_most_of_it() -> Non
     assert found.closed < 0.5 * found.open
 
 
-def test_a_lag_longer_than_the_runs_allow_is_told_as_a_limit() -> None:
+def test_a_lag_longer_than_the_runs_allow_is_told_as_a_limit():
     time = np.arange(ROWS, dtype=float)
     found = loop_of([time**2], [np.maximum(time - 300.0, 0.0) ** 2], STEP_S)
     assert found.lag_min == 150.0

@@ -1,7 +1,5 @@
 """Multiple linear regression."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -28,7 +26,7 @@ def inputs_of(rows: int = 60, columns: int = 3, seed: int = 0) -> Any:
     return np.random.default_rng(seed).standard_normal((rows, columns))
 
 
-def test_it_finds_the_coefficients_that_made_the_data() -> None:
+def test_it_finds_the_coefficients_that_made_the_data():
     x = inputs_of()
     y = np.column_stack([3.0 + x @ [2.0, 0.0, -1.0], -1.0 + x @ [0.0, 5.0, 0.5]])
     fitted = MultipleLinearRegression.fit(task_of(x, y))
@@ -37,7 +35,7 @@ def test_it_finds_the_coefficients_that_made_the_data() -> None:
     assert fitted.report()["targets"]["E"]["r2"] == pytest.approx(1.0)
 
 
-def test_the_rise_form_has_no_constant_unless_asked() -> None:
+def test_the_rise_form_has_no_constant_unless_asked():
     x = inputs_of()
     y = (4.0 + x @ [1.0, 2.0, 3.0])[:, None]
     assert MultipleLinearRegression.fit(task_of(x, y, "rise")).intercept == [0.0]
@@ -45,13 +43,13 @@ def test_the_rise_form_has_no_constant_unless_asked() -> None:
     assert asked.intercept == pytest.approx([4.0])
 
 
-def test_a_gap_does_not_weigh() -> None:
+def test_a_gap_does_not_weigh():
     weights = row_weights(np.array([0.0, 1.0, 2.0, 1000.0, 1001.0, 1002.0]))
     assert weights.tolist() == [0.5, 1.0, 3.0, 3.0, 1.0, 0.5]
     assert row_weights(np.array([5.0])).tolist() == [1.0]
 
 
-def test_the_best_subset_leaves_out_what_does_not_help() -> None:
+def test_the_best_subset_leaves_out_what_does_not_help():
     x = inputs_of(40, 4, seed=3)
     y = x[:, [1]] * 2.0 + 0.5 * np.random.default_rng(4).standard_normal((40, 1))
     chosen = MultipleLinearRegression.fit(task_of(x, y))
@@ -76,14 +74,14 @@ def test_the_best_subset_leaves_out_what_does_not_help() -> None:
         (inputs_of(50, 3) @ [[1, 0, 1], [0, 1, 2], [0, 0, 0]], inputs_of(50, 1), "A, B, C: det"),
     ],
 )
-def test_what_cannot_be_fitted_is_refused_in_one_line(inputs: Any, targets: Any, told: str) -> None:
+def test_what_cannot_be_fitted_is_refused_in_one_line(inputs, targets, told):
     with pytest.raises(BadInput, match=told) as caught:
         MultipleLinearRegression.fit(task_of(inputs, targets))
     assert len(str(caught.value).splitlines()) == 1
 
 
 @pytest.mark.parametrize("form", ["absolute", "rise"])
-def test_it_is_what_statsmodels_and_scikit_learn_find(form: str) -> None:
+def test_it_is_what_statsmodels_and_scikit_learn_find(form):
     x = 20.0 + inputs_of(80, 4, seed=5) @ inputs_of(4, 4, seed=6)
     y = (x @ [1.0, -2.0, 0.5, 3.0] + inputs_of(80, 1, seed=7)[:, 0])[:, None]
     time = np.cumsum(1.0 + np.random.default_rng(8).uniform(0.0, 9.0, 80))

@@ -1,11 +1,8 @@
 """The compensator file is checked in every field."""
 
-from __future__ import annotations
-
 import copy
 import json
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -61,9 +58,7 @@ def refusal_of(read: Callable[[], object]) -> str:
     return ""
 
 
-def test_a_written_file_is_read_back_the_same(
-    five_point_table: dict[str, Any], tmp_path: Path
-) -> None:
+def test_a_written_file_is_read_back_the_same(five_point_table, tmp_path):
     path = tmp_path / "c.json"
     path.write_text(model_text(five_point_table), encoding="utf-8")
     model = load_model(path)
@@ -73,9 +68,7 @@ def test_a_written_file_is_read_back_the_same(
     assert model.limits.tool_length_mm == (0.0, 200.0)
 
 
-def test_every_field_is_needed(
-    five_point_table: dict[str, Any], direct_table: dict[str, Any]
-) -> None:
+def test_every_field_is_needed(five_point_table, direct_table):
     for table in (five_point_table, direct_table, learnt(five_point_table)):
         tried = 0
         for path in places(table):
@@ -106,9 +99,7 @@ def may_hold(field: str, junk: Any) -> bool:
 @pytest.mark.parametrize(
     "junk", [None, True, "\x00", [], [[]], {"a": 1}, 1e400, -1e300, 10**400, "x" * 1000]
 )
-def test_every_field_refuses_what_it_cannot_hold(
-    five_point_table: dict[str, Any], direct_table: dict[str, Any], junk: Any
-) -> None:
+def test_every_field_refuses_what_it_cannot_hold(five_point_table, direct_table, junk):
     for table in (five_point_table, direct_table, learnt(five_point_table)):
         for path in places(table):
             if may_hold(".".join(map(str, path)), junk):
@@ -123,9 +114,7 @@ def test_every_field_refuses_what_it_cannot_hold(
     max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 @given(data=st.data())
-def test_any_damaged_bytes_give_a_model_or_one_line(
-    five_point_table: dict[str, Any], tmp_path: Path, data: st.DataObject
-) -> None:
+def test_any_damaged_bytes_give_a_model_or_one_line(five_point_table, tmp_path, data):
     content = bytearray(json.dumps(five_point_table).encode())
     for _ in range(data.draw(st.integers(1, 4))):
         at = data.draw(st.integers(0, len(content) - 1))
@@ -152,48 +141,42 @@ def test_any_damaged_bytes_give_a_model_or_one_line(
         ("name", "no good", "a name"),
     ],
 )
-def test_a_refusal_says_what_is_allowed(
-    five_point_table: dict[str, Any], field: str, value: Any, told: str
-) -> None:
+def test_a_refusal_says_what_is_allowed(five_point_table, field, value, told):
     five_point_table[field] = value
     error = assert_refused(five_point_table)
     assert error.place.split(".")[0].strip("'") == field
     assert told in str(error)
 
 
-def test_a_file_of_a_version_before_says_how_to_go_on(five_point_table: dict[str, Any]) -> None:
+def test_a_file_of_a_version_before_says_how_to_go_on(five_point_table):
     fields = {"guard": {}, "correction": None, "interval": None, "training": {}}
     error = assert_refused(five_point_table | fields | {"format": 2})
     again = "fit it again from its runs: spindle-drift fit RUN... -o FILE"
     assert str(error) == f"file.json: format: 2 is of an older version; {again}"
 
 
-def test_a_gaussian_must_fit_the_chosen_sensors_and_the_targets(
-    five_point_table: dict[str, Any], direct_table: dict[str, Any]
-) -> None:
+def test_a_gaussian_must_fit_the_chosen_sensors_and_the_targets(five_point_table, direct_table):
     wrong = five_point_table | {"gaussian": knows_nothing(5, inputs=3)}
     assert assert_refused(wrong).place == "gaussian.weights.0"
     wrong = direct_table | {"gaussian": five_point_table["gaussian"]}
     assert assert_refused(wrong).place.split(".")[0] == "gaussian"
 
 
-def test_a_share_may_be_left_out_and_is_between_nothing_and_all(
-    five_point_table: dict[str, Any],
-) -> None:
+def test_a_share_may_be_left_out_and_is_between_nothing_and_all(five_point_table):
     assert parse_model(model_text(five_point_table), "file.json").limits.share == 1.0
     for share in (-0.1, 1.1, None):
         five_point_table["limits"]["share"] = share
         assert assert_refused(five_point_table).place == "limits.share"
 
 
-def test_coefficients_must_fit_the_chosen_sensors(five_point_table: dict[str, Any]) -> None:
+def test_coefficients_must_fit_the_chosen_sensors(five_point_table):
     five_point_table["chosen"] = ["T1"]
     error = assert_refused(five_point_table)
     assert error.place == "error_model.coefficients.0"
     assert "a list of 1 numbers" in str(error)
 
 
-def test_two_columns_for_one_axis_are_refused(direct_table: dict[str, Any]) -> None:
+def test_two_columns_for_one_axis_are_refused(direct_table):
     direct_table["geometry"]["axes"]["disp_z"]["axis"] = "X"
     assert assert_refused(direct_table).place == "geometry.axes.disp_z.axis"
 
@@ -210,13 +193,13 @@ def test_two_columns_for_one_axis_are_refused(direct_table: dict[str, Any]) -> N
         ("[" * 100_000, "nested too deeply"),
     ],
 )
-def test_what_is_no_table_is_refused(text: str, told: str) -> None:
+def test_what_is_no_table_is_refused(text, told):
     with pytest.raises(ModelFileError, match=told) as caught:
         parse_model(text, "file.json")
     assert len(str(caught.value).splitlines()) == 1
 
 
-def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
+def test_a_file_that_cannot_be_read_is_refused(tmp_path):
     for path in (tmp_path / "none.json", tmp_path):
         with pytest.raises(ModelFileError, match="cannot be read"):
             load_model(path)
@@ -226,7 +209,7 @@ def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
         load_model(path)
 
 
-def test_nothing_is_written_that_could_not_be_read(five_point_table: dict[str, Any]) -> None:
+def test_nothing_is_written_that_could_not_be_read(five_point_table):
     five_point_table["limits"]["hold_s"] = float("nan")
     with pytest.raises(ModelFileError):
         model_text(five_point_table)

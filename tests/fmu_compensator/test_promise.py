@@ -1,7 +1,5 @@
 """What is promised to be left, from what was left out and what the interval expects."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
@@ -22,7 +20,7 @@ def square(expected: float, rms: float, behind: int) -> float:
     return (DEGREES * expected**2 + behind * rms**2) / (DEGREES + behind)
 
 
-def test_many_runs_weigh_more_than_what_the_interval_expects_and_conditions_are_few() -> None:
+def test_many_runs_weigh_more_than_what_the_interval_expects_and_conditions_are_few():
     runs = [left(f"run{n}", LIKE_FOLD, 2.0) for n in range(30)]
     found = promise(runs)
     assert found is not None
@@ -35,13 +33,13 @@ def test_many_runs_weigh_more_than_what_the_interval_expects_and_conditions_are_
     assert found["promised"]["Z"]["no_model"] == pytest.approx(10.0)
 
 
-def test_an_interval_that_expects_less_than_was_left_does_not_lower_the_promise() -> None:
+def test_an_interval_that_expects_less_than_was_left_does_not_lower_the_promise():
     found = promise([left(f"run{n}", LIKE_FOLD, 9.0) for n in range(4)])
     assert found is not None
     assert found["promised"]["Z"]["model"] == pytest.approx(9.0)
 
 
-def test_a_promise_follows_what_was_left_of_further_runs() -> None:
+def test_a_promise_follows_what_was_left_of_further_runs():
     first = promise([left(f"run{n}", fold, 2.0) for n in range(4) for fold in (LIKE_FOLD, COLD)])
     worse = followed(first, [left("new", None, 8.0), left("newer", None, 8.0)])
     assert first is not None
@@ -54,7 +52,7 @@ def test_a_promise_follows_what_was_left_of_further_runs() -> None:
     assert followed(first, []) == first
 
 
-def test_without_a_promise_before_the_new_runs_make_one() -> None:
+def test_without_a_promise_before_the_new_runs_make_one():
     found = followed(None, [left("new", None, 2.0)])
     assert found is not None
     assert found["like_behind"] == 1

@@ -1,7 +1,5 @@
 """The runtime as a package: standard library only, error models found by walking."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path
@@ -14,7 +12,7 @@ from tests.conftest import ROOT
 THIRD_PARTY = {"numpy", "pandas", "scipy", "pydantic", "measurement", "pythonfmu"}
 
 
-def test_the_runtime_loads_the_standard_library_only() -> None:
+def test_the_runtime_loads_the_standard_library_only():
     code = (
         "import sys, fmu_compensator.runtime.compensator as c\n"
         "from fmu_compensator.runtime.modelfile import load_model\n"
@@ -42,12 +40,12 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-def test_a_variant_is_a_file(package: Path) -> None:
+def test_a_variant_is_a_file(package):
     found = classes_found("walked_variants", [str(package)], LookupError)
     assert {name: kind.__name__ for name, kind in found.items()} == {"one": "One", "two": "Two"}
 
 
-def test_two_variants_in_one_file_are_refused(package: Path) -> None:
+def test_two_variants_in_one_file_are_refused(package):
     (package / "both.py").write_text("class A(LookupError): pass\nclass B(LookupError): pass")
     with pytest.raises(TypeError, match="both defines 2 variants"):
         classes_found("walked_variants", [str(package)], LookupError)

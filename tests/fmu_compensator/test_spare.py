@@ -1,7 +1,5 @@
 """What broken sensors are likely to read, beside Gaussian conditioning done with numpy."""
 
-from __future__ import annotations
-
 import json
 from math import exp, nan
 from typing import Any
@@ -55,9 +53,7 @@ FIRST = np.array([20.0, 21.0, 19.5, 22.0, 30.0])
 
 @pytest.mark.parametrize("bad", [(0,), (1, 4), (0, 2, 3), (1, 2, 3, 4)])
 @pytest.mark.parametrize("seed", range(3))
-def test_after_long_it_is_the_conditional_mean_and_deviation(
-    seed: int, bad: tuple[int, ...]
-) -> None:
+def test_after_long_it_is_the_conditional_mean_and_deviation(seed, bad):
     known, random = covariance(seed), np.random.default_rng(seed)
     spare = spare_of(table_of(known, usual=[[1e6, 0.0], [0.0, 1e6]]))  # it always goes on
     rises = random.normal(0.0, 3.0, SENSORS)
@@ -77,7 +73,7 @@ def test_after_long_it_is_the_conditional_mean_and_deviation(
     assert spare.added[1] == 0.0
 
 
-def test_it_goes_on_from_where_it_stood_and_forgets_that_with_time() -> None:
+def test_it_goes_on_from_where_it_stood_and_forgets_that_with_time():
     known = covariance(7)
     spare = spare_of(table_of(known))
     rises = np.array([5.0, 5.0, -1.0, 2.0, 0.0])  # far from what the others say
@@ -104,7 +100,7 @@ def test_it_goes_on_from_where_it_stood_and_forgets_that_with_time() -> None:
     assert steps[-1] == pytest.approx(FIRST[0] + likely + own, rel=1e-3)
 
 
-def test_a_sensor_comes_back_after_a_while() -> None:
+def test_a_sensor_comes_back_after_a_while():
     spare = spare_of(table_of(covariance(7)))
     rises = np.array([5.0, 5.0, -1.0, 2.0, 0.0])
     step(spare, FIRST)
@@ -122,7 +118,7 @@ def test_a_sensor_comes_back_after_a_while() -> None:
     assert spare.added == [0.0, 0.0, 0.0]
 
 
-def test_it_goes_on_as_long_as_the_drift_is_known_better_than_its_usual_size() -> None:
+def test_it_goes_on_as_long_as_the_drift_is_known_better_than_its_usual_size():
     spare = spare_of(table_of(covariance(1)))
     assert step(spare, FIRST, (2,)) is None  # no reference yet
     assert step(spare, FIRST) is not None
@@ -136,7 +132,7 @@ def test_it_goes_on_as_long_as_the_drift_is_known_better_than_its_usual_size() -
     assert step(unsure, FIRST, (0,)) is None
 
 
-def test_a_state_goes_on_in_another() -> None:
+def test_a_state_goes_on_in_another():
     table = table_of(covariance(4))
     one, other = spare_of(table), spare_of(table)
     random = np.random.default_rng(4)
@@ -168,14 +164,14 @@ def test_a_state_goes_on_in_another() -> None:
         ({"more": 1}, "is not a known field"),
     ],
 )
-def test_a_wrong_field_is_refused_in_one_line(change: dict[str, Any], problem: str) -> None:
+def test_a_wrong_field_is_refused_in_one_line(change, problem):
     with pytest.raises(ModelFileError) as refused:
         spare_of(table_of(covariance(0)) | change)
     assert problem in str(refused.value)
     assert "\n" not in str(refused.value)
 
 
-def test_the_fit_finds_what_the_sensors_have_in_common() -> None:
+def test_the_fit_finds_what_the_sensors_have_in_common():
     random = np.random.default_rng(11)
     slopes = np.array([1.0, 2.0, -1.0, 0.5])
 

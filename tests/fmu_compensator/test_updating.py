@@ -1,7 +1,5 @@
 """New runs into a compensator, without the old ones."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -38,7 +36,7 @@ def rms_left(model: Model, run: Run) -> np.ndarray:
 
 
 @pytest.mark.parametrize("kind", ["gaussian", "mlr"])
-def test_one_by_one_is_all_at_once(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_by_one_is_all_at_once(kind, monkeypatch):
     monkeypatch.setattr(Gaussian, "size_of", lambda self, sample: 1.0)
     monkeypatch.setattr(fitting, "LOST", 0.0)  # no direction is left out
     model = model_of(runs(0, 1), kind, points="T1,T4")
@@ -56,7 +54,7 @@ def test_one_by_one_is_all_at_once(kind: str, monkeypatch: pytest.MonkeyPatch) -
     assert {run["name"] for run in in_turn.provenance["runs"]} == {f"run{n}" for n in range(5)}
 
 
-def test_an_update_is_about_as_good_as_a_fit_to_all_runs() -> None:
+def test_an_update_is_about_as_good_as_a_fit_to_all_runs():
     old, whole = model_of(runs(0, 1, 2)), model_of(runs(0, 1, 2, 3, 4, 5))
     new, [unseen] = updated(old, runs(3, 4, 5)), runs(20)
     after, best = (rms_left(model, unseen) for model in (new, whole))
@@ -65,7 +63,7 @@ def test_an_update_is_about_as_good_as_a_fit_to_all_runs() -> None:
     assert np.sum(seen[1] ** 2) > np.sum(seen[0] ** 2)  # more is known of the weights
 
 
-def test_what_the_old_one_left_of_the_new_runs_is_put_down() -> None:
+def test_what_the_old_one_left_of_the_new_runs_is_put_down():
     model, new = model_of(runs(0, 1)), runs(2, 3)
     table, before = update_compensator(model, new, created="2026-02-03")
     length = model.limits.judged_tool()
@@ -83,7 +81,7 @@ def test_what_the_old_one_left_of_the_new_runs_is_put_down() -> None:
     assert [one["run"] for one in told] == ["run2", "run3", "run4"]
 
 
-def test_an_update_keeps_options_and_limits_and_widens_what_is_plausible() -> None:
+def test_an_update_keeps_options_and_limits_and_widens_what_is_plausible():
     old = model_of(
         runs(0, 1, 2),
         "bayes",
@@ -104,7 +102,7 @@ def test_an_update_keeps_options_and_limits_and_widens_what_is_plausible() -> No
     assert all(now < before - 10.0 for now, before in lows)
 
 
-def test_it_refuses_what_it_cannot_take_in() -> None:
+def test_it_refuses_what_it_cannot_take_in():
     model = model_of(runs(0, 1, 2))
     with pytest.raises(BadInput, match="already in the compensator, as run2"):
         update_compensator(model, runs(2))
@@ -116,7 +114,7 @@ def test_it_refuses_what_it_cannot_take_in() -> None:
         update_compensator(model, runs(3))
 
 
-def test_a_run_that_teaches_nothing_is_refused() -> None:
+def test_a_run_that_teaches_nothing_is_refused():
     """A thermometer died in it, or nothing was measured: each in one line, and no new promise."""
     model = model_of(runs(0, 1, 2), points="T1,T4")
     (new,) = runs(3)
@@ -129,7 +127,7 @@ def test_a_run_that_teaches_nothing_is_refused() -> None:
         update_compensator(model, [Run("run3", new.frame.assign(S1_um=first))])
 
 
-def test_a_run_that_was_broken_off_counts_as_a_part_of_one() -> None:
+def test_a_run_that_was_broken_off_counts_as_a_part_of_one():
     """It drifted little, and says little of what is left in whole runs."""
     table = fit_compensator(runs(0, 1, 2, 3), RIG, points="T1,T4")
     model = parse_model(compensator_text(table), "m.json")

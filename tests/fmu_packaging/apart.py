@@ -1,7 +1,5 @@
 """Runs a piece of Python in a fresh process that knows nothing of this project."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The tiny FMUs of these tests, and the sources of shipped ones."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Which modules travel, and how their imports change."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path
@@ -29,11 +27,11 @@ OURS = ("ours", "more")
         ("from oursbutnot.a import b\n", "from oursbutnot.a import b\n"),
     ],
 )
-def test_rewrites_only_imports_of_ours(before: str, after: str) -> None:
+def test_rewrites_only_imports_of_ours(before, after):
     assert rewritten(before, "root", OURS) == after
 
 
-def test_refuses_an_import_that_binds_the_top_name() -> None:
+def test_refuses_an_import_that_binds_the_top_name():
     with pytest.raises(BundleError, match=r"m:2: .*ours\.a"):
         rewritten("import json\nimport ours.a\n", "root", OURS, "m")
 
@@ -64,7 +62,7 @@ def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_takes_only_what_is_needed(packages: Path) -> None:
+def test_takes_only_what_is_needed(packages):
     bundle = collect("ours.start", ["ours"])
     assert sorted(bundle.sources) == [
         "ours",
@@ -79,7 +77,7 @@ def test_takes_only_what_is_needed(packages: Path) -> None:
     assert whole.digest() != bundle.digest()
 
 
-def test_what_is_bundled_runs_without_the_original(packages: Path, tmp_path: Path) -> None:
+def test_what_is_bundled_runs_without_the_original(packages, tmp_path):
     folder = tmp_path / "elsewhere"
     for path, text in collect("ours.start", ["ours"]).files("root").items():
         (folder / path).parent.mkdir(parents=True, exist_ok=True)
@@ -95,7 +93,7 @@ def test_what_is_bundled_runs_without_the_original(packages: Path, tmp_path: Pat
     assert done.stdout.split() == ["5", "3.141592653589793"]
 
 
-def test_refuses_what_the_host_may_not_have(packages: Path) -> None:
+def test_refuses_what_the_host_may_not_have(packages):
     with pytest.raises(BundleError, match=r"heavy\.py:2: imports pandas"):
         collect("ours.heavy", ["ours"], allowed=["numpy"])
     with pytest.raises(BundleError, match=r"heavy\.py:1: imports numpy"):

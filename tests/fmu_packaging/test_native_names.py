@@ -1,10 +1,6 @@
 """Sources of several FMUs in one program: the standard's prefix is on everything they define."""
 
-from __future__ import annotations
-
 import subprocess
-from pathlib import Path
-from typing import Literal
 
 import pytest
 
@@ -18,9 +14,7 @@ from tests.fmu_packaging.conftest import KINDS, sources
 
 
 @pytest.mark.parametrize("version", [2, 3])
-def test_two_fmus_link_into_one_program(
-    version: Literal[2, 3], compiler: tuple[str, ...], tmp_path: Path
-) -> None:
+def test_two_fmus_link_into_one_program(version, compiler, tmp_path):
     for kind in KINDS:
         folder, texts = tmp_path / kind, sources(kind, version)
         folder.mkdir()

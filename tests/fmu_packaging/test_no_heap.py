@@ -1,7 +1,5 @@
 """The sources with NO_HEAP: nothing of the heap is in them, and they give the same numbers."""
 
-from __future__ import annotations
-
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,7 +14,7 @@ from fmu_packaging.native.compilers import (
     run_compiler,
     write_sources,
 )
-from tests.fmu_packaging.conftest import KINDS, Kind, sources
+from tests.fmu_packaging.conftest import KINDS, sources
 
 HOST = Path(__file__).resolve().with_name("no_heap_host.c")
 HEAP = {"malloc", "calloc", "realloc", "free", "strdup", "aligned_alloc", "posix_memalign"}
@@ -50,9 +48,7 @@ def changed_for_all(symbols: dict[str, set[str]]) -> list[str]:
 
 
 @pytest.mark.parametrize("kind", ["plant", "compensator", "front of FMI 3.0"])
-def test_neither_heap_nor_global_state_is_in_the_objects(
-    kind: str, c_compiler: Compiler, tmp_path: Path
-) -> None:
+def test_neither_heap_nor_global_state_is_in_the_objects(kind, c_compiler, tmp_path):
     if kind.startswith("front"):
         texts = front(3)
         files = [name for name in c_files(texts) if name.startswith("fmi")]
@@ -88,7 +84,7 @@ size_t memory_most(void) { return taken; }
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_same_numbers_without_a_heap(kind: Kind, c_compiler: Compiler, tmp_path: Path) -> None:
+def test_the_same_numbers_without_a_heap(kind, c_compiler, tmp_path):
     texts = {**sources(kind, 2), HOST.name: HOST.read_text(), MEASURE.name: MEASURE.read_text()}
     write_sources(tmp_path, texts)
     command = [*c_compiler.command, *STRICT, "-O0", "-I."]

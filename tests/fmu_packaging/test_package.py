@@ -1,7 +1,5 @@
 """The package as files and bytes."""
 
-from __future__ import annotations
-
 import hashlib
 import io
 import os
@@ -9,7 +7,6 @@ import posixpath
 import subprocess
 import sys
 import zipfile
-from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
@@ -23,20 +20,20 @@ def _description(package: Package) -> ET.Element:
     return ET.fromstring(package.files["modelDescription.xml"])
 
 
-def test_the_same_content_gives_the_same_bytes(tiny: Package) -> None:
+def test_the_same_content_gives_the_same_bytes(tiny):
     again = build(tiny_recipe())
     assert again.guid == tiny.guid
     assert again.zipped() == tiny.zipped()
 
 
-def test_other_content_gives_another_guid_and_other_modules(tiny: Package) -> None:
+def test_other_content_gives_another_guid_and_other_modules(tiny):
     other = build(tiny_recipe(2.0))
     assert other.guid != tiny.guid
     names = [package.files["resources/slavemodule.txt"] for package in (tiny, other)]
     assert names[0] != names[1]
 
 
-def test_holds_what_users_expect(tiny: Package) -> None:
+def test_holds_what_users_expect(tiny):
     names = set(zipfile.ZipFile(io.BytesIO(tiny.zipped())).namelist())
     assert {
         "modelDescription.xml",
@@ -51,7 +48,7 @@ def test_holds_what_users_expect(tiny: Package) -> None:
     assert b"MIT" in tiny.files["documentation/licenses/license.txt"]
 
 
-def test_every_variable_is_described(tiny: Package) -> None:
+def test_every_variable_is_described(tiny):
     root = _description(tiny)
     units = {unit.get("name") for unit in root.iter("Unit")}
     for variable in root.iter("ScalarVariable"):
@@ -66,7 +63,7 @@ def test_every_variable_is_described(tiny: Package) -> None:
     assert "start" not in total[0].attrib
 
 
-def test_dependencies_are_what_the_slave_declares(tiny: Package) -> None:
+def test_dependencies_are_what_the_slave_declares(tiny):
     root = _description(tiny)
     names = [v.get("name") for v in root.iter("ScalarVariable")]
 
@@ -85,7 +82,7 @@ def test_dependencies_are_what_the_slave_declares(tiny: Package) -> None:
     }
 
 
-def test_the_page_names_every_variable(tiny: Package) -> None:
+def test_the_page_names_every_variable(tiny):
     page = tiny.files["documentation/index.html"].decode()
     for variable in tiny.slave.variables:
         assert f"<code>{variable.name}</code>" in page
@@ -95,7 +92,7 @@ def test_the_page_names_every_variable(tiny: Package) -> None:
 REFERENCE = Reference({"u": lambda time_s: 1.0 + time_s}, 10.0, 1.0, 5.0)
 
 
-def test_publishes_with_reference_results_and_only_once(tiny: Package, tmp_path: Path) -> None:
+def test_publishes_with_reference_results_and_only_once(tiny, tmp_path):
     path, written = publish(tiny, tmp_path, REFERENCE)
     assert written
     assert sorted(entry.name for entry in tmp_path.iterdir()) == [
@@ -113,7 +110,7 @@ def test_publishes_with_reference_results_and_only_once(tiny: Package, tmp_path:
     assert path.stat().st_mtime_ns == before
 
 
-def test_what_fails_leaves_the_old_one_in_place(tmp_path: Path) -> None:
+def test_what_fails_leaves_the_old_one_in_place(tmp_path):
     (tmp_path / "tiny.fmu").write_bytes(b"the old one")
     broken = build(tiny_recipe())
     files = dict(broken.files)
@@ -129,9 +126,7 @@ def test_what_fails_leaves_the_old_one_in_place(tmp_path: Path) -> None:
     assert (tmp_path / "tiny.fmu").read_bytes() == b"the old one"
 
 
-def test_a_disk_that_is_full_changes_nothing_in_the_folder(
-    tiny: Package, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_disk_that_is_full_changes_nothing_in_the_folder(tiny, tmp_path, monkeypatch):
     before = {
         entry.name: b"old" for entry in publish(tiny, tmp_path, REFERENCE)[0].parent.iterdir()
     }
@@ -151,7 +146,7 @@ def test_a_disk_that_is_full_changes_nothing_in_the_folder(
     assert {entry.name: entry.read_bytes() for entry in tmp_path.iterdir()} == before
 
 
-def test_an_fmu_carries_its_reference_run(tiny: Package, tmp_path: Path) -> None:
+def test_an_fmu_carries_its_reference_run(tiny, tmp_path):
     path, _ = publish(tiny, tmp_path, REFERENCE)
     with zipfile.ZipFile(path) as archive:
         files = {name: archive.read(name) for name in archive.namelist()}

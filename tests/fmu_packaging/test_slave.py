@@ -1,7 +1,5 @@
 """The slave through the binary, each test in a fresh process."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -11,7 +9,7 @@ from tests.fmu_packaging.apart import apart
 Fmu = Callable[..., str]
 
 
-def test_values_of_every_type_pass(tiny_fmu: Fmu) -> None:
+def test_values_of_every_type_pass(tiny_fmu):
     found = apart(
         """
 fmu = opened(*sys.argv[1:])
@@ -32,7 +30,7 @@ show([at_start, fmu.getReal([r["total"], r["u"], r["gain"]]), fmu.getInteger([r[
     assert found == [[[7], [True]], [60.0, 4.0, 2.0], [8], ["héllo 2", "héllo", ""], []]
 
 
-def test_unknown_references_are_refused_and_the_host_lives(tiny_fmu: Fmu) -> None:
+def test_unknown_references_are_refused_and_the_host_lives(tiny_fmu):
     """Many refusals: a reference lost by the binary each time would end the process."""
     found = apart(
         """
@@ -67,7 +65,7 @@ show([sorted(statuses), total, said])
     ]
 
 
-def test_a_failed_step_is_logged_with_its_traceback(tiny_fmu: Fmu) -> None:
+def test_a_failed_step_is_logged_with_its_traceback(tiny_fmu):
     found = apart(
         """
 fmu = opened(sys.argv[1])
@@ -91,7 +89,7 @@ show([statuses, messages])
     ]
 
 
-def test_bad_parameters_stop_the_initialisation(tiny_fmu: Fmu) -> None:
+def test_bad_parameters_stop_the_initialisation(tiny_fmu):
     wrong = {
         ("refuse", 1.0): "mode: 'refuse' is not allowed: 100% of tries fail",
         ("crash", 1.0): "ZeroDivisionError: a mistake in the code",
@@ -135,7 +133,7 @@ def steps(fmu, first, count):
 """
 
 
-def test_a_state_continues_bit_for_bit(tiny_fmu: Fmu) -> None:
+def test_a_state_continues_bit_for_bit(tiny_fmu):
     found = apart(
         STATE
         + """
@@ -162,7 +160,7 @@ show([kept == truth, elsewhere == truth, after_reset == truth, len(truth), truth
     assert found == [True, True, True, 20, True, True]
 
 
-def test_a_damaged_or_foreign_state_is_refused(tiny_fmu: Fmu) -> None:
+def test_a_damaged_or_foreign_state_is_refused(tiny_fmu):
     found = apart(
         STATE
         + """
@@ -189,7 +187,7 @@ show([statuses, said, after == before[-1][0]])
     assert found[2]
 
 
-def test_reset_gives_the_first_run_again(tiny_fmu: Fmu) -> None:
+def test_reset_gives_the_first_run_again(tiny_fmu):
     found = apart(
         STATE
         + """
@@ -208,7 +206,7 @@ show([first == steps(fmu, 0, 10), messages])
     assert found == [True, []]
 
 
-def test_two_builds_in_one_process_keep_apart(tiny_fmu: Fmu) -> None:
+def test_two_builds_in_one_process_keep_apart(tiny_fmu):
     found = apart(
         """
 fmus = [started(opened(path), u=2.0) for path in sys.argv[1:]]
@@ -221,7 +219,7 @@ show([fmu.getReal(fmu.outs)[0] for fmu in fmus])
     assert found == [2.0, 10.0]
 
 
-def test_many_instances_in_one_process(tiny_fmu: Fmu) -> None:
+def test_many_instances_in_one_process(tiny_fmu):
     """The binary loses a reference to the script's globals with every instance."""
     found = apart(
         """
@@ -245,7 +243,7 @@ show([sorted(totals), messages])
     assert found == [[2.0], []]
 
 
-def test_the_host_keeps_its_own_pythonfmu(tiny_fmu: Fmu) -> None:
+def test_the_host_keeps_its_own_pythonfmu(tiny_fmu):
     """An FMU's folder comes first on the host's path; what the host imports later is its own."""
     found = apart(
         """
@@ -284,5 +282,5 @@ show([sorted(what for what, status in said.items() if status == 0), kept])
 """
 
 
-def test_a_host_that_keeps_no_order_is_refused(tiny_fmu: Fmu) -> None:
+def test_a_host_that_keeps_no_order_is_refused(tiny_fmu):
     assert apart(LIFE, tiny_fmu()) == [["single precision"], True]

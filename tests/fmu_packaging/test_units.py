@@ -1,7 +1,5 @@
 """Units against SI factors from elsewhere."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
@@ -25,13 +23,13 @@ IN_SI = {
 
 
 @pytest.mark.parametrize("suffix", sorted(UNITS))
-def test_every_unit_of_columns_is_known_in_si(suffix: str) -> None:
+def test_every_unit_of_columns_is_known_in_si(suffix):
     value, si = IN_SI[suffix]
     found = base_unit(suffix)
     assert found.factor * value + found.offset == pytest.approx(si, rel=1e-15)
 
 
-def test_power_is_torque_times_angular_speed_in_base_units() -> None:
+def test_power_is_torque_times_angular_speed_in_base_units():
     torque, speed, power = (base_unit(unit).powers for unit in ("Nm", "rpm", "W"))
     product = {base: torque.get(base, 0) + speed.get(base, 0) for base in {*torque, *speed}}
     assert {base: n for base, n in product.items() if n and base != "rad"} == power
@@ -54,7 +52,7 @@ def test_power_is_torque_times_angular_speed_in_base_units() -> None:
         ("MPa", 1e6, {"kg": 1, "m": -1, "s": -2}),
     ],
 )
-def test_compound_units(unit: str, factor: float, powers: dict[str, int]) -> None:
+def test_compound_units(unit, factor, powers):
     found = base_unit(unit)
     assert found.factor == pytest.approx(factor, rel=1e-12)
     assert found.powers == powers
@@ -72,18 +70,18 @@ def test_compound_units(unit: str, factor: float, powers: dict[str, int]) -> Non
         ("um", "um", "Length"),
     ],
 )
-def test_units_in_modelicas_syntax_mean_the_same(unit: str, name: str, measures: str) -> None:
+def test_units_in_modelicas_syntax_mean_the_same(unit, name, measures):
     assert fmi_name(unit) == name
     assert base_unit(name).powers == base_unit(unit).powers
     assert base_unit(name).factor == pytest.approx(base_unit(unit).factor, rel=1e-15)
     assert quantity(unit) == measures
 
 
-def test_a_column_gets_its_own_unit_back() -> None:
+def test_a_column_gets_its_own_unit_back():
     assert [own_name(fmi_name(unit)) for unit in ALIASES] == list(ALIASES)
 
 
 @pytest.mark.parametrize("unit", ["furlong", "W/(m2 K", "W)", "W/€", "", "kdegC"])
-def test_refuses_what_it_does_not_know(unit: str) -> None:
+def test_refuses_what_it_does_not_know(unit):
     with pytest.raises(UnitError):
         base_unit(unit)

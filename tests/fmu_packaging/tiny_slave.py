@@ -1,7 +1,5 @@
 """A small slave for tests: an integrator with hidden state, and ways to fail."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

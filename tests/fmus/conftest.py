@@ -1,7 +1,5 @@
 """Both FMUs, built once for all tests of this folder."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

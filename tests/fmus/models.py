@@ -1,7 +1,5 @@
 """Compensator files made by hand for these tests."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from fmu_compensator.runtime.modelfile import model_text

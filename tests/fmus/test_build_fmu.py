@@ -1,7 +1,5 @@
 """build_fmu.py as a user runs it."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
@@ -15,13 +13,12 @@ from fmpy.util import read_csv
 
 import build_fmu
 from fmu_packaging.units import base_unit
-from tests.fmus.conftest import Built
 from tests.fmus.models import five_point_text
 
 NAMES = ("compensator", "plant")
 
 
-def test_a_build_in_another_process_gives_the_same_bytes(built: Built, tmp_path: Path) -> None:
+def test_a_build_in_another_process_gives_the_same_bytes(built, tmp_path):
     script = Path(build_fmu.__file__)
     done = subprocess.run(
         [sys.executable, str(script), "--model", str(built.model), "--out", str(tmp_path)],
@@ -39,16 +36,14 @@ def test_a_build_in_another_process_gives_the_same_bytes(built: Built, tmp_path:
         assert (tmp_path / path.name).read_bytes() == path.read_bytes(), path.name
 
 
-def test_a_second_build_reuses_what_is_there(
-    built: Built, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_second_build_reuses_what_is_there(built, capsys):
     times = {path: path.stat().st_mtime_ns for path in built.folder.iterdir()}
     assert build_fmu.main(["--model", str(built.model), "--out", str(built.folder)]) == 0
     assert capsys.readouterr().out.count("up to date") == 2
     assert {path: path.stat().st_mtime_ns for path in built.folder.iterdir()} == times
 
 
-def test_another_model_is_another_fmu(built: Built, tmp_path: Path) -> None:
+def test_another_model_is_another_fmu(built, tmp_path):
     shutil.copytree(built.folder, tmp_path / "dist")
     other = tmp_path / "other.json"
     other.write_text(five_point_text(gain=2.0))
@@ -63,7 +58,7 @@ def test_another_model_is_another_fmu(built: Built, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_every_variable_says_what_it_is(built: Built, name: str) -> None:
+def test_every_variable_says_what_it_is(built, name):
     description = fmpy.read_model_description(str(built.folder / f"{name}.fmu"))
     units = {unit.name: unit for unit in description.unitDefinitions}
     for variable in description.modelVariables:
@@ -87,9 +82,7 @@ def test_every_variable_says_what_it_is(built: Built, name: str) -> None:
     assert not flags.providesDirectionalDerivative
 
 
-def test_the_summary_for_machines(
-    built: Built, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_summary_for_machines(built, tmp_path, capsys):
     arguments = ["--only", "plant", "--name", "my_plant", "--out", str(tmp_path), "--json"]
     assert build_fmu.main(arguments) == 0
     (entry,) = json.loads(capsys.readouterr().out)
@@ -114,13 +107,7 @@ def test_the_summary_for_machines(
         (["--frobnicate"], "--frobnicate"),
     ],
 )
-def test_bad_input_is_one_line_and_exit_code_2(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    arguments: list[str],
-    named: str,
-) -> None:
+def test_bad_input_is_one_line_and_exit_code_2(tmp_path, monkeypatch, capsys, arguments, named):
     monkeypatch.chdir(tmp_path)
     Path("broken.json").write_text("{ not JSON")
     Path("wrong.json").write_text(

@@ -1,7 +1,5 @@
 """The compensator FMU, each test in a fresh process."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -11,7 +9,6 @@ import build_fmu
 from fmu_compensator.runtime.compensator import RunningCompensator
 from fmu_compensator.runtime.modelfile import parse_model
 from tests.fmu_packaging.apart import apart
-from tests.fmus.conftest import Built
 from tests.fmus.models import five_point_table, five_point_text
 
 RUN = """
@@ -46,7 +43,7 @@ def _expected(text: str, count: int, missing: range = range(0)) -> list[list[obj
     return rows
 
 
-def test_gives_what_the_compensator_gives(built: Built) -> None:
+def test_gives_what_the_compensator_gives(built):
     code = "show(steps(started(opened(sys.argv[1])), 0, 120, range(40, 80)))"
     found = apart(RUN + code, built.compensator)
     assert found == _expected(five_point_text(), 120, range(40, 80))
@@ -70,7 +67,7 @@ sys.modules["pythonfmu.fmi2slave"] = types.ModuleType("poison")
 """
 
 
-def test_what_the_host_has_imported_does_not_matter(built: Built) -> None:
+def test_what_the_host_has_imported_does_not_matter(built):
     code = (
         "show([x if isinstance(x, str) else repr(x) for row in steps(started(opened(sys.argv[1]))"
     )
@@ -97,7 +94,7 @@ show([status, rows, said])
 )
 
 
-def test_takes_another_file_with_fewer_sensors(built: Built, tmp_path: Path) -> None:
+def test_takes_another_file_with_fewer_sensors(built, tmp_path):
     table = five_point_table(gain=0.5)
     table["sensors"] = [table["sensors"][place] for place in (5, 3, 0)]
     path = tmp_path / "fewer sensors.json"
@@ -109,7 +106,7 @@ def test_takes_another_file_with_fewer_sensors(built: Built, tmp_path: Path) -> 
     ]
 
 
-def test_blames_the_sensor_by_its_number_among_the_inputs(built: Built, tmp_path: Path) -> None:
+def test_blames_the_sensor_by_its_number_among_the_inputs(built, tmp_path):
     table = five_point_table()
     table["sensors"] = [table["sensors"][place] for place in (3, 0)]
     path = tmp_path / "two.json"
@@ -127,9 +124,7 @@ def test_blames_the_sensor_by_its_number_among_the_inputs(built: Built, tmp_path
         (five_point_text(sensors=12), "sensors.11.name: 'T12' is not allowed"),
     ],
 )
-def test_a_file_that_cannot_be_used_is_reported_and_the_host_lives(
-    built: Built, tmp_path: Path, text: str | None, cause: str
-) -> None:
+def test_a_file_that_cannot_be_used_is_reported_and_the_host_lives(built, tmp_path, text, cause):
     path = tmp_path / "bad 100%.json"
     if text is not None:
         path.write_text(text)

@@ -1,7 +1,5 @@
 """The plant FMU, each test in a fresh process."""
 
-from __future__ import annotations
-
 import zipfile
 from html import unescape
 
@@ -13,7 +11,6 @@ from plant_model.fmi_slave import variable_name
 from plant_model.machine_file import read_machine
 from plant_model.stepper import PlantStepper
 from tests.fmu_packaging.apart import apart
-from tests.fmus.conftest import Built
 
 RUN = """
 def steps(fmu, first, count, h=1.0):
@@ -42,13 +39,13 @@ def _expected(count: int, parameters: dict[str, float] | None = None) -> list[li
     return rows
 
 
-def test_gives_what_the_stepper_gives(built: Built) -> None:
+def test_gives_what_the_stepper_gives(built):
     start = ", ".join(f"{name}={value}" for name, value in AT_START.items())
     found = apart(RUN + f"show(steps(started(opened(sys.argv[1]), {start}), 0, 120))", built.plant)
     assert found == _expected(120)
 
 
-def test_outputs_before_the_first_step_follow_the_inputs(built: Built) -> None:
+def test_outputs_before_the_first_step_follow_the_inputs(built):
     found = apart(
         """
 fmu = opened(sys.argv[1])
@@ -66,7 +63,7 @@ show([*rows, fmu.getReal([t1])[0]])
     assert found == pytest.approx([18.0, 25.0, 25.0])
 
 
-def test_it_can_begin_as_warm_as_a_measured_run(built: Built) -> None:
+def test_it_can_begin_as_warm_as_a_measured_run(built):
     found = apart(
         """
 fmu = opened(sys.argv[1])
@@ -82,7 +79,7 @@ show(fmu.getReal([fmu.refs[n] for n in [*names, "drift_Z"]]))
     assert found == [25.0, 19.5, 21.0, 21.0, 0.0]
 
 
-def test_the_machine_s_parameters_can_be_set(built: Built) -> None:
+def test_the_machine_s_parameters_can_be_set(built):
     machine = read_machine("jig_borer")
     name = next(n for n, p in machine.parameters.items() if p.calibrate and "-" in n)
     value = machine.parameters[name].high
@@ -100,7 +97,7 @@ def test_the_machine_s_parameters_can_be_set(built: Built) -> None:
     assert found != _expected(90)
 
 
-def test_parameters_carry_unit_range_and_source(built: Built) -> None:
+def test_parameters_carry_unit_range_and_source(built):
     machine = read_machine("jig_borer")
     declared = {v.name: v for v in fmpy.read_model_description(str(built.plant)).modelVariables}
     movable = {n: p for n, p in machine.parameters.items() if p.calibrate}
@@ -116,7 +113,7 @@ def test_parameters_carry_unit_range_and_source(built: Built) -> None:
         assert f"<td>{variable.name}</td><td>{source}</td>" in page
 
 
-def test_a_parameter_out_of_range_is_reported(built: Built) -> None:
+def test_a_parameter_out_of_range_is_reported(built):
     found = apart(
         """
 fmu = opened(sys.argv[1])
@@ -132,7 +129,7 @@ show([status, messages[-1][1].splitlines()[-1]])
     assert found[1].startswith("noise_seed: -3 is not allowed: it must be 0 to")
 
 
-def test_an_input_out_of_range_discards_the_step_with_its_cause(built: Built) -> None:
+def test_an_input_out_of_range_discards_the_step_with_its_cause(built):
     found = apart(
         """
 fmu = started(opened(sys.argv[1]), ambient=21.0)

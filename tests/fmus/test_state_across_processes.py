@@ -1,7 +1,5 @@
 """A state goes on bit for bit in a process that has never seen the FMU, and a reset starts over."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys
@@ -93,9 +91,7 @@ def folder(request: pytest.FixtureRequest) -> tuple[Path, str]:
 
 
 @pytest.mark.parametrize("role", ["plant", "compensator"])
-def test_a_fresh_process_goes_on_and_a_reset_starts_over(
-    folder: tuple[Path, str], role: str, tmp_path: Path
-) -> None:
+def test_a_fresh_process_goes_on_and_a_reset_starts_over(folder, role, tmp_path):
     path = folder[0] / f"{role}{folder[1]}.fmu"
     found = []
     for part in ("saves", "goes_on"):

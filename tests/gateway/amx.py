@@ -1,7 +1,5 @@
 """Lets user-mode-linux boot on processors with AMX; ``amx_ptrace.c`` says what is in the way."""
 
-from __future__ import annotations
-
 import subprocess
 from pathlib import Path
 

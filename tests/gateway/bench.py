@@ -1,7 +1,5 @@
 """A gateway on the bench: its frames in the tests' hands, and its time too."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 
 import can

@@ -1,7 +1,5 @@
 """Gateways and controls on a real bus, for tests."""
 
-from __future__ import annotations
-
 import contextlib
 import multiprocessing
 import os

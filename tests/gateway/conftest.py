@@ -1,7 +1,5 @@
 """What the gateway's tests share: the frames, FMUs, and buses of several kinds."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import socket

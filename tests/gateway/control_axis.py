@@ -1,7 +1,5 @@
 """An axis of LinuxCNC as it was found to treat external offsets, for tests without it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from gateway.linuxcnc.axes import COUNT_UM, Seen

@@ -1,7 +1,5 @@
 """Faults of frames: each changes what the machine sends, cycle after cycle."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import can
@@ -91,7 +89,7 @@ def raw_signal(name: str, raw: int) -> Change:
             messages[place] = sealed(messages[place], data, frame)
             return messages
 
-        do.by_sender = True  # type: ignore[attr-defined]
+        do.by_sender = True
         return do
 
     return change

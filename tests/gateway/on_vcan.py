@@ -9,8 +9,6 @@ command's.
 The guest writes to this system's real files, with the rights of who started it.
 """
 
-from __future__ import annotations
-
 import os
 import shlex
 import shutil

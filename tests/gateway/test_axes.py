@@ -1,7 +1,5 @@
 """An axis at the offset that is wanted: at the slew, through off and on, homing and restarts."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -24,7 +22,7 @@ def follow(offset: AxisOffset, axis: ControlAxis, wanted_um: float, steps: int) 
     return moved
 
 
-def test_switched_off_and_on_an_axis_stays_until_it_is_sent_somewhere() -> None:
+def test_switched_off_and_on_an_axis_stays_until_it_is_sent_somewhere():
     offset, axis = AxisOffset(SLEW), ControlAxis()
     follow(offset, axis, 30.0, 40)
     axis.switch(on=False)
@@ -36,7 +34,7 @@ def test_switched_off_and_on_an_axis_stays_until_it_is_sent_somewhere() -> None:
     assert follow(offset, axis, 31.0, 35)[-1] == pytest.approx(31.0)
 
 
-def test_cleared_after_off_and_on_the_axis_is_where_it_would_be_without_offsets() -> None:
+def test_cleared_after_off_and_on_the_axis_is_where_it_would_be_without_offsets():
     offset, axis = AxisOffset(SLEW), ControlAxis()
     follow(offset, axis, 30.0, 40)
     axis.switch(on=False)
@@ -49,7 +47,7 @@ def test_cleared_after_off_and_on_the_axis_is_where_it_would_be_without_offsets(
     assert offset.at_zero
 
 
-def test_a_control_that_looks_late_is_not_asked_twice() -> None:
+def test_a_control_that_looks_late_is_not_asked_twice():
     offset, axis = AxisOffset(SLEW), ControlAxis()
     for _ in range(5):
         offset.step(20.0, axis.seen(), STEP_S)
@@ -58,14 +56,14 @@ def test_a_control_that_looks_late_is_not_asked_twice() -> None:
     assert follow(offset, axis, 20.0, 25)[-1] == pytest.approx(20.0)
 
 
-def test_what_a_control_dropped_is_asked_again() -> None:
+def test_what_a_control_dropped_is_asked_again():
     offset, axis = AxisOffset(SLEW), ControlAxis()
     offset.step(20.0, axis.seen(), STEP_S)
     axis.counts = offset.counts
     assert follow(offset, axis, 20.0, 40)[-1] == pytest.approx(20.0)
 
 
-def test_a_component_goes_on_from_what_another_one_left() -> None:
+def test_a_component_goes_on_from_what_another_one_left():
     axis = ControlAxis(request_um=17.0, counts=90)
     offset = AxisOffset(SLEW, axis.request_um, axis.counts)
     assert follow(offset, axis, 17.5, 3) == pytest.approx([17.5] * 3)
@@ -82,7 +80,7 @@ def test_a_component_goes_on_from_what_another_one_left() -> None:
         max_size=30,
     )
 )
-def test_no_step_is_larger_than_the_slew_whatever_happens(events: list[tuple[str, float]]) -> None:
+def test_no_step_is_larger_than_the_slew_whatever_happens(events):
     """Where it is not commanded to go elsewhere, and it comes to what is wanted when it may."""
     offset, axis, wanted = AxisOffset(SLEW), ControlAxis(), 0.0
     for event, value in [*events, ("homed", 0.0), ("on", 0.0), ("go", 77.0)]:

@@ -1,7 +1,5 @@
 """The gateway as a CANopen node, with the canopen library as the master."""
 
-from __future__ import annotations
-
 import configparser
 import contextlib
 import io
@@ -113,7 +111,7 @@ def pair(wire: Wire, fmu: Path) -> Iterator[tuple[Master, Service]]:
         yield master, service
 
 
-def test_a_master_starts_it_and_gets_offsets(wire: Wire, quick_fmu: Path) -> None:
+def test_a_master_starts_it_and_gets_offsets(wire, quick_fmu):
     with pair(wire, quick_fmu) as (master, service):
         master.node.nmt.wait_for_heartbeat(PATIENCE_S)
         assert master.node.nmt.state == "PRE-OPERATIONAL"
@@ -145,7 +143,7 @@ def test_a_master_starts_it_and_gets_offsets(wire: Wire, quick_fmu: Path) -> Non
         assert not master.heard
 
 
-def test_emergencies_say_what_the_status_says(wire: Wire, quick_fmu: Path) -> None:
+def test_emergencies_say_what_the_status_says(wire, quick_fmu):
     with pair(wire, quick_fmu) as (master, _):
         master.start()
         master.until(lambda: master.heard.get("valid") == 1)
@@ -162,7 +160,7 @@ def test_emergencies_say_what_the_status_says(wire: Wire, quick_fmu: Path) -> No
         wait_for(lambda: master.node.emcy.log[-1].code == 0)
 
 
-def test_a_reference_that_is_not_known_is_an_emergency(wire: Wire, quick_fmu: Path) -> None:
+def test_a_reference_that_is_not_known_is_an_emergency(wire, quick_fmu):
     with pair(wire, quick_fmu) as (master, _):
         master.start()
         master.until(
@@ -173,7 +171,7 @@ def test_a_reference_that_is_not_known_is_an_emergency(wire: Wire, quick_fmu: Pa
         assert master.heard["Uncertainty.dX_uncertainty"] == -32768
 
 
-def test_limits_and_hash_are_read_and_nothing_is_written(wire: Wire, quick_fmu: Path) -> None:
+def test_limits_and_hash_are_read_and_nothing_is_written(wire, quick_fmu):
     with pair(wire, quick_fmu) as (master, service):
         master.node.nmt.wait_for_heartbeat(PATIENCE_S)
         sdo = master.node.sdo
@@ -212,7 +210,7 @@ REFUSED = {
 }
 
 
-def test_what_the_sdo_server_cannot_do_it_aborts_or_does_in_segments(quick_fmu: Path) -> None:
+def test_what_the_sdo_server_cannot_do_it_aborts_or_does_in_segments(quick_fmu):
     wire = new_wire("virtual")
     with pair(wire, quick_fmu):
         for request, place in REFUSED.items():
@@ -225,13 +223,13 @@ def test_what_the_sdo_server_cannot_do_it_aborts_or_does_in_segments(quick_fmu: 
     assert segment[0] == 0
 
 
-def test_an_rpdo_of_another_length_is_told_and_a_longer_one_is_used(quick_fmu: Path) -> None:
+def test_an_rpdo_of_another_length_is_told_and_a_longer_one_is_used(quick_fmu):
     wire = new_wire("virtual")
     with pair(wire, quick_fmu) as (master, service), wire.open() as bus:
         master.start()
         master.until(lambda: master.heard.get("valid") == 1)
         frame = next(frame for frame in service.database.of(MACHINE) if frame.size < 8)
-        counts = service.node.reception.counts  # type: ignore[union-attr]
+        counts = service.node.reception.counts
         for more, code in ((-1, 0x8210), (1, 0x8220)):
             data = bytes([0x20, 0x08] * 6)[: frame.size + more]
             good, wrong = counts["good"], counts["wrong_length"]
@@ -240,12 +238,12 @@ def test_an_rpdo_of_another_length_is_told_and_a_longer_one_is_used(quick_fmu: P
                     can.Message(arbitration_id=frame.frame_id, data=data, is_extended_id=False)
                 )
                 time.sleep(0.02)
-            wait_for(lambda code=code: code in {e.code for e in master.node.emcy.log})  # type: ignore[misc]
+            wait_for(lambda code=code: code in {e.code for e in master.node.emcy.log})
             assert (counts["good"] - good >= 20) == (more > 0)
             assert (counts["wrong_length"] - wrong >= 20) == (more < 0)
 
 
-def test_a_second_node_of_the_same_number_is_noticed(quick_fmu: Path) -> None:
+def test_a_second_node_of_the_same_number_is_noticed(quick_fmu):
     wire = new_wire("virtual")
     with pair(wire, quick_fmu) as (master, service), wire.open() as bus:
         mapping = node_mapping(NODE, quick_fmu)
@@ -263,9 +261,9 @@ def test_a_second_node_of_the_same_number_is_noticed(quick_fmu: Path) -> None:
         wait_for(lambda: 0x8150 in {error.code for error in master.node.emcy.log})
 
 
-def test_the_data_sheet_has_what_cia_306_asks_for(quick_fmu: Path) -> None:
+def test_the_data_sheet_has_what_cia_306_asks_for(quick_fmu):
     sheet = configparser.RawConfigParser()
-    sheet.optionxform = str  # type: ignore[assignment,method-assign]
+    sheet.optionxform = str
     sheet.read_string(node_eds(NODE, quick_fmu))
     assert set(FILE_INFO.split()) <= set(sheet["FileInfo"])
     assert set(DEVICE_INFO.split()) <= set(sheet["DeviceInfo"])
@@ -279,18 +277,18 @@ def test_the_data_sheet_has_what_cia_306_asks_for(quick_fmu: Path) -> None:
     assert node_eds(NODE + 1, quick_fmu) == node_eds(NODE, quick_fmu)
 
 
-def test_the_heartbeat_is_the_gateways_own(wire: Wire, quick_fmu: Path) -> None:
+def test_the_heartbeat_is_the_gateways_own(wire, quick_fmu):
     """It follows its object, and a gateway whose loop stands sends none."""
     with pair(wire, quick_fmu) as (master, service):
         master.node.nmt.wait_for_heartbeat(PATIENCE_S)
         master.node.sdo["Producer heartbeat time"].raw = 100
         beats = _beats(master, 1.0)
         assert beats >= 3
-        tick = service.node.tick  # type: ignore[union-attr]
-        service.node.tick = lambda *args: (time.sleep(1.0), tick(*args))[1]  # type: ignore[union-attr,assignment,method-assign]
+        tick = service.node.tick
+        service.node.tick = lambda *args: (time.sleep(1.0), tick(*args))[1]
         time.sleep(0.5)
         assert _beats(master, 1.0) <= 2
-        service.node.tick = tick  # type: ignore[union-attr,method-assign]
+        service.node.tick = tick
         master.node.nmt.send_command(0x81)
         wait_for(lambda: master.node.nmt.state == "PRE-OPERATIONAL")
 
@@ -305,7 +303,7 @@ def _beats(master: Master, seconds: float) -> int:
     return count
 
 
-def test_the_data_sheet_is_that_of_the_pdos(quick_fmu: Path) -> None:
+def test_the_data_sheet_is_that_of_the_pdos(quick_fmu):
     data_sheet = io.StringIO(node_eds(NODE, quick_fmu))
     data_sheet.name = "gateway.eds"
     dictionary = canopen.import_od(data_sheet, NODE)
@@ -337,9 +335,7 @@ def test_the_data_sheet_is_that_of_the_pdos(quick_fmu: Path) -> None:
         (["--canopen", "5", "--map", "machine_builder"], "no --map"),
     ],
 )
-def test_what_the_command_refuses(
-    quick_fmu: Path, more: list[str], told: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_the_command_refuses(quick_fmu, more, told, capsys):
     assert main(["gateway", "--compensator", str(quick_fmu), *more]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert told in line

@@ -1,7 +1,5 @@
 """Values to frames and back, for every signal of the DBC file."""
 
-from __future__ import annotations
-
 import ast
 import struct
 import tempfile
@@ -15,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gateway.codec import Encoder, Problem, decode, high_raw, low_raw, name_of, raw_of
-from gateway.database import COMPENSATOR, ERROR, MACHINE, NOT_AVAILABLE, Database, Frame, Signal
+from gateway.database import COMPENSATOR, ERROR, MACHINE, NOT_AVAILABLE, Frame
 from gateway.dbc import DBC
 from gateway.mapfile import InputMap
 from gateway.mapped_signals import mapped_signal
@@ -40,9 +38,7 @@ def read(frame: Frame, data: bytes | bytearray) -> tuple[dict[str, float], Seque
 @each_signal
 @given(data=st.data())
 @settings(max_examples=25, deadline=None)
-def test_a_value_comes_back_to_half_a_digit(
-    frame: Frame, signal: Signal, data: st.DataObject
-) -> None:
+def test_a_value_comes_back_to_half_a_digit(frame, signal, data):
     if signal.is_enumeration:
         name = data.draw(st.sampled_from(list(signal.named)))
         message = Encoder(frame).message({signal.name: name})
@@ -62,9 +58,7 @@ def test_a_value_comes_back_to_half_a_digit(
     ("value", "code", "fault"),
     [(nan, NOT_AVAILABLE, "not_available_value"), (inf, ERROR, "error_value")],
 )
-def test_what_is_not_there_or_cannot_be_carried_is_marked(
-    frame: Frame, signal: Signal, value: float, code: str, fault: str
-) -> None:
+def test_what_is_not_there_or_cannot_be_carried_is_marked(frame, signal, value, code, fault):
     message = Encoder(frame).message({signal.name: value})
     by_cantools = frame.message.decode(bytes(message.data))
     assert isinstance(by_cantools, dict)
@@ -79,7 +73,7 @@ def test_what_is_not_there_or_cannot_be_carried_is_marked(
 
 @given(st.sampled_from(DATABASE.frames), st.binary(min_size=8, max_size=8))
 @settings(max_examples=500, deadline=None)
-def test_any_bytes_give_a_value_in_range_or_a_problem(frame: Frame, data: bytes) -> None:
+def test_any_bytes_give_a_value_in_range_or_a_problem(frame, data):
     values, problems = read(frame, data)
     wrong = [problem.signal for problem in problems]
     for name, signal in frame.signals.items():
@@ -88,7 +82,7 @@ def test_any_bytes_give_a_value_in_range_or_a_problem(frame: Frame, data: bytes)
             assert signal.low - 1e-9 <= values[name] <= signal.high + 1e-9
 
 
-def test_a_float_of_a_fraction_is_in_range_up_to_its_end() -> None:
+def test_a_float_of_a_fraction_is_in_range_up_to_its_end():
     """As a tool length in metres; 0.4 in single precision is a little more than 0.4."""
     dbc = cantools.database.load_string(
         'BU_: PLC\nBO_ 1 F: 4 PLC\n SG_ L : 7|32@0- (1,0) [0|0.4] "m" PLC\nSIG_VALTYPE_ 1 L : 1;'
@@ -98,24 +92,24 @@ def test_a_float_of_a_fraction_is_in_range_up_to_its_end() -> None:
     assert [low_raw(signal) <= one <= high_raw(signal) for one in lengths] == [True, True, False]
 
 
-def test_signals_have_the_names_and_units_of_the_fmus(database: Database, unit: object) -> None:
+def test_signals_have_the_names_and_units_of_the_fmus(database, unit):
     machine = {signal.name: signal.unit for _, signal in database.signals(MACHINE)}
     sent = {signal.name: signal.unit for _, signal in database.signals(COMPENSATOR)}
     assert {f"T{n}" for n in range(1, 12)} < set(machine)
-    for name in unit.inputs:  # type: ignore[attr-defined]
-        assert machine[name] == unit.unit_of(name)  # type: ignore[attr-defined]
-    for name in unit.outputs:  # type: ignore[attr-defined]
-        assert sent[name] == unit.unit_of(name)  # type: ignore[attr-defined]
+    for name in unit.inputs:
+        assert machine[name] == unit.unit_of(name)
+    for name in unit.outputs:
+        assert sent[name] == unit.unit_of(name)
 
 
-def test_every_frame_and_signal_says_what_it_is() -> None:
+def test_every_frame_and_signal_says_what_it_is():
     for message in cantools.database.load_file(DBC).messages:
         assert message.comment
         for signal in message.signals:
             assert signal.comment, f"{message.name}.{signal.name}"
 
 
-def test_the_start_values_are_safe(database: Database) -> None:
+def test_the_start_values_are_safe(database):
     assert start_values(database) == {
         "valid": "invalid",
         "freshness": "not_proven",
@@ -131,7 +125,7 @@ def test_the_start_values_are_safe(database: Database) -> None:
             assert signal.start == signal.codes[NOT_AVAILABLE]
 
 
-def test_every_fault_has_a_code_in_the_dbc(database: Database) -> None:
+def test_every_fault_has_a_code_in_the_dbc(database):
     """What the code calls a fault is in the value table, or an answer could not be made."""
     called = faults_in_code()
     named = set(database.signal("bus_fault").named)
@@ -183,9 +177,7 @@ GOOD = DBC.read_text(encoding="utf-8")
         ("BO_ 528 MachineTemperatures1: 8", "BO_ 528 MachineTemperatures1: 7", ""),
     ],
 )
-def test_a_dbc_file_that_will_not_do_is_refused(
-    tmp_path: Path, old: str, new: str, word: str
-) -> None:
+def test_a_dbc_file_that_will_not_do_is_refused(tmp_path, old, new, word):
     assert old in GOOD
     path = tmp_path / "other.dbc"
     path.write_text(GOOD.replace(old, new), encoding="utf-8")
@@ -196,9 +188,7 @@ def test_a_dbc_file_that_will_not_do_is_refused(
     assert word in str(caught.value)
 
 
-def test_a_file_that_is_no_text_is_refused_in_a_line_that_a_terminal_can_take(
-    tmp_path: Path,
-) -> None:
+def test_a_file_that_is_no_text_is_refused_in_a_line_that_a_terminal_can_take(tmp_path):
     path = tmp_path / "binary.dbc"
     path.write_bytes(b'VERSION ""\n\x1b[2J\x1b]0;owned\x07\x08' + bytes(range(256)) * 20)
     with pytest.raises(BadInput) as caught:
@@ -218,7 +208,7 @@ def refusal(path: Path) -> str:
 
 @given(st.data())
 @settings(max_examples=60, deadline=None)
-def test_a_mangled_dbc_file_is_read_or_refused_in_one_line(data: st.DataObject) -> None:
+def test_a_mangled_dbc_file_is_read_or_refused_in_one_line(data):
     at = data.draw(st.integers(0, len(GOOD) - 1))
     length = data.draw(st.integers(0, 40))
     text = GOOD[:at] + data.draw(st.text(max_size=5)) + GOOD[at + length :]
@@ -227,7 +217,7 @@ def test_a_mangled_dbc_file_is_read_or_refused_in_one_line(data: st.DataObject) 
     assert "\n" not in refusal(path)
 
 
-def test_a_missing_or_foreign_file_is_refused(tmp_path: Path) -> None:
+def test_a_missing_or_foreign_file_is_refused(tmp_path):
     for path in (tmp_path / "none.dbc", tmp_path, Path(__file__)):
         with pytest.raises(BadInput):
             read_database(path)

@@ -1,7 +1,5 @@
 """The component in LinuxCNC: its logic without LinuxCNC, its twin in C, and both at the control."""
 
-from __future__ import annotations
-
 import ctypes
 import json
 import os
@@ -67,7 +65,7 @@ def following() -> OffsetFollower:
 WANTED = dict(zip(OFFSETS, (-2.0, 3.0, 10.0), strict=True))
 
 
-def test_the_feed_waits_until_an_offset_that_is_followed_is_in_force() -> None:
+def test_the_feed_waits_until_an_offset_that_is_followed_is_in_force():
     control = Control()
     component = control.component()
     component.follower = following()
@@ -78,7 +76,7 @@ def test_the_feed_waits_until_an_offset_that_is_followed_is_in_force() -> None:
     assert [axis.moved_um for axis in control.axes.values()] == pytest.approx([-2.0, 3.0, 10.0])
 
 
-def test_offsets_that_fade_hold_up_nothing() -> None:
+def test_offsets_that_fade_hold_up_nothing():
     control = Control()
     component = control.component()
     component.follower = following()
@@ -89,7 +87,7 @@ def test_offsets_that_fade_hold_up_nothing() -> None:
     assert control.axes["z"].moved_um == pytest.approx(10.0 - 5 * CYCLE_S * SLEW)
 
 
-def test_homing_is_allowed_once_the_offsets_are_cleared() -> None:
+def test_homing_is_allowed_once_the_offsets_are_cleared():
     control = Control()
     component = control.component()
     control.cycle(component, WANTED, 40)
@@ -100,7 +98,7 @@ def test_homing_is_allowed_once_the_offsets_are_cleared() -> None:
     assert all(abs(axis.motor_um) < 1e-6 for axis in control.axes.values())
 
 
-def test_a_component_that_waited_moves_no_axis_further_than_in_one_cycle() -> None:
+def test_a_component_that_waited_moves_no_axis_further_than_in_one_cycle():
     control = Control()
     component = control.component()
     control.cycle(component, WANTED, 4)
@@ -110,7 +108,7 @@ def test_a_component_that_waited_moves_no_axis_further_than_in_one_cycle() -> No
     assert 0.0 < control.axes["z"].moved_um - before <= CYCLE_S * SLEW + 1e-9
 
 
-def test_a_watchdog_that_barked_may_look_again_and_nothing_moves_before() -> None:
+def test_a_watchdog_that_barked_may_look_again_and_nothing_moves_before():
     control = Control()
     component = control.component()
     control.cycle(component, WANTED, 10)
@@ -125,7 +123,7 @@ def test_a_watchdog_that_barked_may_look_again_and_nothing_moves_before() -> Non
     assert control.axes["z"].moved_um > before
 
 
-def test_a_new_component_moves_nothing_before_it_has_taken_up_what_is_in_force() -> None:
+def test_a_new_component_moves_nothing_before_it_has_taken_up_what_is_in_force():
     control = Control()
     first = control.component()
     control.cycle(first, WANTED, 40)
@@ -139,12 +137,12 @@ def test_a_new_component_moves_nothing_before_it_has_taken_up_what_is_in_force()
         assert control.axes["z"].moved_um == pytest.approx(10.0, abs=0.02)
 
 
-def test_every_number_of_the_frames_has_a_pin_that_the_example_connects() -> None:
+def test_every_number_of_the_frames_has_a_pin_that_the_example_connects():
     text = (CONFIG / "thermal.hal").read_text()
     assert all(f"thermal.in.{name}\n" in text for name in sent_signals(read_database()))
 
 
-def test_a_component_of_another_name_is_connected_in_the_same_way(tmp_path: Path) -> None:
+def test_a_component_of_another_name_is_connected_in_the_same_way(tmp_path):
     commands = {"thermal": ["/bin/it", "{name}"], "spindle": ["a b"], "display": ["sleep", "1"]}
     write_folder(tmp_path, "own", commands)
     assert (tmp_path / "thermal.sh").read_text() == '#!/bin/sh\nexec /bin/it "$1"\n'
@@ -153,7 +151,7 @@ def test_a_component_of_another_name_is_connected_in_the_same_way(tmp_path: Path
     assert "thermal." not in text.replace("./thermal.sh", "")
 
 
-def test_the_twin_in_c_moves_an_axis_in_the_same_way(tmp_path: Path) -> None:
+def test_the_twin_in_c_moves_an_axis_in_the_same_way(tmp_path):
     compiler = shutil.which("gcc")
     if compiler is None:
         pytest.fail("no gcc") if os.environ.get("CI") else pytest.skip("no gcc")
@@ -198,7 +196,7 @@ def test_the_twin_in_c_moves_an_axis_in_the_same_way(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_the_nose_of_a_real_control_is_held_through_all_faults(tmp_path: Path) -> None:
+def test_the_nose_of_a_real_control_is_held_through_all_faults(tmp_path):
     """Both ways at once, in namespaces; thermal time is faster, the axes are not."""
     problem = sandbox.problem()
     if not problem and not (native_component.HEADERS / "hal.h").exists():
@@ -224,7 +222,7 @@ def test_the_nose_of_a_real_control_is_held_through_all_faults(tmp_path: Path) -
         assert figures["left_after_clear_um"] < 0.05
 
 
-def test_a_day_that_fails_ends_the_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_day_that_fails_ends_the_other(tmp_path, monkeypatch):
     """Else it writes on into the folder that is being removed."""
     begun = []
 

@@ -1,11 +1,8 @@
 """What other controls take: each adapter against an emulator that enforces its manual's rules."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping
 from math import isfinite, nan
-from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -128,7 +125,7 @@ def tell(lines: RegisterLines, *answer: float) -> None:
     lines.update(0.0, lambda: Report(told, {}, {}, {}))
 
 
-def test_every_control_has_an_emulator() -> None:
+def test_every_control_has_an_emulator():
     assert sorted(EMULATORS) == NAMES
 
 
@@ -139,9 +136,7 @@ def test_every_control_has_an_emulator() -> None:
         st.tuples(*[st.one_of(st.floats(-650.0, 650.0), st.just(nan))] * 3), min_size=1, max_size=8
     )
 )
-def test_an_axis_is_given_what_the_answer_says_and_no_rule_is_broken(
-    name: str, answers: list[tuple[float, ...]]
-) -> None:
+def test_an_axis_is_given_what_the_answer_says_and_no_rule_is_broken(name, answers):
     control, emulator = control_of(name), EMULATORS[name]()
     lines = RegisterLines(control, emulator.take)
     last = dict.fromkeys(AXES, 0.0)
@@ -155,7 +150,7 @@ def test_an_axis_is_given_what_the_answer_says_and_no_rule_is_broken(
         assert emulator.um[axis] == pytest.approx(last[axis], abs=control.step_um / 2 + 1e-6)
 
 
-def test_a_step_that_would_be_an_alarm_is_made_in_two() -> None:
+def test_a_step_that_would_be_an_alarm_is_made_in_two():
     emulator = FanucEmulator()
     lines = RegisterLines(control_of("fanuc"), emulator.take)
     for _ in range(2):
@@ -164,7 +159,7 @@ def test_a_step_that_would_be_an_alarm_is_made_in_two() -> None:
     assert emulator.um["X"] == 15_000.0
 
 
-def test_the_gateway_prints_the_registers_that_change() -> None:
+def test_the_gateway_prints_the_registers_that_change():
     lines: list[str] = []
     control = RegisterLines(control_of("tnc"), lines.append)
     for told in ((nan, nan, nan), (1.2, -3.4, 0.2), (1.4, nan, 0.6)):
@@ -172,9 +167,7 @@ def test_the_gateway_prints_the_registers_that_change() -> None:
     assert lines == ['{"W576": 1, "W578": -3}', '{"W580": 1}']
 
 
-def test_a_control_of_ones_own_is_a_file(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_control_of_ones_own_is_a_file(tmp_path, capsys):
     own = tmp_path / "own.toml"
     own.write_text('title = "T"\nsource = "S"\nstep_um = 0\n[registers]\nX = "R1"\n')
     assert main(["gateway", "--registers", str(own)]) == 2

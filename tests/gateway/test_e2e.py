@@ -1,13 +1,11 @@
 """Protection: known CRCs, every small corruption found, counters, fuzz of the receiver."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gateway.codec import Sender
-from gateway.database import COMPENSATOR, MACHINE, Database
+from gateway.database import COMPENSATOR, MACHINE
 from gateway.mapping import read_database
 from gateway.protection import COUNTERS, profile_1
 from gateway.reception import Reception
@@ -28,13 +26,13 @@ def bit_by_bit(data: bytes) -> int:
 
 @given(st.binary(min_size=8, max_size=8), st.integers(0, 0xFFFF))
 @settings(deadline=None)
-def test_the_crc_is_that_of_a_plain_shift_register(data: bytes, data_id: int) -> None:
+def test_the_crc_is_that_of_a_plain_shift_register(data, data_id):
     assert profile_1(data_id).sealed(data)[0] == bit_by_bit(
         data_id.to_bytes(2, "little") + data[1:]
     )
 
 
-def test_a_frame_of_another_identifier_does_not_fit(database: Database) -> None:
+def test_a_frame_of_another_identifier_does_not_fit(database):
     """The data id makes a frame that is routed to the wrong place one with a bad CRC."""
     for frame in database.frames:
         data = frame.protection.sealed(CONTENT)
@@ -43,7 +41,7 @@ def test_a_frame_of_another_identifier_does_not_fit(database: Database) -> None:
 
 
 @pytest.mark.parametrize("node", [MACHINE, COMPENSATOR])
-def test_the_counter_runs_from_0_to_14(database: Database, node: str) -> None:
+def test_the_counter_runs_from_0_to_14(database, node):
     sender = Sender(database, node)
     counters = [[m.data[1] & 0x0F for m in sender.messages({})] for _ in range(31)]
     for k, row in enumerate(counters):
@@ -61,9 +59,7 @@ FRAMES = st.tuples(
 
 @given(st.lists(FRAMES, max_size=60))
 @settings(max_examples=200, deadline=None)
-def test_nothing_that_arrives_breaks_the_receiver(
-    frames: list[tuple[int, bytes, bool, float]],
-) -> None:
+def test_nothing_that_arrives_breaks_the_receiver(frames):
     """Any bytes, also with a CRC that fits: no exception, and never a value out of its range."""
     database = DATABASE
     reception = Reception(database.of(MACHINE))
@@ -85,7 +81,7 @@ def test_nothing_that_arrives_breaks_the_receiver(
 
 @given(st.data())
 @settings(max_examples=100, deadline=None)
-def test_a_usable_cycle_holds_what_was_sent_whatever_came_between(data: st.DataObject) -> None:
+def test_a_usable_cycle_holds_what_was_sent_whatever_came_between(data):
     """Junk between good frames is either left out or spoils the cycle; it never changes a value."""
     database = DATABASE
     reception, sender = Reception(database.of(MACHINE)), Sender(database, MACHINE)

@@ -1,10 +1,7 @@
 """The control's offsets, state files, the bus load, the tables, and what the commands refuse."""
 
-from __future__ import annotations
-
 import re
 from math import nan
-from pathlib import Path
 
 import can
 import pytest
@@ -12,7 +9,7 @@ import pytest
 from gateway.busload import frame_bits
 from gateway.codec import Sender
 from gateway.control import OffsetFollower
-from gateway.database import COMPENSATOR, MACHINE, Database
+from gateway.database import COMPENSATOR, MACHINE
 from gateway.dbc import DBC
 from gateway.machine import AnswerReceiver
 from gateway.reception import Cycle
@@ -21,7 +18,7 @@ from gateway.unit import CompensatorUnit
 from measurement.errors import BadInput
 from scenarios.assignments import options_of
 from scenarios.cli import main
-from tests.gateway.bench import WARM, Bench
+from tests.gateway.bench import WARM
 from tests.scenarios.tiny_fmus import COMPENSATOR as TINY_COMPENSATOR
 from tests.scenarios.tiny_fmus import build_tiny
 
@@ -32,7 +29,7 @@ def answer(x: float, usable: bool = True) -> Cycle:
     return Cycle(usable, {"dX": x, "dY": 2.0, "dZ": 3.0}, None, {})
 
 
-def test_a_control_follows_offsets_valid_or_not() -> None:
+def test_a_control_follows_offsets_valid_or_not():
     follower = OffsetFollower(60.0)
     assert follower.follow(None, 1.0) == {"dX": 0.0, "dY": 0.0, "dZ": 0.0}
     assert follower.use == "none_yet"
@@ -41,7 +38,7 @@ def test_a_control_follows_offsets_valid_or_not() -> None:
 
 
 @pytest.mark.parametrize("bad", [None, answer(nan), answer(7.0, usable=False)])
-def test_a_control_without_offsets_holds_then_gives_up(bad: Cycle | None) -> None:
+def test_a_control_without_offsets_holds_then_gives_up(bad):
     follower = OffsetFollower(10.0)
     follower.follow(answer(5.0), 1.0)
     for _ in range(10):
@@ -54,7 +51,7 @@ def test_a_control_without_offsets_holds_then_gives_up(bad: Cycle | None) -> Non
         assert follower.follow(bad, 1.0)["dX"] == 6.0
 
 
-def test_an_answer_that_waited_in_a_queue_is_stale(database: Database) -> None:
+def test_an_answer_that_waited_in_a_queue_is_stale(database):
     """Intact and in sequence, but to readings of long ago: a control must not follow it."""
     sender, now = Sender(database, COMPENSATOR), 100.0
     queue: list[can.Message] = []
@@ -69,7 +66,7 @@ def test_an_answer_that_waited_in_a_queue_is_stale(database: Database) -> None:
     def ear() -> AnswerReceiver:
         heard = AnswerReceiver(database, lambda: now)
         while queue:
-            heard.hear(Waiting(), now)  # type: ignore[arg-type]
+            heard.hear(Waiting(), now)
         return heard
 
     kept = list(queue)
@@ -87,7 +84,7 @@ def test_an_answer_that_waited_in_a_queue_is_stale(database: Database) -> None:
 # State files
 
 
-def test_a_state_comes_back(tmp_path: Path, bench: Bench, new_unit: object) -> None:
+def test_a_state_comes_back(tmp_path, bench, new_unit):
     bench.settle(WARM)
     now = [5000.0]
     store = StateFile(tmp_path / "s.json", bench.unit.slave.sha256, lambda: now[0])
@@ -97,7 +94,7 @@ def test_a_state_comes_back(tmp_path: Path, bench: Bench, new_unit: object) -> N
     saved, _ = store.read()
     assert saved is not None
     assert (saved.time_s, saved.machine_time_s, saved.age_s) == (bench.unit.time_s, 12.5, 7.0)
-    again: CompensatorUnit = new_unit()  # type: ignore[operator]
+    again: CompensatorUnit = new_unit()
     again.start(saved)
     sample = {**dict.fromkeys(again.inputs, 20.0), **WARM, "tool_length": 150.0}
     assert again.step(sample, 0.1) == bench.unit.step(sample, 0.1)
@@ -115,7 +112,7 @@ def test_a_state_comes_back(tmp_path: Path, bench: Bench, new_unit: object) -> N
 @pytest.mark.parametrize(
     "cut", [0, 1, 20, 60, -2, "saved", "time_s", "machine_time_s", "format", "state"]
 )
-def test_a_state_that_is_damaged_is_not_used(tmp_path: Path, cut: int | str) -> None:
+def test_a_state_that_is_damaged_is_not_used(tmp_path, cut):
     store = StateFile(tmp_path / "s.json", "x", lambda: 100.0)
     store.write(100.0, 1.0, 2.0, b"state")
     text = store.path.read_text()
@@ -129,14 +126,14 @@ def test_a_state_that_is_damaged_is_not_used(tmp_path: Path, cut: int | str) -> 
 
 
 @pytest.mark.parametrize("text", ["{}", "[]", '{"kind": 1}', "\x00", "my notes"])
-def test_a_file_that_is_no_state_is_refused(tmp_path: Path, text: str) -> None:
+def test_a_file_that_is_no_state_is_refused(tmp_path, text):
     path = tmp_path / "s.json"
     path.write_text(text)
     with pytest.raises(BadInput, match="is not a state of an FMU"):
         StateFile(path, "x").read()
 
 
-def test_options_of_an_interface() -> None:
+def test_options_of_an_interface():
     assert options_of(["bitrate=500000", "fd=false", "app_name=x y"]) == {
         "bitrate": 500000,
         "fd": False,
@@ -149,7 +146,7 @@ def test_options_of_an_interface() -> None:
 # Bus load
 
 
-def test_the_longest_frame_is_that_of_the_literature() -> None:
+def test_the_longest_frame_is_that_of_the_literature():
     """Davis et al. 2007, table 1 and eq. 1: 135 bits for 8 bytes, 55 for none, with the pause."""
     assert frame_bits(8) == 135
     assert frame_bits(0) == 55
@@ -159,9 +156,7 @@ def test_the_longest_frame_is_that_of_the_literature() -> None:
 # The tables
 
 
-def test_the_table_names_every_frame_and_signal(
-    database: Database, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_the_table_names_every_frame_and_signal(database, capsys, tmp_path):
     other = tmp_path / "other.dbc"
     changed = DBC.read_text(encoding="utf-8").replace("(0.02,-650)", "(0.01,-300)")
     other.write_text(changed.replace("[-650|650]", "[-300|300]"), encoding="utf-8")
@@ -198,9 +193,7 @@ def test_the_table_names_every_frame_and_signal(
         (["machine", "--replay", "x.log", "--out", "y.csv"], "--out"),
     ],
 )
-def test_bad_input_is_told_in_one_line(
-    arguments: list[str], word: str, capsys: pytest.CaptureFixture[str], fmu_folder: Path
-) -> None:
+def test_bad_input_is_told_in_one_line(arguments, word, capsys, fmu_folder):
     assert main([*arguments, "--fmu-dir", str(fmu_folder)]) == 2
     lines = capsys.readouterr().err.strip().splitlines()
     assert len([line for line in lines if "error" in line]) == 1
@@ -214,9 +207,7 @@ def test_bad_input_is_told_in_one_line(
         ("T1", "oil_7", "oil_7: is missing: the compensator takes it"),
     ],
 )
-def test_an_fmu_whose_inputs_the_frames_do_not_carry_is_refused(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, old: str, new: str, told: str
-) -> None:
+def test_an_fmu_whose_inputs_the_frames_do_not_carry_is_refused(capsys, tmp_path, old, new, told):
     other = build_tiny(TINY_COMPENSATOR.replace(old, new), "OtherCompensator", tmp_path)
     arguments = ["--interface", "virtual", "--channel", "refused", "--compensator", str(other)]
     assert main(["gateway", *arguments]) == 2

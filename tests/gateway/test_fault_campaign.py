@@ -1,7 +1,5 @@
 """The fault campaign finds nothing in the gateway, and would find something in a worse one."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -32,7 +30,7 @@ def outcomes(database: Database, play: Play, episodes: int) -> tuple[int, int]:
 
 
 @pytest.mark.parametrize("name", PLAYS)
-def test_nothing_unsafe_is_called_valid(database: Database, name: str) -> None:
+def test_nothing_unsafe_is_called_valid(database, name):
     noticed, unsafe = outcomes(database, PLAYS[name], 2)
     assert unsafe == 0
     assert noticed == 2 or name in UNHEARD
@@ -79,9 +77,7 @@ def without_reference(patch: pytest.MonkeyPatch) -> None:
         (without_reference, "started in a warm-up, no state"),
     ],
 )
-def test_a_gateway_without_a_check_is_found_out(
-    database: Database, monkeypatch: pytest.MonkeyPatch, patch: Patch, name: str
-) -> None:
+def test_a_gateway_without_a_check_is_found_out(database, monkeypatch, patch, name):
     patch(monkeypatch)
     # A proof would find most of it out alone.
     frames = database if patch is without_proof else database.unproven()

@@ -1,7 +1,5 @@
 """CAN FD: a whole cycle of each node in one frame, by a map."""
 
-from __future__ import annotations
-
 import contextlib
 from pathlib import Path
 
@@ -13,9 +11,7 @@ from gateway.link import Link
 from gateway.mapping import read_mapping
 from gateway.node import GatewaySettings
 from gateway.reference import Proof
-from gateway.unit import CompensatorUnit
 from tests.gateway.bench import WARM, Bench
-from tests.gateway.conftest import Wire
 
 TEMPERATURES = [f"T{n}" for n in range(1, 12)]
 MACHINE_FRAME = [
@@ -73,7 +69,7 @@ def frames(path: Path) -> Database:
     return mapping.database
 
 
-def test_a_cycle_in_one_frame_is_answered_in_one(frames: Database, unit: CompensatorUnit) -> None:
+def test_a_cycle_in_one_frame_is_answered_in_one(frames, unit):
     bench = Bench(frames, unit, GatewaySettings(proof=Proof(said=True)))
     (message,) = bench.frames()
     assert (message.is_fd, message.bitrate_switch, len(message.data)) == (True, True, 64)
@@ -84,7 +80,7 @@ def test_a_cycle_in_one_frame_is_answered_in_one(frames: Database, unit: Compens
 
 
 @pytest.mark.parametrize("wire", ["udp_multicast"], indirect=True)
-def test_long_frames_cross_a_bus_that_carries_them(wire: Wire, frames: Database) -> None:
+def test_long_frames_cross_a_bus_that_carries_them(wire, frames):
     keys = [frame.key for frame in frames.frames]
     options = {**wire.options, "fd": True}
     sender, hearer = (Link(wire.interface, wire.channel, keys, options=options) for _ in range(2))
@@ -107,13 +103,13 @@ def test_long_frames_cross_a_bus_that_carries_them(wire: Wire, frames: Database)
         (": 64 CONTROL", ": 50 CONTROL", "50 bytes: is not a length that frames can have"),
     ],
 )
-def test_what_cannot_be_on_the_bus_is_refused(path: Path, old: str, new: str, problem: str) -> None:
+def test_what_cannot_be_on_the_bus_is_refused(path, old, new, problem):
     file = path if old in path.read_text() else path.with_name("fd.dbc")
     file.write_text(file.read_text().replace(old, new))
     assert problem in " ".join(str(one) for one in read_mapping(path).problems)
 
 
-def test_a_proof_needs_a_frame_of_its_own(path: Path) -> None:
+def test_a_proof_needs_a_frame_of_its_own(path):
     text = path.read_text().replace("[outputs]", '[outputs]\nchallenge = "Answer.challenge"')
     path.write_text(
         text.replace("[inputs]", '[inputs]\necho = "Cycle.echo"\nproof = "Cycle.proof"')

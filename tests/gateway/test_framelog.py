@@ -1,7 +1,5 @@
 """The log beside the loop: appended to, turned over, reopened, and never a reason to stop."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import threading
@@ -36,7 +34,7 @@ def numbers(path: Path) -> list[int]:
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
-def test_a_log_is_appended_to(tmp_path: Path, ending: str) -> None:
+def test_a_log_is_appended_to(tmp_path, ending):
     path = tmp_path / f"frames{ending}"
     for start in (0, 10):
         log = FrameLog(path)
@@ -48,7 +46,7 @@ def test_a_log_is_appended_to(tmp_path: Path, ending: str) -> None:
     assert found == list(range(20))
 
 
-def test_a_log_survives_a_kill_but_for_its_last_second(tmp_path: Path) -> None:
+def test_a_log_survives_a_kill_but_for_its_last_second(tmp_path):
     program = (
         "import os, sys, time; from pathlib import Path\n"
         "from gateway import framelog\n"
@@ -71,7 +69,7 @@ def test_a_log_survives_a_kill_but_for_its_last_second(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
-def test_a_channel_may_have_any_name(tmp_path: Path, ending: str) -> None:
+def test_a_channel_may_have_any_name(tmp_path, ending):
     path = tmp_path / f"frames{ending}"
     log = FrameLog(path)
     for number, channel in enumerate(("bus-4711", "a1b2c3d4e5f60718293a4b5c6d7e8f90", "can0", 3)):
@@ -83,7 +81,7 @@ def test_a_channel_may_have_any_name(tmp_path: Path, ending: str) -> None:
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
-def test_a_frame_older_than_the_first_keeps_its_day(tmp_path: Path, ending: str) -> None:
+def test_a_frame_older_than_the_first_keeps_its_day(tmp_path, ending):
     path = tmp_path / f"frames{ending}"
     log = FrameLog(path)
     for number in (1, 0, 2):  # the kernel stamped one before this process sent its first
@@ -94,7 +92,7 @@ def test_a_frame_older_than_the_first_keeps_its_day(tmp_path: Path, ending: str)
     assert np.diff(times) == pytest.approx([0.0, 1.0])
 
 
-def test_half_a_line_at_the_end_is_cut_off(tmp_path: Path) -> None:
+def test_half_a_line_at_the_end_is_cut_off(tmp_path):
     path = tmp_path / "frames.log"
     path.write_text("(1.0) vcan0 210#0100000000000000 R\n(1.1) vcan0 21")
     log = FrameLog(path)
@@ -104,7 +102,7 @@ def test_half_a_line_at_the_end_is_cut_off(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("told", [True, False])
-def test_a_renamed_log_is_begun_anew(tmp_path: Path, told: bool) -> None:
+def test_a_renamed_log_is_begun_anew(tmp_path, told):
     path, away = tmp_path / "frames.log", tmp_path / "away.log"
     log = FrameLog(path)
     log.write(frame(1))
@@ -119,9 +117,7 @@ def test_a_renamed_log_is_begun_anew(tmp_path: Path, told: bool) -> None:
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
-def test_a_large_log_is_turned_over(
-    tmp_path: Path, ending: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_large_log_is_turned_over(tmp_path, ending, monkeypatch):
     monkeypatch.setattr(framelog, "SYNC_S", 0.0)
     monkeypatch.setattr(background, "LAST_S", 30.0)
     path = tmp_path / f"frames{ending}"
@@ -136,7 +132,7 @@ def test_a_large_log_is_turned_over(
     assert kept == list(range(kept[0], 200))
 
 
-def test_a_full_disk_is_told_and_survived(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_is_told_and_survived(tmp_path, monkeypatch):
     monkeypatch.setattr(framelog, "SYNC_S", 0.0)
     monkeypatch.setattr(framelog, "RETRY_S", 0.1)
     said: list[str] = []
@@ -156,9 +152,7 @@ def test_a_full_disk_is_told_and_survived(tmp_path: Path, monkeypatch: pytest.Mo
     assert any("written again" in line for line in said)
 
 
-def test_a_disk_that_takes_no_log_does_not_keep_the_gateway_from_starting(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_disk_that_takes_no_log_does_not_keep_the_gateway_from_starting(tmp_path, monkeypatch):
     monkeypatch.setattr(framelog, "RETRY_S", 0.05)
     folder, said = tmp_path / "logs", list[str]()
     folder.write_text("no folder yet")
@@ -176,25 +170,23 @@ def test_a_disk_that_takes_no_log_does_not_keep_the_gateway_from_starting(
     assert any("written again" in line for line in said)
 
 
-def test_a_job_that_fails_does_not_keep_others_from_being_done(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_job_that_fails_does_not_keep_others_from_being_done(capsys):
     done: list[int] = []
     worker = Background(5)
-    worker.do(lambda: [].pop())  # type: ignore[arg-type]
+    worker.do(lambda: [].pop())
     worker.do(lambda: done.append(1))
     assert worker.close()
     assert (done, worker.dropped) == ([1], 1)
     assert "IndexError" in capsys.readouterr().err
 
 
-def test_a_disk_that_hangs_keeps_nobody_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_disk_that_hangs_keeps_nobody_waiting(monkeypatch):
     done, gate = [], threading.Event()
     worker = Background(3)
-    worker.do(gate.wait)  # type: ignore[arg-type]
+    worker.do(gate.wait)
     begun = time.monotonic()
     for number in range(100):
-        worker.do(lambda number=number: done.append(number))  # type: ignore[misc]
+        worker.do(lambda number=number: done.append(number))
     assert time.monotonic() - begun < 1.0
     assert worker.dropped >= 96
     monkeypatch.setattr(background, "LAST_S", 0.2)

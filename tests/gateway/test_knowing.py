@@ -1,20 +1,16 @@
 """What the gateway cannot know it does not call valid: references, clocks, counts, age, rivals."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from math import nan
 
 import can
 import pytest
 
 from gateway.codec import Sender, high_raw
-from gateway.database import COMPENSATOR, MACHINE, Database
+from gateway.database import COMPENSATOR, MACHINE
 from gateway.node import GatewaySettings
 from gateway.reception import Reception
 from gateway.reference import Proof, Reference
 from gateway.timebase import CLOCK_DRIFT, Timebase
-from gateway.unit import CompensatorUnit
 from tests.gateway.bench import WARM, Bench
 
 NOT_COLD = {"thermal_state": "warm"}
@@ -23,7 +19,7 @@ TOGETHER = GatewaySettings(proof=Proof(ambient="T5", band_k=1.0, time_s=60.0))
 # The reference
 
 
-def test_a_cold_restart_in_a_warm_up_is_never_valid(bench: Bench) -> None:
+def test_a_cold_restart_in_a_warm_up_is_never_valid(bench):
     for _ in range(3):
         bench.give(bench.frames(NOT_COLD, state="starting"))
     for _ in range(200):
@@ -37,8 +33,8 @@ def test_a_cold_restart_in_a_warm_up_is_never_valid(bench: Bench) -> None:
 
 
 def test_a_machine_that_says_it_is_cold_is_believed_for_a_minute_and_no_longer(
-    bench: Bench, database: Database, new_unit: Callable[[], CompensatorUnit]
-) -> None:
+    bench, database, new_unit
+):
     for late_s, begins in ((50.0, True), (70.0, False)):
         bench = Bench(database, new_unit())
         for _ in range(3):
@@ -50,9 +46,7 @@ def test_a_machine_that_says_it_is_cold_is_believed_for_a_minute_and_no_longer(
         assert (bench.last["status"] != "reference_unknown") == begins
 
 
-def test_temperatures_that_stand_with_the_ambient_one_prove_a_cold_machine(
-    database: Database, unit: CompensatorUnit
-) -> None:
+def test_temperatures_that_stand_with_the_ambient_one_prove_a_cold_machine(database, unit):
     bench = Bench(database, unit, TOGETHER)
     for _ in range(3):
         bench.give(bench.frames(NOT_COLD, state="starting"))
@@ -72,9 +66,7 @@ def test_temperatures_that_stand_with_the_ambient_one_prove_a_cold_machine(
         pytest.param(lambda k: {"T7": nan}, id="one is missing"),
     ],
 )
-def test_temperatures_that_are_apart_or_move_prove_nothing(
-    database: Database, unit: CompensatorUnit, moved: Callable[[int], dict[str, float]]
-) -> None:
+def test_temperatures_that_are_apart_or_move_prove_nothing(database, unit, moved):
     bench = Bench(database, unit, TOGETHER)
     for k in range(800):
         bench.cycle(moved(k) | NOT_COLD)
@@ -82,14 +74,14 @@ def test_temperatures_that_are_apart_or_move_prove_nothing(
     assert {answer["valid"] for answer in bench.answers} == {"invalid"}
 
 
-def test_temperatures_prove_nothing_without_an_ambient_one() -> None:
+def test_temperatures_prove_nothing_without_an_ambient_one():
     reference = Reference(Proof(), ["T1", "T2"])
     for _ in range(10_000):
         assert not reference.take({"T1": 20.0, "T2": 20.0}, 1.0, cold=False)
     assert Reference(Proof(said=True), ["T1"]).take({}, 1.0, cold=False)
 
 
-def test_a_gap_in_the_readings_is_no_time_together() -> None:
+def test_a_gap_in_the_readings_is_no_time_together():
     reference = Reference(Proof(ambient="T1", time_s=600.0), ["T1", "T2"])
     for _ in range(20):
         assert not reference.take({"T1": 20.0, "T2": 20.5}, 100.0, cold=False)
@@ -99,7 +91,7 @@ def test_a_gap_in_the_readings_is_no_time_together() -> None:
 
 
 @pytest.mark.parametrize(("behind", "place"), [(1, 1), (240, 5)])
-def test_a_frame_that_is_late_for_good_is_noticed(bench: Bench, behind: int, place: int) -> None:
+def test_a_frame_that_is_late_for_good_is_noticed(bench, behind, place):
     bench.settle(WARM)
     kept: list[can.Message] = []
 
@@ -129,7 +121,7 @@ def test_a_frame_that_is_late_for_good_is_noticed(bench: Bench, behind: int, pla
     assert bench.last["valid"] == "valid"
 
 
-def test_a_further_frame_in_sequence_is_noticed(bench: Bench, database: Database) -> None:
+def test_a_further_frame_in_sequence_is_noticed(bench, database):
     bench.settle(WARM)
     other = Sender(database, MACHINE)
     for _ in range(bench.sender._encoders[5]._count + 1):
@@ -150,7 +142,7 @@ def base(speed_up: float = 1.0) -> Timebase:
 
 
 @pytest.mark.parametrize("speed_up", [1.0, 10.0])
-def test_a_machine_whose_time_fits_is_trusted_for_days_and_over_the_wrap(speed_up: float) -> None:
+def test_a_machine_whose_time_fits_is_trusted_for_days_and_over_the_wrap(speed_up):
     clock = base(speed_up)
     drift = 0.4 * CLOCK_DRIFT
     for k in range(0, 3_000_000, 97):
@@ -160,7 +152,7 @@ def test_a_machine_whose_time_fits_is_trusted_for_days_and_over_the_wrap(speed_u
 
 
 @pytest.mark.parametrize("rate", [0.5, 0.98, 1.02, 50.0])
-def test_a_machine_whose_time_runs_at_another_rate_is_not_trusted(rate: float) -> None:
+def test_a_machine_whose_time_runs_at_another_rate_is_not_trusted(rate):
     clock = base()
     found = [clock.judge(round(100 * rate * k), 0.1 * k) for k in range(6000)]
     wrong = [fault is not None for fault in found]
@@ -177,7 +169,7 @@ def settled() -> Timebase:
 
 
 @pytest.mark.parametrize("says_starting", [False, True])
-def test_a_cycle_that_is_late_for_good_stays_late(says_starting: bool) -> None:
+def test_a_cycle_that_is_late_for_good_stays_late(says_starting):
     clock = settled()
     for k in range(100, 20_000):
         if says_starting and k % 100 == 0:
@@ -188,7 +180,7 @@ def test_a_cycle_that_is_late_for_good_stays_late(says_starting: bool) -> None:
     assert clock.judge(2_000_000, 2_000.0) is None
 
 
-def test_a_proof_tells_a_clock_that_was_set_back_from_a_delay() -> None:
+def test_a_proof_tells_a_clock_that_was_set_back_from_a_delay():
     clock = settled()
     found = clock.judge(5_000, 10.0, proven=True, jumped=True)
     assert found is not None
@@ -196,7 +188,7 @@ def test_a_proof_tells_a_clock_that_was_set_back_from_a_delay() -> None:
     assert clock.judge(5_100, 10.1, proven=True) is None
 
 
-def test_time_goes_back_without_a_fault_only_after_the_machine_has_started() -> None:
+def test_time_goes_back_without_a_fault_only_after_the_machine_has_started():
     clock = settled()
     found = clock.judge(0, 10.0, jumped=True)
     assert found is not None
@@ -208,7 +200,7 @@ def test_time_goes_back_without_a_fault_only_after_the_machine_has_started() -> 
     assert [clock.judge(100 * k, 10.0 + 0.1 * k) for k in range(9)] == [None] * 9
 
 
-def test_a_burst_that_overlaps_newer_cycles_costs_only_itself() -> None:
+def test_a_burst_that_overlaps_newer_cycles_costs_only_itself():
     clock = settled()
     for k in range(15):
         assert clock.judge(10_000 + 100 * k, 12.0 + 1e-3 * k) is not None
@@ -216,7 +208,7 @@ def test_a_burst_that_overlaps_newer_cycles_costs_only_itself() -> None:
 
 
 @pytest.mark.parametrize("proven", [False, True])
-def test_a_machines_clock_that_is_ahead_tells_of_time_not_seen(proven: bool) -> None:
+def test_a_machines_clock_that_is_ahead_tells_of_time_not_seen(proven):
     """As after this computer's clock stood still: a paused virtual machine."""
     clock = settled()
     found = clock.judge(10_000 + 7_200_000, 10.0, jumped=True, proven=proven)
@@ -227,7 +219,7 @@ def test_a_machines_clock_that_is_ahead_tells_of_time_not_seen(proven: bool) -> 
     assert clock.unseen_s == 0.0
 
 
-def test_a_gateway_without_the_machines_speed_up_is_not_valid(bench: Bench) -> None:
+def test_a_gateway_without_the_machines_speed_up_is_not_valid(bench):
     bench.settle(WARM)
     first = len(bench.answers)
     for k in range(100):
@@ -238,9 +230,7 @@ def test_a_gateway_without_the_machines_speed_up_is_not_valid(bench: Bench) -> N
 
 
 @pytest.mark.parametrize("machine_clock", [False, True])
-def test_a_time_that_stands_is_a_fault(
-    database: Database, unit: CompensatorUnit, machine_clock: bool
-) -> None:
+def test_a_time_that_stands_is_a_fault(database, unit, machine_clock):
     bench = Bench(database, unit, GatewaySettings(machine_clock=machine_clock))
     bench.settle(WARM)
     stands = {**WARM, "machine_time": bench.time_s, "machine_step": 0.0}
@@ -251,15 +241,13 @@ def test_a_time_that_stands_is_a_fault(
 
 
 @pytest.mark.parametrize("machine_clock", [False, True])
-def test_the_wrap_of_the_machines_time_is_no_fault(
-    database: Database, unit: CompensatorUnit, machine_clock: bool
-) -> None:
+def test_the_wrap_of_the_machines_time_is_no_fault(database, unit, machine_clock):
     bench = Bench(database, unit, GatewaySettings(machine_clock=machine_clock))
     signal = database.signal("machine_time")
     wrap_s = (high_raw(signal) + 1) * signal.scale
     bench.time_s = wrap_s - 7.0
     sent = bench.frames
-    bench.frames = lambda values=None, state="running": sent(  # type: ignore[method-assign]
+    bench.frames = lambda values=None, state="running": sent(
         {**(values or {}), "machine_time": round(bench.time_s % wrap_s, 3)}, state
     )
     bench.settle(WARM)
@@ -274,9 +262,7 @@ def test_the_wrap_of_the_machines_time_is_no_fault(
 
 
 @pytest.mark.parametrize("machine_clock", [False, True])
-def test_a_cycle_that_waited_to_be_read_is_not_valid(
-    database: Database, unit: CompensatorUnit, machine_clock: bool
-) -> None:
+def test_a_cycle_that_waited_to_be_read_is_not_valid(database, unit, machine_clock):
     """As after a SIGSTOP: frames in the kernel's queue are intact, in sequence, and old."""
     bench = Bench(database, unit, GatewaySettings(machine_clock=machine_clock))
     bench.settle(WARM)
@@ -297,15 +283,15 @@ def test_a_cycle_that_waited_to_be_read_is_not_valid(
     assert bench.last["valid"] == "valid"
 
 
-def test_an_answer_that_took_long_is_not_valid(bench: Bench) -> None:
+def test_an_answer_that_took_long_is_not_valid(bench):
     bench.settle(WARM)
     step = bench.unit.step
 
     def slow(values: object, step_s: float) -> dict[str, float]:
         bench.now += 0.3
-        return step(values, step_s)  # type: ignore[arg-type]
+        return step(values, step_s)
 
-    bench.unit.step = slow  # type: ignore[method-assign,assignment]
+    bench.unit.step = slow
     assert bench.cycle(WARM)["valid"] == "invalid"
     assert bench.last["bus_fault"] == "stale"
 
@@ -313,7 +299,7 @@ def test_an_answer_that_took_long_is_not_valid(bench: Bench) -> None:
 # Another gateway
 
 
-def test_another_gateway_is_noticed(bench: Bench, database: Database) -> None:
+def test_another_gateway_is_noticed(bench, database):
     bench.settle(WARM)
     other = Sender(database, COMPENSATOR)
     bench.cycle(WARM, lambda messages: [other.messages({})[0], *messages])
@@ -330,18 +316,16 @@ def test_another_gateway_is_noticed(bench: Bench, database: Database) -> None:
 # What the compensator says
 
 
-def test_a_status_of_the_compensator_that_is_not_known_here_passes(
-    bench: Bench, database: Database
-) -> None:
+def test_a_status_of_the_compensator_that_is_not_known_here_passes(bench, database):
     bench.settle(WARM)
     step = bench.unit.step
 
     def newer(values: object, step_s: float) -> dict[str, float]:
-        step(values, step_s)  # type: ignore[arg-type]
+        step(values, step_s)
         bench.unit.outputs["status"] = 7.0
         return bench.unit.outputs
 
-    bench.unit.step = newer  # type: ignore[method-assign,assignment]
+    bench.unit.step = newer
     answer = bench.cycle(WARM)
     assert (answer["status"], answer["valid"]) == (7, "valid")
     reception = Reception(database.of(COMPENSATOR))
@@ -355,16 +339,16 @@ def test_a_status_of_the_compensator_that_is_not_known_here_passes(
 
 
 @pytest.mark.parametrize("offset", [650.1, nan])
-def test_an_offset_that_no_frame_can_carry_is_not_valid(bench: Bench, offset: float) -> None:
+def test_an_offset_that_no_frame_can_carry_is_not_valid(bench, offset):
     bench.settle(WARM)
     step = bench.unit.step
 
     def wild(values: object, step_s: float) -> dict[str, float]:
-        step(values, step_s)  # type: ignore[arg-type]
+        step(values, step_s)
         bench.unit.outputs["dY"] = offset
         return bench.unit.outputs
 
-    bench.unit.step = wild  # type: ignore[method-assign,assignment]
+    bench.unit.step = wild
     assert bench.cycle(WARM)["valid"] == "invalid"
 
 
@@ -372,7 +356,7 @@ def test_an_offset_that_no_frame_can_carry_is_not_valid(bench: Bench, offset: fl
 
 
 @pytest.mark.parametrize("lost", ["bus_off", "interface_lost"])
-def test_a_lost_bus_is_told_when_it_is_back(bench: Bench, lost: str) -> None:
+def test_a_lost_bus_is_told_when_it_is_back(bench, lost):
     bench.settle(WARM)
     for _ in range(3):
         bench.now += 0.1

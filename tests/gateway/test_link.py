@@ -1,9 +1,6 @@
 """The bus that goes and comes: back-off, error frames, queues that are full, logs."""
 
-from __future__ import annotations
-
 import errno
-from pathlib import Path
 from typing import Any
 
 import can
@@ -92,7 +89,7 @@ def listen(link: Link, garage: Garage, seconds: float) -> None:
             garage.now += 0.1
 
 
-def test_a_lost_bus_is_opened_again_with_longer_and_longer_waits(garage: Garage) -> None:
+def test_a_lost_bus_is_opened_again_with_longer_and_longer_waits(garage):
     said: list[str] = []
     link = new_link(garage, said)
     garage.refusals = 7
@@ -110,7 +107,7 @@ def test_a_lost_bus_is_opened_again_with_longer_and_longer_waits(garage: Garage)
     assert said[-1].endswith("back")
 
 
-def test_a_bus_that_works_again_starts_with_the_shortest_wait(garage: Garage) -> None:
+def test_a_bus_that_works_again_starts_with_the_shortest_wait(garage):
     link = new_link(garage)
     garage.refusals = 4
     garage.opened[0].incoming.append(OSError(errno.ENETDOWN, "Network is down"))
@@ -122,7 +119,7 @@ def test_a_bus_that_works_again_starts_with_the_shortest_wait(garage: Garage) ->
     assert garage.attempts[-1] - lost_at == pytest.approx(FIRST_WAIT_S, abs=0.11)
 
 
-def test_bus_off_is_a_loss_and_other_error_frames_are_not(garage: Garage) -> None:
+def test_bus_off_is_a_loss_and_other_error_frames_are_not(garage):
     link = new_link(garage)
     for error_class, lost in ((0x4, ""), (0x100, ""), (0x40, "bus_off")):
         frame = can.Message(arbitration_id=error_class, is_error_frame=True, data=bytes(8))
@@ -131,7 +128,7 @@ def test_bus_off_is_a_loss_and_other_error_frames_are_not(garage: Garage) -> Non
         assert link.lost == lost
 
 
-def test_nothing_is_sent_on_a_lost_bus(garage: Garage) -> None:
+def test_nothing_is_sent_on_a_lost_bus(garage):
     link = new_link(garage)
     garage.opened[0].incoming.append(OSError("gone"))
     link.receive(0.1)
@@ -140,7 +137,7 @@ def test_nothing_is_sent_on_a_lost_bus(garage: Garage) -> None:
     assert garage.opened[0].sent == []
 
 
-def test_a_full_queue_is_borne_for_a_while(garage: Garage) -> None:
+def test_a_full_queue_is_borne_for_a_while(garage):
     link = new_link(garage)
     bus = garage.opened[0]
     bus.sending = can.CanOperationError("No buffer space available")
@@ -157,7 +154,7 @@ def test_a_full_queue_is_borne_for_a_while(garage: Garage) -> None:
     assert link.lost == "interface_lost"
 
 
-def test_an_interface_that_appears_late_is_waited_for(garage: Garage) -> None:
+def test_an_interface_that_appears_late_is_waited_for(garage):
     garage.refusals = 3
     link = Link("fake", "one", [], None, clock=lambda: garage.now)
     link.open(10.0)
@@ -165,7 +162,7 @@ def test_an_interface_that_appears_late_is_waited_for(garage: Garage) -> None:
     assert len(garage.attempts) == 4
 
 
-def test_an_interface_that_never_appears_is_refused(garage: Garage) -> None:
+def test_an_interface_that_never_appears_is_refused(garage):
     garage.refusals = 10**6
     link = Link("fake", "one", [], None, clock=lambda: garage.now)
     with pytest.raises(BadInput, match="fake:one: cannot be opened"):
@@ -182,7 +179,7 @@ def test_an_interface_that_never_appears_is_refused(garage: Garage) -> None:
     ],
     ids=["extended", "remote", "fd"],
 )
-def test_frames_of_another_kind_are_not_ours(garage: Garage, message: can.Message) -> None:
+def test_frames_of_another_kind_are_not_ours(garage, message):
     link = new_link(garage)
     garage.opened[0].incoming += [message, MESSAGE]
     assert link.receive(0.1) is None
@@ -190,7 +187,7 @@ def test_frames_of_another_kind_are_not_ours(garage: Garage, message: can.Messag
 
 
 @pytest.mark.parametrize("content", ["", "hello\n", "(1.0) vcan0 7FF#00\n", "(x) vcan0 210#00\n"])
-def test_a_log_without_our_frames_is_refused(tmp_path: Path, content: str, database: Any) -> None:
+def test_a_log_without_our_frames_is_refused(tmp_path, content, database):
     path = tmp_path / "frames.log"
     path.write_text(content)
     with pytest.raises(BadInput) as caught:
@@ -198,7 +195,7 @@ def test_a_log_without_our_frames_is_refused(tmp_path: Path, content: str, datab
     assert "\n" not in str(caught.value)
 
 
-def test_a_log_is_read_back(tmp_path: Path, database: Any) -> None:
+def test_a_log_is_read_back(tmp_path, database):
     path = tmp_path / "frames.log"
     path.write_text("(1.0) vcan0 210#0102030405060708\n(1.1) vcan0 190#00\n(1.2) vcan0 215#00\n")
     found = recorded(path, database)
@@ -206,7 +203,7 @@ def test_a_log_is_read_back(tmp_path: Path, database: Any) -> None:
     assert bytes(found[0].data) == with_bytes(MESSAGE, bytes(range(1, 9))).data
 
 
-def test_a_log_converted_to_mf4_is_read(tmp_path: Path, database: Any) -> None:
+def test_a_log_converted_to_mf4_is_read(tmp_path, database):
     pytest.importorskip("asammdf")
     path = tmp_path / "frames.mf4"
     sent = Sender(database, MACHINE).messages({"machine_state": "running"})

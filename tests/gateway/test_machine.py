@@ -1,16 +1,13 @@
 """The machine's end: its clock, its answers over the wrap, its memory, and a log in its place."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
-from pathlib import Path
 from typing import Any
 
 import can
 import pytest
 
 from gateway.codec import decode
-from gateway.database import MACHINE, Database
+from gateway.database import MACHINE
 from gateway.machine import AnswerReceiver, MachineNode, Pace
 from gateway.plant import MachinePlant
 from gateway.replay import replay
@@ -70,11 +67,11 @@ class Plant:
         self.point += 1
 
 
-def test_the_machines_clock_goes_on_while_its_computer_is_busy(database: Database) -> None:
+def test_the_machines_clock_goes_on_while_its_computer_is_busy(database):
     clock = Clock()
     plant = Plant(clock, {20: 0.05, 40: 0.27, 60: 3.0}, 100)
     pace = Pace(wait_s=0.0)
-    MachineNode(database, plant, clock, pace, clock=clock).run()  # type: ignore[arg-type]
+    MachineNode(database, plant, clock, pace, clock=clock).run()
     closing = database.closing(MACHINE)
     beats = [
         (at, decode(closing, message.data).values)
@@ -90,9 +87,7 @@ def test_the_machines_clock_goes_on_while_its_computer_is_busy(database: Databas
 
 
 @pytest.mark.parametrize(("recorded", "rows"), [(False, 0), (True, 21)])
-def test_a_machine_without_a_table_does_not_grow(
-    fmu_folder: Path, recorded: bool, rows: int
-) -> None:
+def test_a_machine_without_a_table_does_not_grow(fmu_folder, recorded, rows):
     case = read_scenario("step_speed", [("duration_s", 20), ("record_s", 1)]).cases[0]
     plant = MachinePlant(fmu_folder / "plant.fmu", case, recorded=recorded)
     try:
@@ -108,9 +103,7 @@ def test_a_machine_without_a_table_does_not_grow(
         plant.close()
 
 
-def test_a_long_pause_in_a_log_is_cut_out(
-    database: Database, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_long_pause_in_a_log_is_cut_out(database, monkeypatch):
     clock = Clock()
     monkeypatch.setattr("gateway.replay.time.sleep", clock.receive)
     frames = [0.0, 0.1, 0.2, 50.2, 50.3, 1000.0, 1000.25]
@@ -123,9 +116,7 @@ def test_a_long_pause_in_a_log_is_cut_out(
 
 
 @pytest.mark.parametrize("speed_up", ["7.5", "60", "400"])
-def test_any_speed_that_the_frames_can_carry_is_taken(
-    speed_up: str, capsys: pytest.CaptureFixture[str], fmu_folder: Path
-) -> None:
+def test_any_speed_that_the_frames_can_carry_is_taken(speed_up, capsys, fmu_folder):
     arguments = ["--speed-up", speed_up, "--channel", "nocan7", "--wait", "0"]
     assert main(["machine", "step_speed", *arguments, "--fmu-dir", str(fmu_folder)]) == 2
     assert "nocan7" in capsys.readouterr().err

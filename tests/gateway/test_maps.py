@@ -1,7 +1,5 @@
 """Maps: any control's frames under the gateway's own names, and what is wrong with a map."""
 
-from __future__ import annotations
-
 import contextlib
 import re
 import shutil
@@ -65,7 +63,7 @@ def edited(tmp_path: Path) -> Callable[..., Path]:
 # The shipped layout as a map
 
 
-def test_the_shipped_map_has_every_frame_and_signal(by_map: Database, database: Database) -> None:
+def test_the_shipped_map_has_every_frame_and_signal(by_map, database):
     assert by_map.trust == database.trust == "protected"
     for one, other in zip(by_map.frames, database.frames, strict=True):
         assert (one.name, one.key, one.data_id) == (other.name, other.key, other.data_id)
@@ -123,7 +121,7 @@ WARMED = {"Tmp01": 24.0, "Tmp04": 26.0}
 """As `bench.WARM`."""
 
 
-def test_the_builders_signals_are_those_of_its_dbc_file(builder: Database) -> None:
+def test_the_builders_signals_are_those_of_its_dbc_file(builder):
     control = Builder()
     reception = Reception(builder.of(MACHINE), together=False)
     for message in control.messages(21.5, Tmp05=-7.3, Tmp11=-3276.8):
@@ -147,7 +145,7 @@ def test_the_builders_signals_are_those_of_its_dbc_file(builder: Database) -> No
     assert offsets["OfsOk"] == 1.0
 
 
-def test_the_pages_that_the_gateway_sends_are_the_builders(builder: Database) -> None:
+def test_the_pages_that_the_gateway_sends_are_the_builders(builder):
     control = Builder()
     values: dict[str, Value] = {f"T{n}": 20.0 + n for n in range(1, 12)}
     messages = Sender(builder, MACHINE).messages(values | {"machine_state": "running"})
@@ -158,13 +156,13 @@ def test_the_pages_that_the_gateway_sends_are_the_builders(builder: Database) ->
     assert found["OpMode"] == 2
 
 
-def test_the_limits_of_a_compensator_are_known_in_either_form(shipped_in_c: Path) -> None:
+def test_the_limits_of_a_compensator_are_known_in_either_form(shipped_in_c):
     limits = limits_of(shipped_in_c / "compensator.fmu")
     assert limits["offset_um"] > 0.0
     assert limits_of(shipped_in_c / "compensator_native.fmu") == limits
 
 
-def test_a_builders_machine_is_compensated(wire: Wire, builder: Database, quick_fmu: Path) -> None:
+def test_a_builders_machine_is_compensated(wire, builder, quick_fmu):
     """The same offsets as by the shipped frames, to the resolution of these."""
     control = Builder()
     with (
@@ -228,9 +226,7 @@ def _until(
     raise AssertionError(f"not seen; the last answer is {found[-1] if found else 'none'}")
 
 
-def test_both_ends_run_by_a_map(
-    builder: Database, fmu_folder: Path, tmp_path: Path, quick_fmu: Path
-) -> None:
+def test_both_ends_run_by_a_map(builder, fmu_folder, tmp_path, quick_fmu):
     wire, run, said = new_wire("virtual"), tmp_path / "run.csv", list[str]()
     settings = GatewaySettings(proof=Proof(said=True), speed_up=10.0)
     with gateway_thread(wire, builder, quick_fmu, settings, said=said):
@@ -315,9 +311,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("old", "new", "told"), WRONG, ids=[told[:40] for *_, told in WRONG])
-def test_what_is_wrong_with_a_map_is_told_in_a_line(
-    edited: Callable[..., Path], quick_fmu: Path, old: str, new: str, told: str
-) -> None:
+def test_what_is_wrong_with_a_map_is_told_in_a_line(edited, quick_fmu, old, new, told):
     path = edited((old, new))
     try:
         lines = [str(problem) for problem in problems_of(read_mapping(path), quick_fmu)]
@@ -329,9 +323,7 @@ def test_what_is_wrong_with_a_map_is_told_in_a_line(
     assert any(re.search(pattern, line) for line in lines), lines
 
 
-def test_all_problems_are_told_before_anything_is_sent(
-    edited: Callable[..., Path], quick_fmu: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_all_problems_are_told_before_anything_is_sent(edited, quick_fmu, capsys):
     path = edited(
         ("SPN_STATUS.SpnSpeed", "SPN_STATUS.Speed"),
         ("SPN_TEMP.Tmp02", "SPN_TEMP.Tmp01"),
@@ -345,18 +337,16 @@ def test_all_problems_are_told_before_anything_is_sent(
         assert ("SPN_TEMP" in printed.out) == bool(more)
 
 
-def test_one_reason_is_one_line_however_many_signals_it_concerns(
-    edited: Callable[..., Path],
-) -> None:
+def test_one_reason_is_one_line_however_many_signals_it_concerns(edited):
     lines = [str(one) for one in read_mapping(edited(("SPN_TEMP.", "SPN_TEMPS."))).problems]
     assert [line.count("inputs.T") for line in lines if "no frame SPN_TEMPS" in line] == [11]
 
 
-def test_frames_of_nobody_prove_nothing() -> None:
+def test_frames_of_nobody_prove_nothing():
     assert Database(Path(), (), 500_000).trust == "none"
 
 
-def test_a_machine_without_an_axis_says_so(edited: Callable[..., Path], quick_fmu: Path) -> None:
+def test_a_machine_without_an_axis_says_so(edited, quick_fmu):
     path = edited(
         ("[cycle]", 'axes = ["X", "Z"]\n[cycle]'),
         ('dY = { signal = "CMP_OFFSET.OfsY", factor = -1, missing_raw = -32768 }\n', ""),
@@ -365,12 +355,12 @@ def test_a_machine_without_an_axis_says_so(edited: Callable[..., Path], quick_fm
 
 
 @pytest.mark.parametrize("name", ["machine_builder", "spindle_drift"])
-def test_a_shipped_map_fits_the_shipped_compensator(name: str, fmu_folder: Path) -> None:
+def test_a_shipped_map_fits_the_shipped_compensator(name, fmu_folder):
     mapping = read_mapping(MAPS / f"{name}.toml")
     assert problems_of(mapping, fmu_folder / "compensator.fmu") == []
 
 
-def test_an_answer_says_how_far_its_inputs_are_protected(builder: Database) -> None:
+def test_an_answer_says_how_far_its_inputs_are_protected(builder):
     mapping = read_mapping(MAPS / "machine_builder.toml")
     assert builder.trust == "none"
     assert len(mapping.unprotected()) == 3

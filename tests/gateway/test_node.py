@@ -1,21 +1,16 @@
 """The safe state: whatever goes wrong, hold, ramp to zero, never a step, and say which."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from itertools import pairwise
 
 import pytest
 
-from gateway.database import MACHINE, Database
+from gateway.database import MACHINE
 from gateway.node import GatewaySettings
 from gateway.state import Saved
-from gateway.unit import CompensatorUnit
 from tests.gateway.bench import WARM, Bench, with_bytes
 from tests.gateway.conftest import HOLD_S, RECOVER_S, SLEW_UM_PER_S
 from tests.gateway.faults import (
     PLACES,
-    Change,
     Messages,
     corrupted,
     dropped,
@@ -51,9 +46,7 @@ SIGNALS = [
 @pytest.mark.parametrize(
     ("change", "fault"), [WHOLE_CYCLE[0], WHOLE_CYCLE[-1], SIGNALS[0], SIGNALS[-3], SIGNALS[-1]]
 )
-def test_a_fault_holds_then_ramps_to_zero_and_recovery_is_ramped(
-    bench: Bench, change: Change, fault: str
-) -> None:
+def test_a_fault_holds_then_ramps_to_zero_and_recovery_is_ramped(bench, change, fault):
     bench.settle(WARM)
     held = bench.offsets
     assert max(map(abs, held)) > 10.0
@@ -101,7 +94,7 @@ def assert_no_step(bench: Bench, pause_s: float = 0.36) -> None:
 
 
 @pytest.mark.parametrize(("change", "fault"), [*WHOLE_CYCLE, *SIGNALS[:-1]])
-def test_one_fault_is_enough_to_hold(bench: Bench, change: Change, fault: str) -> None:
+def test_one_fault_is_enough_to_hold(bench, change, fault):
     bench.settle(WARM)
     held = bench.offsets
     do = change(bench.database)
@@ -120,7 +113,7 @@ def test_one_fault_is_enough_to_hold(bench: Bench, change: Change, fault: str) -
     assert bench.last["valid"] == "valid"
 
 
-def test_a_machine_time_that_jumps_and_comes_back_is_time_not_seen(bench: Bench) -> None:
+def test_a_machine_time_that_jumps_and_comes_back_is_time_not_seen(bench):
     bench.settle(WARM)
     reached, time_s = bench.unit.time_s, bench.time_s
     bench.cycle(WARM, raw_signal("machine_time", 5)(bench.database))
@@ -134,7 +127,7 @@ def test_a_machine_time_that_jumps_and_comes_back_is_time_not_seen(bench: Bench)
 
 
 @pytest.mark.parametrize("place", PLACES)
-def test_a_frame_that_comes_twice_spoils_its_cycle(bench: Bench, place: int) -> None:
+def test_a_frame_that_comes_twice_spoils_its_cycle(bench, place):
     bench.settle(WARM)
     before = len(bench.answers)
     bench.cycle(WARM, lambda messages: [*messages[: place + 1], *messages[place:]])
@@ -145,9 +138,7 @@ def test_a_frame_that_comes_twice_spoils_its_cycle(bench: Bench, place: int) -> 
 
 
 @pytest.mark.parametrize("place", PLACES)
-def test_a_stray_frame_with_a_bad_crc_or_length_does_not_stop_the_loop(
-    bench: Bench, place: int
-) -> None:
+def test_a_stray_frame_with_a_bad_crc_or_length_does_not_stop_the_loop(bench, place):
     bench.settle(WARM)
     for data in (bytes(8), b"", b"\x01", bytes(range(7))):
 
@@ -160,7 +151,7 @@ def test_a_stray_frame_with_a_bad_crc_or_length_does_not_stop_the_loop(
     assert bench.node.reception.counts["bad_crc"] == 1
 
 
-def test_a_late_cycle_holds(bench: Bench) -> None:
+def test_a_late_cycle_holds(bench):
     bench.settle(WARM)
     bench.give(bench.frames(WARM), after_s=0.45)
     assert bench.last["bus_fault"] == "late"
@@ -168,7 +159,7 @@ def test_a_late_cycle_holds(bench: Bench) -> None:
     assert bench.last["valid"] == "invalid"
 
 
-def test_the_timeout_can_be_set(database: Database, unit: CompensatorUnit) -> None:
+def test_the_timeout_can_be_set(database, unit):
     bench = Bench(database, unit, GatewaySettings(timeout_s=2.0))
     bench.settle(WARM)
     bench.give(bench.frames(WARM), after_s=1.9)
@@ -177,7 +168,7 @@ def test_the_timeout_can_be_set(database: Database, unit: CompensatorUnit) -> No
     assert bench.last["valid"] == "invalid"
 
 
-def test_silence_is_noticed_in_time(bench: Bench) -> None:
+def test_silence_is_noticed_in_time(bench):
     bench.settle(WARM)
     timeout_s = bench.database.closing(MACHINE).timeout_s
     bench.wait(timeout_s - 0.001)
@@ -194,7 +185,7 @@ def test_silence_is_noticed_in_time(bench: Bench) -> None:
     assert_no_step(bench)
 
 
-def test_a_sensor_that_the_model_does_not_use_may_be_missing(bench: Bench) -> None:
+def test_a_sensor_that_the_model_does_not_use_may_be_missing(bench):
     bench.settle(WARM)
     answer = bench.cycle({**WARM, "T11": float("nan")})
     assert answer["valid"] == "valid"
@@ -202,7 +193,7 @@ def test_a_sensor_that_the_model_does_not_use_may_be_missing(bench: Bench) -> No
     assert answer["bus_fault_frame"] == "MachineTemperatures4"
 
 
-def test_nothing_is_valid_before_the_machine_runs(bench: Bench) -> None:
+def test_nothing_is_valid_before_the_machine_runs(bench):
     bench.wait(5.0)
     assert {str(answer["gateway_state"]) for answer in bench.answers} == {"starting"}
     for _ in range(4):
@@ -214,7 +205,7 @@ def test_nothing_is_valid_before_the_machine_runs(bench: Bench) -> None:
     assert bench.node.steps == 0
 
 
-def test_a_machine_that_does_not_come_is_a_startup_timeout(bench: Bench) -> None:
+def test_a_machine_that_does_not_come_is_a_startup_timeout(bench):
     bench.wait(10.5)
     assert bench.last["gateway_state"] == "startup_timeout"
     assert bench.last["bus_fault"] == "startup_timeout"
@@ -223,7 +214,7 @@ def test_a_machine_that_does_not_come_is_a_startup_timeout(bench: Bench) -> None
     bench.settle(WARM)
 
 
-def test_without_a_bus_offsets_are_given_up_and_the_return_is_ramped(bench: Bench) -> None:
+def test_without_a_bus_offsets_are_given_up_and_the_return_is_ramped(bench):
     bench.settle(WARM)
     held = bench.offsets
     for k in range(100):
@@ -242,7 +233,7 @@ def test_without_a_bus_offsets_are_given_up_and_the_return_is_ramped(bench: Benc
     assert_no_step(bench)
 
 
-def test_a_restart_of_the_machine_is_survived(bench: Bench, database: Database) -> None:
+def test_a_restart_of_the_machine_is_survived(bench, database):
     bench.settle(WARM)
     held = bench.offsets
     bench.sender, bench.time_s, bench.began = type(bench.sender)(database, MACHINE), 0.0, None
@@ -256,9 +247,7 @@ def test_a_restart_of_the_machine_is_survived(bench: Bench, database: Database) 
     assert bench.offsets == held
 
 
-def test_the_tool_frames_give_the_offset_at_other_tool_lengths(
-    bench: Bench, database: Database, new_unit: Callable[[], CompensatorUnit]
-) -> None:
+def test_the_tool_frames_give_the_offset_at_other_tool_lengths(bench, database, new_unit):
     bench.settle(WARM)
     other = Bench(database, new_unit())
     other.settle({**WARM, "tool_length": 250.0}, seconds=10.0)
@@ -272,9 +261,7 @@ def test_the_tool_frames_give_the_offset_at_other_tool_lengths(
     assert float(bench.last["dX_per_tool_length"]) != 0.0
 
 
-def test_the_machine_clock_steps_by_the_machines_time(
-    database: Database, unit: CompensatorUnit
-) -> None:
+def test_the_machine_clock_steps_by_the_machines_time(database, unit):
     bench = Bench(database, unit, GatewaySettings(machine_clock=True))
     bench.step_s = 2.5
     for _ in range(3):
@@ -288,9 +275,7 @@ def test_the_machine_clock_steps_by_the_machines_time(
 
 
 @pytest.mark.parametrize("speed_up", [1.0, 10.0])
-def test_the_own_clock_steps_by_the_time_gone_by(
-    database: Database, unit: CompensatorUnit, speed_up: float
-) -> None:
+def test_the_own_clock_steps_by_the_time_gone_by(database, unit, speed_up):
     bench = Bench(database, unit, GatewaySettings(speed_up=speed_up))
     bench.give(bench.frames(state="starting"))
     bench.give(bench.frames(state="starting"))
@@ -301,9 +286,7 @@ def test_the_own_clock_steps_by_the_time_gone_by(
     assert unit.time_s - reached == pytest.approx(0.49 * speed_up)
 
 
-def test_a_restart_with_the_state_goes_on_without_a_step(
-    bench: Bench, database: Database, new_unit: Callable[[], CompensatorUnit]
-) -> None:
+def test_a_restart_with_the_state_goes_on_without_a_step(bench, database, new_unit):
     bench.settle(WARM)
     held = bench.offsets
     saved = Saved(bench.unit.time_s, bench.time_s, 1.5, bench.unit.slave.saved())
@@ -319,7 +302,7 @@ def test_a_restart_with_the_state_goes_on_without_a_step(
     assert again.offsets == pytest.approx(held, abs=RESOLUTION_UM)
 
 
-def test_the_farewell_takes_every_offset_back(bench: Bench) -> None:
+def test_the_farewell_takes_every_offset_back(bench):
     bench.settle(WARM)
     bench.node.farewell()
     assert bench.last["valid"] == "invalid"
@@ -349,10 +332,8 @@ class Stubborn:
 
 
 @pytest.mark.parametrize("place", PLACES)
-def test_no_offset_is_valid_without_a_fresh_cycle_whatever_the_fmu_says(
-    database: Database, place: int
-) -> None:
-    bench = Bench(database, Stubborn())  # type: ignore[arg-type]
+def test_no_offset_is_valid_without_a_fresh_cycle_whatever_the_fmu_says(database, place):
+    bench = Bench(database, Stubborn())
     assert bench.node.begun is False
     bench.wait(1.0)
     bench.give(bench.frames(state="starting"))

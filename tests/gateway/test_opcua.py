@@ -1,7 +1,5 @@
 """The status for the hall, read by a real OPC UA client."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import os
@@ -23,7 +21,6 @@ from gateway.protocols.opcua import (
     security_of,
 )
 from gateway.serving import Service
-from gateway.unit import CompensatorUnit
 from measurement.errors import BadInput
 from tests.gateway.bus import Control, gateway_thread, wait_for
 from tests.gateway.conftest import new_wire
@@ -110,7 +107,7 @@ def own_hall(database: Database, quick_fmu: Path) -> Iterator[Hall]:
         yield one
 
 
-def test_the_hall_reads_what_the_bus_carries(hall: Hall) -> None:
+def test_the_hall_reads_what_the_bus_carries(hall):
     answer = hall.control.cycle(MILD)
 
     async def read() -> dict[str, Any]:
@@ -142,7 +139,7 @@ def test_the_hall_reads_what_the_bus_carries(hall: Hall) -> None:
     assert values["state.status_text"]
 
 
-def test_nothing_can_be_written_or_called_or_added(hall: Hall) -> None:
+def test_nothing_can_be_written_or_called_or_added(hall):
 
     async def attack() -> list[str]:
         refused = []
@@ -172,7 +169,7 @@ def test_nothing_can_be_written_or_called_or_added(hall: Hall) -> None:
     assert hall.service.unit.outputs["dX"] != 1.0
 
 
-def test_an_administrator_by_name_gets_in_nowhere(hall: Hall) -> None:
+def test_an_administrator_by_name_gets_in_nowhere(hall):
     patiently(lambda: _visit(hall.url))
 
     async def enter() -> None:
@@ -199,7 +196,7 @@ class _Events:
         self.heard.append((event.Message.Text, event.Severity))
 
 
-def test_a_loss_of_validity_is_an_event(hall: Hall) -> None:
+def test_a_loss_of_validity_is_an_event(hall):
 
     async def listen() -> list[tuple[str, int]]:
         events = _Events()
@@ -225,9 +222,7 @@ async def unknown(url: str) -> None:
 
 
 @pytest.mark.long
-def test_a_gateway_that_stands_still_is_told_from_one_that_has_nothing_new(
-    database: Database, unit: CompensatorUnit
-) -> None:
+def test_a_gateway_that_stands_still_is_told_from_one_that_has_nothing_new(database, unit):
     unit.start()
     url = free_url()
     with contextlib.closing(HallStatus(url, None, unit)) as status:
@@ -250,7 +245,7 @@ def test_a_gateway_that_stands_still_is_told_from_one_that_has_nothing_new(
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="needs signals")
-def test_a_server_that_hangs_keeps_nobody_waiting(own_hall: Hall) -> None:
+def test_a_server_that_hangs_keeps_nobody_waiting(own_hall):
     own_hall.control.settle(MILD)
     (status,) = own_hall.service.participants
     assert isinstance(status, HallStatus)
@@ -269,9 +264,7 @@ def test_a_server_that_hangs_keeps_nobody_waiting(own_hall: Hall) -> None:
     assert time.monotonic() - begun < 15.0
 
 
-def test_a_server_that_is_gone_does_not_end_the_gateway(
-    database: Database, unit: CompensatorUnit
-) -> None:
+def test_a_server_that_is_gone_does_not_end_the_gateway(database, unit):
     unit.start()
     said: list[str] = []
     with socket.socket() as taken:
@@ -309,9 +302,7 @@ def certificates(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_only_who_is_trusted_reads_with_certificates(
-    certificates: Path, unit: CompensatorUnit
-) -> None:
+def test_only_who_is_trusted_reads_with_certificates(certificates, unit):
     unit.start()
     url = free_url()
     security = Security(
@@ -354,12 +345,12 @@ def test_only_who_is_trusted_reads_with_certificates(
         ("opc.tcp://127.0.0.1:99999", "is not of the form"),
     ],
 )
-def test_a_url_that_others_can_reach_needs_certificates(url: str, problem: str) -> None:
+def test_a_url_that_others_can_reach_needs_certificates(url, problem):
     with pytest.raises(BadInput, match=problem):
         checked_url(url, None)
 
 
-def test_a_url_of_this_computer_is_taken(tmp_path: Path) -> None:
+def test_a_url_of_this_computer_is_taken(tmp_path):
     for host in ("127.0.0.1", "localhost", "[::1]"):
         assert checked_url(f"opc.tcp://{host}:4840", None)
     with pytest.raises(BadInput, match="no such certificate"):

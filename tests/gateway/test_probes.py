@@ -1,7 +1,5 @@
 """Probes on the bus: taken once, in their cycle, or not at all."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Callable, Iterator
 from math import isnan, nan
@@ -71,7 +69,7 @@ def running_for_hours(database: Database, unit: CompensatorUnit) -> Bench:
     return bench
 
 
-def test_a_probe_reaches_the_compensator(database: Database, fmu_folder: Path) -> None:
+def test_a_probe_reaches_the_compensator(database, fmu_folder):
     """The offsets and the uncertainty are those of the FMU with the same probe."""
     with contextlib.closing(CompensatorUnit(fmu_folder / "compensator.fmu")) as unit:
         bench = running_for_hours(database, unit)
@@ -96,7 +94,7 @@ def test_a_probe_reaches_the_compensator(database: Database, fmu_folder: Path) -
         assert unit.outputs["dZ_uncertainty"] < 0.9 * plain["dZ_uncertainty"]
 
 
-def test_one_probe_counts_once_however_often_it_comes(probed: Bench) -> None:
+def test_one_probe_counts_once_however_often_it_comes(probed):
     sender = ProbeSender(probed.database.events(MACHINE))
     sender.start(MEASURED, 0.0)
     time_s = probed.time_s
@@ -122,7 +120,7 @@ def other_count(messages: list[can.Message]) -> list[can.Message]:
 
 
 @pytest.mark.parametrize("change", [spoilt, other_count])
-def test_a_damaged_probe_is_not_used(probed: Bench, change: Change) -> None:
+def test_a_damaged_probe_is_not_used(probed, change):
     before = probed.last["dZ_uncertainty"]
     probed.cycle({}, lambda m: [*change(Probe(probed).frames(MEASURED)), *m])
     assert probed.last["probes_taken"] == 0
@@ -131,23 +129,23 @@ def test_a_damaged_probe_is_not_used(probed: Bench, change: Change) -> None:
 
 
 @pytest.mark.parametrize("late_s", [0.5, 5.0, 60.0])
-def test_a_probe_that_waited_is_not_used(probed: Bench, late_s: float) -> None:
+def test_a_probe_that_waited_is_not_used(probed, late_s):
     assert Probe(probed).cycle(MEASURED, late_s)["probes_taken"] == 0
     assert any("old" in line for line in probed.said)
 
 
-def test_half_a_probe_is_not_used(probed: Bench) -> None:
+def test_half_a_probe_is_not_used(probed):
     assert Probe(probed).cycle(MEASURED | {"measured_near_y": nan})["probes_taken"] == 0
     assert any("measured_near_y is missing" in line for line in probed.said)
 
 
-def test_a_probe_waits_for_a_cycle_that_can_be_used(probed: Bench) -> None:
+def test_a_probe_waits_for_a_cycle_that_can_be_used(probed):
     sender = ProbeSender(probed.database.events(MACHINE))
     sender.start(MEASURED, 0.0)
     for lost in (True, True, False):
         probed.cycle(
             {},
-            lambda m, lost=lost: [  # type: ignore[misc]
+            lambda m, lost=lost: [
                 *sender.messages(probed.time_s - probed.step_s, 0.0),
                 *(m[1:] if lost else m),
             ],
@@ -161,14 +159,14 @@ def test_a_probe_waits_for_a_cycle_that_can_be_used(probed: Bench) -> None:
     assert probed.last["probes_taken"] == 1
 
 
-def test_nobody_takes_it_and_the_control_gives_up(database: Database) -> None:
+def test_nobody_takes_it_and_the_control_gives_up(database):
     sender = ProbeSender(database.events(MACHINE))
     sender.start(MEASURED, nan)
     sent = [bool(sender.messages(0.1 * k, nan)) for k in range(MOST_TRIES + 5)]
     assert sent == [True] * MOST_TRIES + [False] * 5
 
 
-def test_without_a_reference_nothing_bounds_the_drift(bench: Bench) -> None:
+def test_without_a_reference_nothing_bounds_the_drift(bench):
     for _ in range(20):
         bench.cycle(WARM | {"thermal_state": "warm"})
     for axis in "XYZ":
@@ -176,9 +174,7 @@ def test_without_a_reference_nothing_bounds_the_drift(bench: Bench) -> None:
     assert bench.last["status"] == "reference_unknown"
 
 
-def test_the_machine_probes_as_the_co_simulation_does(
-    database: Database, fmu_folder: Path, tmp_path: Path
-) -> None:
+def test_the_machine_probes_as_the_co_simulation_does(database, fmu_folder, tmp_path):
     wire, run = new_wire("virtual"), tmp_path / "run.csv"
     settings = {"duration_s": 120.0, "signals.speed": 9000, "compensator.probe.when_um": 0.5}
     clock = GatewaySettings(machine_clock=True, timeout_s=10.0)

@@ -1,7 +1,5 @@
 """Two processes on one bus: the commands as they are used, killed, and started again."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import time
@@ -20,7 +18,7 @@ from scenarios.cosimulation import simulate
 from scenarios.scenario import read_scenario
 from tests.gateway.bench import WARM
 from tests.gateway.bus import Answer, Control, Listener, Program, programs
-from tests.gateway.conftest import SLEW_UM_PER_S, Wire, new_wire
+from tests.gateway.conftest import SLEW_UM_PER_S, new_wire
 
 LOCKSTEP = ("--clock", "machine", "--timeout", 10000)
 LONG_S = 100
@@ -53,12 +51,8 @@ def answers_of(log: Path, database: Database) -> dict[float, tuple[object, ...]]
 
 
 def test_the_loop_of_two_processes_and_its_replay(
-    shared_wire: Wire,
-    database: Database,
-    fmu_folder: Path,
-    tmp_path: Path,
-    start: Callable[..., Program],
-) -> None:
+    shared_wire, database, fmu_folder, tmp_path, start
+):
     """The offsets are the co-simulation's; the recorded log gives the same ones again."""
     bus = [*shared_wire.arguments(), "--fmu-dir", fmu_folder]
     run, log, again = tmp_path / "run.csv", tmp_path / "first.log", tmp_path / "again.log"
@@ -98,12 +92,8 @@ def test_the_loop_of_two_processes_and_its_replay(
 
 
 def test_a_killed_gateway_comes_back_where_it_was(
-    shared_wire: Wire,
-    database: Database,
-    quick_fmu: Path,
-    tmp_path: Path,
-    start: Callable[..., Program],
-) -> None:
+    shared_wire, database, quick_fmu, tmp_path, start
+):
     state = tmp_path / "state.json"
     arguments = (
         *("gateway", *shared_wire.arguments(), "--compensator", quick_fmu),
@@ -142,13 +132,7 @@ def test_a_killed_gateway_comes_back_where_it_was(
 
 
 @pytest.mark.long
-def test_a_killed_machine_comes_back(
-    shared_wire: Wire,
-    quick_fmu: Path,
-    fmu_folder: Path,
-    tmp_path: Path,
-    start: Callable[..., Program],
-) -> None:
+def test_a_killed_machine_comes_back(shared_wire, quick_fmu, fmu_folder, tmp_path, start):
     bus = [*shared_wire.arguments(), "--fmu-dir", fmu_folder]
     state = tmp_path / "plant.json"
     machine_arguments = (
@@ -178,9 +162,7 @@ def test_a_killed_machine_comes_back(
     assert gateway.stop() == 0, gateway.text()
 
 
-def test_a_machine_without_a_gateway_runs_all_the_same(
-    fmu_folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_machine_without_a_gateway_runs_all_the_same(fmu_folder, tmp_path, capsys):
     run = tmp_path / "alone.csv"
     command = ["machine", "step_speed", *new_wire("virtual").arguments(), "--json", "--quiet"]
     command += ["--fmu-dir", str(fmu_folder), "--speed-up", "10", "--wait", "0.2"]

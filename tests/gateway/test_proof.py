@@ -1,21 +1,16 @@
 """Freshness: what a proof shows, what nothing else shows, and time that one clock has not seen."""
 
-from __future__ import annotations
-
 import os
 import zlib
-from collections.abc import Callable
-from pathlib import Path
 
 import can
 import pytest
 
 from gateway.codec import Sender
-from gateway.database import MACHINE, Database
+from gateway.database import MACHINE
 from gateway.node import GatewaySettings
 from gateway.proof import LARGEST_ECHO, Challenges, draw, proof_of, read_key
 from gateway.state import Saved
-from gateway.unit import CompensatorUnit
 from measurement.errors import BadInput
 from tests.gateway.bench import WARM, Bench
 
@@ -31,26 +26,26 @@ CODE = bytes.fromhex("51f0bebf7e3b9d92fc49741779363cfe")
 # The proof itself
 
 
-def test_a_proof_is_the_crc_32_of_challenge_and_frames() -> None:
+def test_a_proof_is_the_crc_32_of_challenge_and_frames():
     """Check value of CRC-32/ISO-HDLC of the digits 1 to 9 in the catalogue: CBF43926h."""
     digits = b"123456789"
     assert proof_of(int.from_bytes(digits[:4], "little"), [digits[4:6], digits[6:]]) == 0xCBF43926
     assert zlib.crc32(digits) == 0xCBF43926
 
 
-def test_with_a_key_it_is_the_beginning_of_the_aes_cmac_of_rfc_4493() -> None:
+def test_with_a_key_it_is_the_beginning_of_the_aes_cmac_of_rfc_4493():
     pytest.importorskip("cryptography")
     challenge = int.from_bytes(TEXT[:4], "little")
     assert proof_of(challenge, [TEXT[4:20], TEXT[20:]], KEY).to_bytes(4, "little") == CODE[:4]
 
 
-def test_a_challenge_is_hardly_ever_drawn_twice_and_has_an_echo() -> None:
+def test_a_challenge_is_hardly_ever_drawn_twice_and_has_an_echo():
     drawn = [draw() for _ in range(2000)]
     assert len(set(drawn)) > 1990
     assert max(challenge & 0xFFFF for challenge in drawn) <= LARGEST_ECHO
 
 
-def test_only_a_young_challenge_proves_anything() -> None:
+def test_only_a_young_challenge_proves_anything():
     numbers = iter(range(100, 200))
     challenges = Challenges(0.35, new=lambda: next(numbers))
     frames = [b"abc", b"defg"]
@@ -78,9 +73,7 @@ def test_only_a_young_challenge_proves_anything() -> None:
         ("\x00\xff", 0o600, "is not a key"),
     ],
 )
-def test_a_key_is_of_hexadecimal_digits_that_only_its_owner_reads(
-    tmp_path: Path, text: str, mode: int, told: str
-) -> None:
+def test_a_key_is_of_hexadecimal_digits_that_only_its_owner_reads(tmp_path, text, mode, told):
     path = tmp_path / "key"
     path.write_text(text, encoding="latin-1")
     os.chmod(path, mode)
@@ -107,7 +100,7 @@ def recorded(bench: Bench, count: int) -> list[list[can.Message]]:
 
 
 @pytest.mark.parametrize("pause_s", [0.1, 1.0, 10.0])
-def test_a_recording_is_never_valid(bench: Bench, pause_s: float) -> None:
+def test_a_recording_is_never_valid(bench, pause_s):
     bench.settle(WARM)
     recording = recorded(bench, 100)
     bench.wait(pause_s)
@@ -124,7 +117,7 @@ def test_a_recording_is_never_valid(bench: Bench, pause_s: float) -> None:
 
 
 @pytest.mark.parametrize("odd", [{"machine_time": 5.0}, {"machine_step": float("nan")}, "starting"])
-def test_a_delay_is_not_forgotten_after_an_odd_heartbeat(bench: Bench, odd: object) -> None:
+def test_a_delay_is_not_forgotten_after_an_odd_heartbeat(bench, odd):
     bench.settle(WARM)
     queue: list[list[can.Message]] = []
 
@@ -147,7 +140,7 @@ def test_a_delay_is_not_forgotten_after_an_odd_heartbeat(bench: Bench, odd: obje
     assert bench.last["valid"] == "valid"
 
 
-def test_a_gateway_that_is_started_into_a_delay_is_never_valid(bench: Bench) -> None:
+def test_a_gateway_that_is_started_into_a_delay_is_never_valid(bench):
     queue = [bench.frames(WARM, "starting") for _ in range(20)]
     for _ in range(200):
         queue.append(bench.frames(WARM))
@@ -155,16 +148,14 @@ def test_a_gateway_that_is_started_into_a_delay_is_never_valid(bench: Bench) -> 
     assert {answer["valid"] for answer in bench.answers} == {"invalid"}
 
 
-def test_a_machine_that_cannot_prove_it_is_served_and_marked(
-    database: Database, unit: CompensatorUnit
-) -> None:
+def test_a_machine_that_cannot_prove_it_is_served_and_marked(database, unit):
     bench = Bench(database.unproven(), unit)
     bench.settle(WARM)
     assert bench.last["freshness"] == "not_proven"
     assert len(bench.frames()) == len(database.of(MACHINE)) - 1
 
 
-def test_who_has_another_key_proves_nothing(database: Database, unit: CompensatorUnit) -> None:
+def test_who_has_another_key_proves_nothing(database, unit):
     pytest.importorskip("cryptography")
     bench = Bench(database, unit, GatewaySettings(key=KEY))
     bench.sender = Sender(database, MACHINE, KEY)
@@ -183,8 +174,8 @@ def test_who_has_another_key_proves_nothing(database: Database, unit: Compensato
 @pytest.mark.parametrize("proves", [True, False])
 @pytest.mark.parametrize("witness", ["machine", "wall"])
 def test_hours_that_this_clock_has_not_seen_are_told_to_the_compensator(
-    database: Database, unit: CompensatorUnit, witness: str, proves: bool
-) -> None:
+    database, unit, witness, proves
+):
     bench = Bench(database if proves else database.unproven(), unit)
     bench.settle(WARM)
     reached = unit.time_s
@@ -203,7 +194,7 @@ def test_hours_that_this_clock_has_not_seen_are_told_to_the_compensator(
     assert unit.time_s - reached == pytest.approx(5.0 * HOUR_S + 30.0, abs=1.0)
 
 
-def test_a_program_that_stood_still_tells_the_time_as_not_seen(bench: Bench) -> None:
+def test_a_program_that_stood_still_tells_the_time_as_not_seen(bench):
     bench.settle(WARM)
     given: list[tuple[int, float]] = []
     step = bench.unit.step
@@ -212,7 +203,7 @@ def test_a_program_that_stood_still_tells_the_time_as_not_seen(bench: Bench) -> 
         given.append((len(values), step_s))
         return step(values, step_s)
 
-    bench.unit.step = watched  # type: ignore[method-assign,assignment]
+    bench.unit.step = watched
     bench.now += 2.0 * HOUR_S
     for message in bench.frames(WARM):
         bench.node.handle(message, bench.now)
@@ -227,13 +218,8 @@ def test_a_program_that_stood_still_tells_the_time_as_not_seen(bench: Bench) -> 
     [(11.0, False, True), (13.0, False, False), (3000.0, True, True), (4000.0, True, False)],
 )
 def test_a_state_is_as_old_as_both_clocks_say_or_too_old(
-    bench: Bench,
-    database: Database,
-    new_unit: Callable[[], CompensatorUnit],
-    by_machine_s: float,
-    machine_clock: bool,
-    known: bool,
-) -> None:
+    bench, database, new_unit, by_machine_s, machine_clock, known
+):
     """A computer without a clock battery, or a simulation at many times real time: two seconds."""
     bench.settle(WARM)
     saved = Saved(bench.unit.time_s, bench.time_s, 2.0, bench.unit.slave.saved())
@@ -249,7 +235,7 @@ def test_a_state_is_as_old_as_both_clocks_say_or_too_old(
 # A new reference
 
 
-def test_who_says_that_the_machine_is_cold_has_the_drift_counted_from_now(bench: Bench) -> None:
+def test_who_says_that_the_machine_is_cold_has_the_drift_counted_from_now(bench):
     bench.settle(WARM)
     assert max(map(abs, bench.offsets)) > 10.0
     bench.node.renew_reference()
@@ -265,7 +251,7 @@ def test_who_says_that_the_machine_is_cold_has_the_drift_counted_from_now(bench:
 # What people are told
 
 
-def test_the_same_fault_is_not_said_ten_times_a_second(bench: Bench) -> None:
+def test_the_same_fault_is_not_said_ten_times_a_second(bench):
     bench.settle(WARM)
     before = len(bench.said)
     for k in range(400):

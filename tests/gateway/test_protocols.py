@@ -1,16 +1,11 @@
 """A further protocol is one file: found in the folder or by entry point, and at work at once."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
-import pytest
-
 from gateway import protocols
-from gateway.database import Database
 from gateway.node import GatewaySettings
 from gateway.protocols.base import Adapter, Participant
 from measurement import plugins
@@ -27,7 +22,7 @@ class Lamp(Participant):
         self.shines, self.lines, self.operational = False, list[str](), True
 
     def update(self, now: float, report: object) -> None:
-        self.shines = bool(report().state["valid"])  # type: ignore[operator]
+        self.shines = bool(report().state["valid"])
 
     def hear(self, line: str) -> None:
         self.lines.append(line)
@@ -41,13 +36,13 @@ class LampAdapter(Adapter):
         parser.add_argument("--lamp", type=int, help="which lamp")
 
 
-def test_every_file_of_the_folder_holds_one_adapter() -> None:
+def test_every_file_of_the_folder_holds_one_adapter():
     files = {p.stem for p in Path(protocols.__file__).parent.glob("[a-z]*.py")} - {"base"}
     assert {kind.__module__.rpartition(".")[2] for kind in protocols.adapters()} == files
     assert len(protocols.adapters()) == len(files)
 
 
-def test_another_distribution_adds_one_by_entry_point(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_distribution_adds_one_by_entry_point(monkeypatch):
     point = EntryPoint("lamp", f"{__name__}:LampAdapter", protocols.GROUP)
     points = {protocols.GROUP: (point,)}
     monkeypatch.setattr(plugins, "_points", lambda group: points.get(group, ()))
@@ -59,9 +54,7 @@ def test_another_distribution_adds_one_by_entry_point(monkeypatch: pytest.Monkey
         protocols.adapters.cache_clear()
 
 
-def test_a_participant_sees_the_gateway_and_may_hold_it_back(
-    database: Database, quick_fmu: Path
-) -> None:
+def test_a_participant_sees_the_gateway_and_may_hold_it_back(database, quick_fmu):
     wire, lamp = new_wire("virtual"), Lamp()
     settings = GatewaySettings(machine_clock=True, timeout_s=5.0)
     with (

@@ -1,7 +1,5 @@
 """Gateways as processes that are stopped, hung up, or told that the machine is cold."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import signal
@@ -12,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from gateway.database import Database
 from scenarios.cli import main
 from tests.gateway.bench import WARM
 from tests.gateway.bus import Control, Program, programs
@@ -38,11 +35,8 @@ def send(program: Program, number: signal.Signals) -> None:
 
 
 def test_a_gateway_that_was_stopped_answers_nothing_old_as_valid(
-    shared_wire: Wire,
-    database: Database,
-    arguments: tuple[object, ...],
-    start: Callable[..., Program],
-) -> None:
+    shared_wire, database, arguments, start
+):
     gateway = start(*arguments, "--timeout", 400)
     with contextlib.closing(Control(shared_wire, database, 1.0)) as control:
         control.settle(WARM)
@@ -67,12 +61,8 @@ def test_a_gateway_that_was_stopped_answers_nothing_old_as_valid(
 
 
 def test_a_full_disk_and_a_hangup_do_not_stop_it_and_its_end_is_told(
-    shared_wire: Wire,
-    database: Database,
-    arguments: tuple[object, ...],
-    tmp_path: Path,
-    start: Callable[..., Program],
-) -> None:
+    shared_wire, database, arguments, tmp_path, start
+):
     log, state = tmp_path / "frames.log", tmp_path / "no_folder" / "state.json"
     log.symlink_to("/dev/full")
     state.parent.touch()
@@ -104,13 +94,8 @@ def test_a_full_disk_and_a_hangup_do_not_stop_it_and_its_end_is_told(
 
 
 def test_a_service_is_alive_and_takes_a_new_reference(
-    shared_wire: Wire,
-    database: Database,
-    arguments: tuple[object, ...],
-    tmp_path: Path,
-    start: Callable[..., Program],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    shared_wire, database, arguments, tmp_path, start, monkeypatch
+):
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
         manager.bind(str(tmp_path / "notify"))
         manager.settimeout(60.0)

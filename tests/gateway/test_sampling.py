@@ -1,7 +1,5 @@
 """Frames that come at their own pace, and their protections."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import inf, nan
 
@@ -47,7 +45,7 @@ def turning(builder: Database) -> Frame:
 
 @pytest.mark.parametrize("big", [True, False])
 @pytest.mark.parametrize("name", list(CHECKS))
-def test_a_check_value_is_that_of_its_catalogue(name: str, big: bool) -> None:
+def test_a_check_value_is_that_of_its_catalogue(name, big):
     size = CHECKS[name][1]
     data = DIGITS[2:5] + bytes(size) + DIGITS[5:]
     protection = Protection(name, "", 1, "check", 3, big, DIGITS[:2])
@@ -71,7 +69,7 @@ def test_a_check_value_is_that_of_its_catalogue(name: str, big: bool) -> None:
         (Protection("sum8", "n", 4, "s", 0), "protected"),
     ],
 )
-def test_trust_is_what_can_be_noticed(protection: Protection, trust: str) -> None:
+def test_trust_is_what_can_be_noticed(protection, trust):
     assert protection.trust == trust
 
 
@@ -92,7 +90,7 @@ def looks(frame: Frame, frames: list[tuple[float, bytes]], at: float) -> tuple[f
     return cycle.values["speed"], cycle.finding.fault if cycle.finding else ""
 
 
-def test_a_good_frame_is_used_until_it_is_late(turning: Frame) -> None:
+def test_a_good_frame_is_used_until_it_is_late(turning):
     frames = list(enumerate(speeds(turning, 3)))
     assert looks(turning, [(float(k), d) for k, d in frames], 2.5) == (102.0, "")
     value, fault = looks(turning, [(float(k), d) for k, d in frames], 5.0)
@@ -100,21 +98,21 @@ def test_a_good_frame_is_used_until_it_is_late(turning: Frame) -> None:
     assert fault == "missing"
 
 
-def test_a_stuck_frame_ages_although_it_comes(turning: Frame) -> None:
+def test_a_stuck_frame_ages_although_it_comes(turning):
     first, second = speeds(turning, 2)
     value, fault = looks(turning, [(0.0, first), *((0.1 * k, second) for k in range(1, 40))], 4.0)
     assert value != value
     assert fault == "repeated"
 
 
-def test_a_changed_frame_counts_as_not_received(turning: Frame) -> None:
+def test_a_changed_frame_counts_as_not_received(turning):
     first, second, third = speeds(turning, 3)
     bad = bytes((third[0], third[1] ^ 1, *third[2:]))
     assert looks(turning, [(0.0, first), (1.0, second), (1.1, bad)], 2.0) == (101.0, "bad_crc")
     assert looks(turning, [(0.0, first), (1.0, second), (1.1, third[:4])], 2.0)[1] == "wrong_length"
 
 
-def test_two_senders_with_the_right_check_value_spoil_it(turning: Frame) -> None:
+def test_two_senders_with_the_right_check_value_spoil_it(turning):
     one, other = speeds(turning, 30), speeds(turning, 40)[9:]
     sampling = Reception([turning], together=False)
     used = []
@@ -125,24 +123,24 @@ def test_two_senders_with_the_right_check_value_spoil_it(turning: Frame) -> None
     assert not any(used[4:])
 
 
-def test_lost_frames_of_a_counter_are_no_fault_while_the_newest_is_fresh(turning: Frame) -> None:
+def test_lost_frames_of_a_counter_are_no_fault_while_the_newest_is_fresh(turning):
     frames = speeds(turning, 6)
     assert looks(turning, [(0.0, frames[0]), (1.0, frames[1]), (2.0, frames[5])], 2.0)[0] == 105.0
 
 
-def test_a_frame_that_may_never_be_late_must_come_once(turning: Frame) -> None:
+def test_a_frame_that_may_never_be_late_must_come_once(turning):
     turning = replace(turning, timeout_s=inf, protection=Protection())
     frames = speeds(turning, 1)
     assert looks(turning, [], 1e6)[1] == "startup"
     assert looks(turning, [(0.0, frames[0])], 1e6) == (100.0, "")
 
 
-def test_a_frame_of_optional_signals_spoils_nothing(turning: Frame) -> None:
+def test_a_frame_of_optional_signals_spoils_nothing(turning):
     assert not Reception([turning], together=False).look(1.0).usable
     assert Reception([turning], together=False, optional={"speed"}).look(1.0).usable
 
 
-def test_what_stands_for_a_missing_input() -> None:
+def test_what_stands_for_a_missing_input():
     substitution = Substitution({"a": Substitute(5.0), "b": Substitute(None, 10.0)})
     assert substitution.fill({"a": 1.0, "b": 2.0, "c": nan}, 0.0)["a"] == 1.0
     later = substitution.fill({"a": nan, "b": nan, "c": nan}, 10.0)

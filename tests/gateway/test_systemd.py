@@ -1,11 +1,8 @@
 """What a service manager hears."""
 
-from __future__ import annotations
-
 import os
 import socket
 from math import inf
-from pathlib import Path
 
 import pytest
 
@@ -13,7 +10,7 @@ from gateway.systemd import ServiceManager
 
 
 @pytest.mark.parametrize("abstract", [False, True])
-def test_it_hears_what_it_is_told(tmp_path: Path, abstract: bool) -> None:
+def test_it_hears_what_it_is_told(tmp_path, abstract):
     name = f"spindle-drift-{os.getpid()}" if abstract else str(tmp_path / "notify")
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
         manager.bind("\0" + name if abstract else name)
@@ -38,12 +35,10 @@ def test_it_hears_what_it_is_told(tmp_path: Path, abstract: bool) -> None:
         ({"WATCHDOG_USEC": "soon"}, inf),
     ],
 )
-def test_signs_of_life_come_twice_as_often_as_asked_for(
-    told: dict[str, str], every_s: float
-) -> None:
+def test_signs_of_life_come_twice_as_often_as_asked_for(told, every_s):
     assert ServiceManager(told).every_s == every_s
 
 
-def test_without_a_manager_nothing_is_told(tmp_path: Path) -> None:
+def test_without_a_manager_nothing_is_told(tmp_path):
     ServiceManager({}).tell("READY=1")
     ServiceManager({"NOTIFY_SOCKET": str(tmp_path / "nobody")}).tell("READY=1")

@@ -1,7 +1,5 @@
 """What only the kernel's bus has: its filters, its tools, error frames, an interface that goes."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import subprocess
@@ -10,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from gateway.database import MACHINE, Database
+from gateway.database import MACHINE
 from gateway.node import GatewaySettings
 from tests.gateway.bench import WARM
 from tests.gateway.bus import Control, gateway_thread, wait_for
@@ -26,7 +24,7 @@ def hears(kind: str, frame_id: str, channel: str = "vcan0") -> bool:
     return any(line.split()[:2] == [channel, frame_id] for line in lines)
 
 
-def test_the_kernel_drops_foreign_frames(vcan: Wire, database: Database, quick_fmu: Path) -> None:
+def test_the_kernel_drops_foreign_frames(vcan, database, quick_fmu):
     with gateway_thread(vcan, database, quick_fmu, CLOCK) as service:
         for frame in database.of(MACHINE):
             assert hears("fil", f"{frame.frame_id:03x}")
@@ -38,7 +36,7 @@ def test_the_kernel_drops_foreign_frames(vcan: Wire, database: Database, quick_f
         assert node.reception.counts["foreign"] == 0
 
 
-def test_bus_off_is_told_and_survived(vcan: Wire, database: Database, quick_fmu: Path) -> None:
+def test_bus_off_is_told_and_survived(vcan, database, quick_fmu):
     said: list[str] = []
     with (
         gateway_thread(vcan, database, quick_fmu, CLOCK, said=said),
@@ -60,9 +58,7 @@ def test_bus_off_is_told_and_survived(vcan: Wire, database: Database, quick_fmu:
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="taking an interface down needs root")
-def test_an_interface_that_goes_and_comes_back(
-    vcan: Wire, database: Database, quick_fmu: Path
-) -> None:
+def test_an_interface_that_goes_and_comes_back(vcan, database, quick_fmu):
     name = "vcan9"
     subprocess.run(["ip", "link", "add", "dev", name, "type", "vcan"], check=True)
     try:

@@ -1,21 +1,18 @@
 """The gateway on buses: the same tests on a bus in memory, over the network, and in the kernel."""
 
-from __future__ import annotations
-
 import contextlib
 import socket
 import time
-from pathlib import Path
 
 import can
 import numpy as np
 
-from gateway.database import MACHINE, Database
+from gateway.database import MACHINE
 from gateway.node import GatewaySettings
 from scenarios.fmu import FmuError
 from tests.gateway.bench import WARM
 from tests.gateway.bus import Control, Listener, gateway_thread, wait_for
-from tests.gateway.conftest import HOLD_S, SLEW_UM_PER_S, Wire, new_wire
+from tests.gateway.conftest import HOLD_S, SLEW_UM_PER_S, new_wire
 from tests.gateway.faults import (
     Messages,
     corrupted,
@@ -27,7 +24,7 @@ MILD = {"T1": 20.4, "T4": 20.4}
 CLOCK = GatewaySettings(machine_clock=True, timeout_s=2.0)  # a busy computer is no fault
 
 
-def test_a_fault_on_the_bus_is_survived(wire: Wire, database: Database, quick_fmu: Path) -> None:
+def test_a_fault_on_the_bus_is_survived(wire, database, quick_fmu):
     change = corrupted(1)(database)
     with (
         gateway_thread(wire, database, quick_fmu, CLOCK),
@@ -61,9 +58,7 @@ def assert_no_step(control: Control) -> None:
         assert np.abs(np.diff(values)).max() <= 2.0 * SLEW_UM_PER_S * STEP_S + 0.02
 
 
-def test_a_log_holds_every_frame(
-    wire: Wire, database: Database, quick_fmu: Path, tmp_path: Path
-) -> None:
+def test_a_log_holds_every_frame(wire, database, quick_fmu, tmp_path):
     path = tmp_path / "frames.log"
     with (
         gateway_thread(wire, database, quick_fmu, CLOCK, log=path) as service,
@@ -95,9 +90,7 @@ def test_a_log_holds_every_frame(
         assert np.diff(some).min() >= 0.0
 
 
-def test_an_fmu_that_fails_is_told_on_the_bus(
-    wire: Wire, database: Database, quick_fmu: Path
-) -> None:
+def test_an_fmu_that_fails_is_told_on_the_bus(wire, database, quick_fmu):
     def fail(values: object, step_s: float) -> None:
         raise FmuError("compensator FMU at 1 s: out of order")
 
@@ -106,14 +99,14 @@ def test_an_fmu_that_fails_is_told_on_the_bus(
         gateway_thread(wire, database, quick_fmu, CLOCK, ends_with=FmuError) as service,
     ):
         control.settle(WARM)
-        service.unit.step = fail  # type: ignore[method-assign,assignment]
+        service.unit.step = fail
         control.send(control.messages(WARM))
         last = control.ear.until(lambda answer: answer["gateway_state"] == "error")[-1]
         assert last["valid"] == "invalid"
         assert last["dX"] == "not_available"
 
 
-def test_datagrams_that_are_no_frames_are_survived(database: Database, quick_fmu: Path) -> None:
+def test_datagrams_that_are_no_frames_are_survived(database, quick_fmu):
     wire = new_wire("udp_multicast")
     with (
         gateway_thread(wire, database, quick_fmu, CLOCK) as service,
@@ -135,9 +128,7 @@ def test_datagrams_that_are_no_frames_are_survived(database: Database, quick_fmu
         assert control.answers[-1]["dX"] == held["dX"]
 
 
-def test_a_flood_of_foreign_frames_does_not_stop_the_loop(
-    wire: Wire, database: Database, quick_fmu: Path
-) -> None:
+def test_a_flood_of_foreign_frames_does_not_stop_the_loop(wire, database, quick_fmu):
     """Foreign frames and frames with our identifiers and a bad CRC, thousands of them."""
     generator = np.random.default_rng(11)
     own = [frame.frame_id for frame in database.of(MACHINE)]

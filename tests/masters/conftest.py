@@ -1,7 +1,5 @@
 """The FMUs, the .ssp and the trajectories that every master must give."""
 
-from __future__ import annotations
-
 import io
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """ecos: a program that is not Python, so the Python library must be brought to it."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 from importlib import metadata
@@ -33,20 +31,14 @@ def table(path: Path) -> pd.DataFrame:
     return frame[["time", *named]].rename(columns=named)
 
 
-def test_the_ssp(ssp: Path, reference: pd.DataFrame, tmp_path: Path) -> None:
+def test_the_ssp(ssp, reference, tmp_path):
     script = EXAMPLES / "ssp_in_ecos.sh"
     done = run("bash", script, ssp, STEP_S, STOP_S, folder=tmp_path, PYTHON=sys.executable)
     assert done.returncode == 0, done.stdout + done.stderr
     agree(table(tmp_path / f"{ssp.stem}.csv"), reference, SIX_DIGITS)
 
 
-def test_the_ssp_in_c_without_python(
-    ssp: Path,
-    reference: pd.DataFrame,
-    compensator: Path,
-    program: tuple[Path, dict[str, str]],
-    tmp_path: Path,
-) -> None:
+def test_the_ssp_in_c_without_python(ssp, reference, compensator, program, tmp_path):
     if "native" not in compensator.name:
         pytest.skip("its FMUs are in Python")
     path, environment = program
@@ -70,9 +62,7 @@ def program(tmp_path: Path) -> tuple[Path, dict[str, str]]:
     return path, {"LD_LIBRARY_PATH": str(folder), "LD_PRELOAD": ""}
 
 
-def test_without_the_python_library_the_program_dies(
-    shipped: Path, program: tuple[Path, dict[str, str]], tmp_path: Path
-) -> None:
+def test_without_the_python_library_the_program_dies(shipped, program, tmp_path):
     path, environment = program
     command = (path, "simulate", "--path", shipped / "compensator.fmu", "--stepSize", 1)
     done = run(*command, folder=tmp_path, **environment)

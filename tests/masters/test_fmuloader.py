@@ -1,7 +1,5 @@
 """fmuloader: a second set of bindings for model exchange, in FMI 2.0 and 3.0."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -21,9 +19,7 @@ def installed() -> None:
 
 
 @pytest.mark.parametrize("version", [2, pytest.param(3, marks=pytest.mark.long)])
-def test_a_solver_outside_gives_the_co_simulation(
-    version: int, request: pytest.FixtureRequest, tmp_path: Path
-) -> None:
+def test_a_solver_outside_gives_the_co_simulation(version, request, tmp_path):
     if version == 2:
         fmu: Path = request.getfixturevalue("shipped_in_c") / "plant_native.fmu"
     else:

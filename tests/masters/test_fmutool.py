@@ -1,7 +1,5 @@
 """fmutool of the fmu-manipulation-toolbox: schema and rules that no schema can express."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 
@@ -28,9 +26,7 @@ def said(fmu: Path, folder: Path) -> tuple[str, list[str]]:
 
 
 @pytest.mark.long
-def test_every_fmu_keeps_the_rules(
-    shipped_in_c: Path, shipped_in_fmi3: Path, tmp_path: Path
-) -> None:
+def test_every_fmu_keeps_the_rules(shipped_in_c, shipped_in_fmi3, tmp_path):
     forms = ((shipped_in_c, ""), (shipped_in_c, "_native"), (shipped_in_fmi3, "_native_fmi3"))
     for fmu in (folder / f"{kind}{form}.fmu" for kind in KINDS for folder, form in forms):
         text, complaints = said(fmu, tmp_path)

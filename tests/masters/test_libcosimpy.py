@@ -1,13 +1,9 @@
 """libcosimpy: the Open Simulation Platform's co-simulation library."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import sys
-from pathlib import Path
 
-import pandas as pd
 import pytest
 
 from tests.conftest import ROOT
@@ -20,17 +16,15 @@ def installed() -> None:
     needs("libcosimpy")
 
 
-def test_the_coupled_fmus(
-    plant: Path, compensator: Path, signals: Path, reference: pd.DataFrame, tmp_path: Path
-) -> None:
+def test_the_coupled_fmus(plant, compensator, signals, reference, tmp_path):
     agree(example("in_libcosimpy.py", plant, compensator, signals, folder=tmp_path), reference)
 
 
-def test_the_ssp(ssp: Path, reference: pd.DataFrame, tmp_path: Path) -> None:
+def test_the_ssp(ssp, reference, tmp_path):
     agree(example("ssp_in_libcosimpy.py", ssp, STOP_S, folder=tmp_path), reference)
 
 
-def test_the_lines_of_the_page(ssp: Path, reference: pd.DataFrame, tmp_path: Path) -> None:
+def test_the_lines_of_the_page(ssp, reference, tmp_path):
     page = (ROOT / "docs" / "embedding.md").read_text(encoding="utf-8")
     (lines,) = re.findall(r"^```python\n(.*?)^```$", page, re.DOTALL | re.MULTILINE)
     shutil.copy(ssp, tmp_path / "step_speed.ssp")

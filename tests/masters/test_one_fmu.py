@@ -1,11 +1,6 @@
 """Both FMUs nested into one by fmu-manipulation-toolbox."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import fmpy
-import pandas as pd
 import pytest
 from fmpy.validation import validate_fmu
 
@@ -19,9 +14,7 @@ def installed() -> None:
     needs("fmu-manipulation-toolbox")
 
 
-def test_the_nested_fmus(
-    plant: Path, compensator: Path, signals: Path, reference: pd.DataFrame, tmp_path: Path
-) -> None:
+def test_the_nested_fmus(plant, compensator, signals, reference, tmp_path):
     agree(example("in_one_fmu.py", plant, compensator, signals, folder=tmp_path), reference)
     machine = str(tmp_path / "machine.fmu")
     assert validate_fmu(machine) == []

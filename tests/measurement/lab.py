@@ -1,7 +1,5 @@
 """The workbooks of a laboratory: one of temperatures, one of displacements, a sheet a day."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

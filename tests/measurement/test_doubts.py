@@ -1,7 +1,5 @@
 """What the numbers contradict is doubted, and what is as it should be is not."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -27,16 +25,14 @@ def doubted(
     return dict(import_files([path]).doubts)
 
 
-def test_a_sound_log_raises_no_doubt(tmp_path: Path) -> None:
+def test_a_sound_log_raises_no_doubt(tmp_path):
     assert doubted(tmp_path, signals()) == {}
 
 
 @pytest.mark.parametrize(
     ("factor", "offset", "told"), [(1.0, 273.15, "kelvin"), (1.8, 32.0, "Fahrenheit")]
 )
-def test_one_temperature_or_all_in_another_unit(
-    factor: float, offset: float, told: str, tmp_path: Path
-) -> None:
+def test_one_temperature_or_all_in_another_unit(factor, offset, told, tmp_path):
     for columns in ([0], [1, 2], [0, 1, 2]):
         values = signals()
         values[:, columns] = values[:, columns] * factor + offset
@@ -46,14 +42,14 @@ def test_one_temperature_or_all_in_another_unit(
         assert all(told in text for text in found.values())
 
 
-def test_tenths_of_a_degree_are_whole_numbers(tmp_path: Path) -> None:
+def test_tenths_of_a_degree_are_whole_numbers(tmp_path):
     values = signals()
     values[:, :3] = (10.0 * values[:, :3]).round()
     found = doubted(tmp_path, values)
     assert [text.rpartition("then ")[2] for text in found.values()] == 3 * ["its unit is 0.1 degC"]
 
 
-def test_millimetres_called_micrometres_and_the_other_way_round(tmp_path: Path) -> None:
+def test_millimetres_called_micrometres_and_the_other_way_round(tmp_path):
     values = signals()
     values[:, 4] /= 1000.0
     assert (
@@ -65,7 +61,7 @@ def test_millimetres_called_micrometres_and_the_other_way_round(tmp_path: Path) 
     assert "micrometres taken for millimetres?" in found["z_um"]
 
 
-def test_one_run_among_others_in_another_unit() -> None:
+def test_one_run_among_others_in_another_unit():
     runs = [run_of_day(number) for number in (1, 2, 3)]
     frame = runs[1].frame
     wrong = frame.assign(z_um=frame["z_um"] / 1000.0, time_s=frame["time_s"] / 60.0)
@@ -74,19 +70,19 @@ def test_one_run_among_others_in_another_unit() -> None:
     assert all(text.endswith("(in day2)") for text in told.values())
 
 
-def test_minutes_called_seconds(tmp_path: Path) -> None:
+def test_minutes_called_seconds(tmp_path):
     found = doubted(tmp_path, signals(), step="min")
     assert set(found) == {"time_s"}
     assert "minutes taken for seconds? then its unit is min" in found["time_s"]
 
 
-def test_thousands_of_turns(tmp_path: Path) -> None:
+def test_thousands_of_turns(tmp_path):
     values = signals()
     values[:, 3] /= 1000.0
     assert "krpm" in doubted(tmp_path, values)["speed_rpm"]
 
 
-def test_a_growth_that_falls_with_warming(tmp_path: Path) -> None:
+def test_a_growth_that_falls_with_warming(tmp_path):
     header = (*HEADER[:4], "growth [um]")
     assert "flipped? then sign = -1" in doubted(tmp_path, signals(), header)["growth_um"]
     values = signals()
@@ -110,7 +106,7 @@ def _frame(columns: dict[str, np.ndarray]) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-def test_a_sign_that_one_run_alone_has() -> None:
+def test_a_sign_that_one_run_alone_has():
     assert flipped(runs_with({}), "z_um") == []
     for odd in range(4):
         assert flipped(runs_with({odd: -1.0}), "z_um") == [f"r{odd}"]
@@ -122,7 +118,7 @@ def test_a_sign_that_one_run_alone_has() -> None:
 
 @pytest.mark.long
 @pytest.mark.real_data
-def test_the_measured_lathe_is_not_doubted_and_turned_runs_are(lathe_runs: list[Path]) -> None:
+def test_the_measured_lathe_is_not_doubted_and_turned_runs_are(lathe_runs):
     runs = [read_run(path) for path in lathe_runs]
     assert doubts(runs) == []
     hits = 0
@@ -139,7 +135,7 @@ def test_the_measured_lathe_is_not_doubted_and_turned_runs_are(lathe_runs: list[
 
 @pytest.mark.long
 @pytest.mark.real_data
-def test_swapped_thermometers_of_the_measured_lathe(lathe_runs: list[Path]) -> None:
+def test_swapped_thermometers_of_the_measured_lathe(lathe_runs):
     runs = [read_run(path) for path in lathe_runs]
     draw = np.random.default_rng(2)
     hits = cases = 0
@@ -162,7 +158,7 @@ def plugged(run: Run, first: str, second: str) -> Run:
     return Run(run.name, frame)
 
 
-def test_swapped_thermometers_are_doubted_in_the_run_where_they_are() -> None:
+def test_swapped_thermometers_are_doubted_in_the_run_where_they_are():
     runs = [run_of_day(number) for number in range(1, 7)]
     assert swapped(runs) == []
     runs[3] = plugged(runs[3], "T0_degC", "T2_degC")

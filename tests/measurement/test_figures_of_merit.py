@@ -1,9 +1,6 @@
 """Figures of merit against hand-made numbers and other libraries' definitions."""
 
-from __future__ import annotations
-
 import math
-from typing import Any
 
 import pandas as pd
 import pytest
@@ -18,7 +15,7 @@ from measurement.figures import (
 )
 
 
-def test_every_figure_of_a_small_example() -> None:
+def test_every_figure_of_a_small_example():
     # e = 0, 1, -2, 1; y = 0, 10, 20, 50; mean y = 20; SST = 400 + 100 + 0 + 900 = 1400
     figures = figures_of_merit([0.0, 10.0, 20.0, 50.0], [0.0, 9.0, 22.0, 49.0])
     assert figures == {
@@ -41,9 +38,7 @@ VALUES = st.floats(-100, 100).map(lambda v: round(v, 3))
 
 
 @given(st.lists(st.tuples(VALUES, VALUES), min_size=3, max_size=30), st.integers(1, 5))
-def test_missing_pairs_change_nothing_but_their_count(
-    pairs: list[tuple[float, float]], missing: int
-) -> None:
+def test_missing_pairs_change_nothing_but_their_count(pairs, missing):
     y, yhat = map(list, zip(*pairs, strict=True))
     plain = figures_of_merit(y, yhat)
     holed = figures_of_merit([*y, *[math.nan] * missing, 1.0], [*yhat, *[2.0] * missing, math.nan])
@@ -52,7 +47,7 @@ def test_missing_pairs_change_nothing_but_their_count(
     assert holed == pytest.approx(plain, nan_ok=True)
 
 
-def test_what_the_data_do_not_define_is_nan() -> None:
+def test_what_the_data_do_not_define_is_nan():
     constant = figures_of_merit([0.1, 0.1, 0.1], [0.2, 0.2, 0.2])
     assert math.isnan(constant["r2"])
     zero = figures_of_merit([0.0, 0.0], [1.0, 1.0])
@@ -64,14 +59,14 @@ def test_what_the_data_do_not_define_is_nan() -> None:
     assert (nothing["samples"], nothing["missing"]) == (0.0, 1.0)
 
 
-def test_mape_leaves_out_what_is_near_zero_and_says_how_many() -> None:
+def test_mape_leaves_out_what_is_near_zero_and_says_how_many():
     y, yhat = [0.5, 1.0, 100.0], [1.5, 2.0, 101.0]
     found = figures_of_merit(y, yhat)  # near zero: below 1 % of 100
     assert found["mape_left_out"] == 1.0
     assert found["mape"] == pytest.approx((100.0 + 1.0) / 2)
 
 
-def test_unlike_shapes_and_infinite_values_are_refused() -> None:
+def test_unlike_shapes_and_infinite_values_are_refused():
     with pytest.raises(ValueError, match=r"shape \(2,\) and predicted \(1,\)"):
         figures_of_merit([1.0, 2.0], [1.0])
     with pytest.raises(ValueError, match="infinite"):
@@ -81,11 +76,11 @@ def test_unlike_shapes_and_infinite_values_are_refused() -> None:
 @pytest.mark.parametrize(
     ("before", "after", "percent"), [(24.7, 3.6, 85), (24.6, 2.8, 89), (14.5, 3.3, 77)]
 )
-def test_improvement_reproduces_the_studies(before: float, after: float, percent: int) -> None:
+def test_improvement_reproduces_the_studies(before, after, percent):
     assert round(100 * improvement(before, after)) == percent
 
 
-def test_improvement_of_arrays() -> None:
+def test_improvement_of_arrays():
     assert improvement([10.0, -10.0], [1.0, -3.0]) == pytest.approx(0.8)
     assert improvement([10.0, math.nan, 10.0], [1.0, 50.0, math.nan]) == pytest.approx(0.9)
     assert improvement([10.0, math.nan], [1.0, 2.0, 3.0]) == pytest.approx(0.8)
@@ -105,7 +100,7 @@ def tables() -> tuple[pd.DataFrame, pd.DataFrame]:
     return before, after
 
 
-def test_a_compensation_table_by_axis() -> None:
+def test_a_compensation_table_by_axis():
     x, z = compensation_table(*tables())
     assert x.to_dict() == {
         "axis": "X",
@@ -125,7 +120,7 @@ def test_a_compensation_table_by_axis() -> None:
     assert z.improvement_percent == 80.0
 
 
-def test_the_table_as_text_lines_up() -> None:
+def test_the_table_as_text_lines_up():
     lines = table_text(compensation_table(*tables()), "Step speed").splitlines()
     assert lines[0] == "Step speed"
     assert lines[3].split() == ["X", "10.0", "10.0", "2.0", "2.0", "80.0"]
@@ -143,6 +138,6 @@ def test_the_table_as_text_lines_up() -> None:
         (lambda b, a: (b, a.assign(X=1.0)), "two columns for axis X"),
     ],
 )
-def test_tables_that_do_not_match_are_refused(change: Any, expected: str) -> None:
+def test_tables_that_do_not_match_are_refused(change, expected):
     with pytest.raises(ValueError, match=expected):
         compensation_table(*change(*tables()))

@@ -1,7 +1,5 @@
 """Files are written whole or not at all."""
 
-from __future__ import annotations
-
 import os
 import stat
 from pathlib import Path
@@ -12,7 +10,7 @@ from measurement.errors import BadInput
 from measurement.files import read_bytes, write_atomically, write_together
 
 
-def test_text_and_bytes_arrive_unchanged_in_new_folders(tmp_path: Path) -> None:
+def test_text_and_bytes_arrive_unchanged_in_new_folders(tmp_path):
     target = tmp_path / "a" / "b" / "file.txt"
     assert write_atomically(target, "20 °C\r\nline\n") == target
     assert target.read_bytes() == "20 °C\r\nline\n".encode()
@@ -21,9 +19,7 @@ def test_text_and_bytes_arrive_unchanged_in_new_folders(tmp_path: Path) -> None:
     assert os.listdir(target.parent) == ["file.txt"]
 
 
-def test_a_failure_leaves_the_old_file_and_no_debris(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_failure_leaves_the_old_file_and_no_debris(tmp_path, monkeypatch):
     target = write_atomically(tmp_path / "file.txt", "old")
 
     def full(_: int) -> None:
@@ -36,9 +32,7 @@ def test_a_failure_leaves_the_old_file_and_no_debris(
     assert os.listdir(tmp_path) == ["file.txt"]
 
 
-def test_the_name_is_on_the_disk_after_the_data(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_name_is_on_the_disk_after_the_data(tmp_path, monkeypatch):
     target, synced = tmp_path / "file.txt", []
     sync = os.fsync
 
@@ -52,9 +46,7 @@ def test_the_name_is_on_the_disk_after_the_data(
     assert synced == [("file", False), ("folder", True)]
 
 
-def test_files_that_belong_together_are_written_all_or_none(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_files_that_belong_together_are_written_all_or_none(tmp_path, monkeypatch):
     page, machine = tmp_path / "new" / "page.html", tmp_path / "machine.toml"
     write_together({page: "page", machine: b"one"})
     assert (page.read_text(), machine.read_text()) == ("page", "one")
@@ -74,9 +66,7 @@ def test_files_that_belong_together_are_written_all_or_none(
     assert os.listdir(page.parent) == ["page.html"]
 
 
-def test_a_folder_that_cannot_be_synced_is_no_failure(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_folder_that_cannot_be_synced_is_no_failure(tmp_path, monkeypatch):
     sync = os.fsync
 
     def refused(handle: int) -> None:
@@ -88,14 +78,14 @@ def test_a_folder_that_cannot_be_synced_is_no_failure(
     assert write_atomically(tmp_path / "file.txt", "x").read_text() == "x"
 
 
-def test_permissions_are_those_of_an_ordinary_new_file(tmp_path: Path) -> None:
+def test_permissions_are_those_of_an_ordinary_new_file(tmp_path):
     plain = tmp_path / "plain"
     plain.touch()
     ours = write_atomically(tmp_path / "ours", "x")
     assert stat.S_IMODE(ours.stat().st_mode) == stat.S_IMODE(plain.stat().st_mode)
 
 
-def test_a_link_stays_a_link(tmp_path: Path) -> None:
+def test_a_link_stays_a_link(tmp_path):
     real = write_atomically(tmp_path / "real.txt", "old")
     link = tmp_path / "link.txt"
     link.symlink_to(real)
@@ -104,15 +94,13 @@ def test_a_link_stays_a_link(tmp_path: Path) -> None:
     assert real.read_text() == "new"
 
 
-def test_a_name_as_long_as_the_file_system_allows_can_be_written(
-    tmp_path: Path,
-) -> None:
+def test_a_name_as_long_as_the_file_system_allows_can_be_written(tmp_path):
     target = write_atomically(tmp_path / ("n" * 255), "x")
     assert target.read_text() == "x"
 
 
 @pytest.mark.parametrize("target", [".", "file/below", "/dev/null"])
-def test_what_cannot_be_written_is_refused_in_one_line(tmp_path: Path, target: str) -> None:
+def test_what_cannot_be_written_is_refused_in_one_line(tmp_path, target):
     (tmp_path / "file").touch()
     with pytest.raises(BadInput, match="cannot be written") as refusal:
         write_atomically(tmp_path / target, "x")
@@ -124,12 +112,12 @@ def test_what_cannot_be_written_is_refused_in_one_line(tmp_path: Path, target: s
     ("name", "problem"),
     [("none", "no such file"), (".", "is a folder"), ("a\0b", "cannot be read")],
 )
-def test_what_cannot_be_read_is_refused(tmp_path: Path, name: str, problem: str) -> None:
+def test_what_cannot_be_read_is_refused(tmp_path, name, problem):
     with pytest.raises(BadInput, match=problem):
         read_bytes(tmp_path / name)
 
 
-def test_what_would_never_end_is_refused_and_the_shell_s_pipe_is_read(tmp_path: Path) -> None:
+def test_what_would_never_end_is_refused_and_the_shell_s_pipe_is_read(tmp_path):
     os.mkfifo(tmp_path / "pipe.csv")
     (tmp_path / "link.csv").symlink_to("pipe.csv")
     for path in (tmp_path / "pipe.csv", tmp_path / "link.csv", Path("/dev/zero")):

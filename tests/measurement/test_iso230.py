@@ -1,11 +1,8 @@
 """The ISO 230-3 style summary."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -44,7 +41,7 @@ def values(ranges: Ranges) -> list[float]:
     return list(asdict(ranges).values())
 
 
-def test_ranges_of_a_known_run() -> None:
+def test_ranges_of_a_known_run():
     summary = summarise(standard_test(), RIG, "T5_degC")
     assert summary.test == "thermal distortion caused by rotating spindle"
     assert summary.is_standard_spindle_test
@@ -71,7 +68,7 @@ def test_ranges_of_a_known_run() -> None:
     assert not summary.findings
 
 
-def test_cooling_down_counts_in_the_whole_but_not_in_the_running_period() -> None:
+def test_cooling_down_counts_in_the_whole_but_not_in_the_running_period():
     run = standard_test()
     after = run.time_s > 4.5 * HOUR
     run = standard_test(S5_um=np.where(after, 15.0, run.frame["S5_um"]))
@@ -94,9 +91,7 @@ def test_cooling_down_counts_in_the_whole_but_not_in_the_running_period() -> Non
         (None, None, "not known: no spindle speed was recorded"),
     ],
 )
-def test_which_test_of_the_standard_a_run_is(
-    speed: float | None, feed: float | None, test: str
-) -> None:
+def test_which_test_of_the_standard_a_run_is(speed, feed, test):
     columns = {"speed_rpm": speed, "feed_mm_min": feed}
     given = {name: [value] * 3 for name, value in columns.items() if value is not None}
     summary = summarise(Run("r", pd.DataFrame({"time_s": [0.0, 60.0, 120.0]} | given)))
@@ -105,7 +100,7 @@ def test_which_test_of_the_standard_a_run_is(
     assert (summary.running_period_s is not None) == bool(speed)
 
 
-def test_only_what_a_run_has_is_stated() -> None:
+def test_only_what_a_run_has_is_stated():
     bare = summarise(Run("bare", pd.DataFrame({"time_s": [5.0]})))
     assert (bare.displacements, bare.pose, bare.temperatures, bare.ambient) == (
         {},
@@ -121,7 +116,7 @@ def test_only_what_a_run_has_is_stated() -> None:
     assert empty.to_dict()["displacements"]["a_um"]["whole"] is None
 
 
-def test_a_column_of_the_rig_that_the_run_has_not_is_named() -> None:
+def test_a_column_of_the_rig_that_the_run_has_not_is_named():
     run = Run("r", standard_test().frame.drop(columns="S5_um"))
     summary = summarise(run, RIG)
     assert not summary.pose
@@ -136,7 +131,7 @@ def test_a_column_of_the_rig_that_the_run_has_not_is_named() -> None:
         ("S1_um", "is not a temperature"),
     ],
 )
-def test_a_wrong_ambient_column_is_refused(column: str, problem: str) -> None:
+def test_a_wrong_ambient_column_is_refused(column, problem):
     with pytest.raises(BadInput, match=f"standard: ambient: .*{problem}"):
         summarise(standard_test(), ambient=column)
     blank = standard_test(T5_degC=np.nan)
@@ -144,7 +139,7 @@ def test_a_wrong_ambient_column_is_refused(column: str, problem: str) -> None:
         summarise(blank, ambient="T5_degC")
 
 
-def test_the_text_says_what_a_report_states() -> None:
+def test_the_text_says_what_a_report_states():
     text = summarise(standard_test(), RIG, "T5_degC").text()
     assert "rotating spindle" in text
     assert "sensor spacing of 100 mm" in text
@@ -154,7 +149,7 @@ def test_the_text_says_what_a_report_states() -> None:
     assert max(map(len, text.splitlines())) <= 100
 
 
-def test_a_long_spectrum_is_cut_in_the_text_only() -> None:
+def test_a_long_spectrum_is_cut_in_the_text_only():
     speed = np.arange(40) % 2 * 1000.0
     run = Run("r", pd.DataFrame({"time_s": np.arange(40) * 60.0, "speed_rpm": speed}))
     summary = summarise(run)
@@ -164,9 +159,7 @@ def test_a_long_spectrum_is_cut_in_the_text_only() -> None:
 
 @pytest.mark.long
 @pytest.mark.real_data
-def test_every_measured_run_has_a_summary(
-    lathe_runs: list[Path], electric_spindle_run: Path
-) -> None:
+def test_every_measured_run_has_a_summary(lathe_runs, electric_spindle_run):
     for path in [*lathe_runs, electric_spindle_run]:
         run = read_run(path)
         summary = summarise(run, default_rig(run))
@@ -183,7 +176,7 @@ def test_every_measured_run_has_a_summary(
 
 
 @pytest.mark.real_data
-def test_the_schedule_of_a_measured_run_is_found(lathe_runs: list[Path]) -> None:
+def test_the_schedule_of_a_measured_run_is_found(lathe_runs):
     run = read_run(next(path for path in lathe_runs if path.stem == "20200723"))
     spectrum = [
         (round(part.speed_rpm), round(part.duration_s / HOUR, 1))

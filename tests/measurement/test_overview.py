@@ -1,7 +1,5 @@
 """The figure of a run."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -49,9 +47,7 @@ def labels(figure: Figure) -> list[str]:
         (["time_s"], []),
     ],
 )
-def test_there_is_a_panel_per_kind_of_signal_that_the_run_has(
-    columns: list[str], expected: list[str]
-) -> None:
+def test_there_is_a_panel_per_kind_of_signal_that_the_run_has(columns, expected):
     figure = draw(FULL[columns], RIG)
     found = labels(figure)
     assert [label for label in found if label in expected] == expected
@@ -59,7 +55,7 @@ def test_there_is_a_panel_per_kind_of_signal_that_the_run_has(
     assert figure.axes[0].get_figure() is figure
 
 
-def test_no_legend_covers_data() -> None:
+def test_no_legend_covers_data():
     figure = draw(FULL, RIG)
     figure.draw_without_rendering()
     panels = [axes.get_window_extent() for axes in figure.axes]
@@ -71,7 +67,7 @@ def test_no_legend_covers_data() -> None:
             assert box.x1 <= figure.bbox.x1
 
 
-def test_a_line_is_not_drawn_across_a_gap() -> None:
+def test_a_line_is_not_drawn_across_a_gap():
     holed = FULL["S1_um"].to_numpy().copy()
     holed[40:60] = math.nan
     figure = draw(FULL.assign(S1_um=holed)[["time_s", "S1_um"]])
@@ -83,7 +79,7 @@ def test_a_line_is_not_drawn_across_a_gap() -> None:
     assert np.count_nonzero(~np.isnan(drawn)) == 100
 
 
-def test_frozen_stretches_are_shaded_once() -> None:
+def test_frozen_stretches_are_shaded_once():
     frame = FULL.assign(S1_um=0.0, S2_um=0.0)
     figure = draw(frame)
     shaded = [
@@ -92,7 +88,7 @@ def test_frozen_stretches_are_shaded_once() -> None:
     assert shaded == ["frozen or saturated"]
 
 
-def test_a_png_is_the_same_every_time() -> None:
+def test_a_png_is_the_same_every_time():
     first, second = (png_bytes(draw(FULL, RIG), dpi=40) for _ in range(2))
     assert first == second
     assert first.startswith(b"\x89PNG")

@@ -1,9 +1,6 @@
 """Runs onto an even grid: averaged, interpolated or held, with gaps left open."""
 
-from __future__ import annotations
-
 import math
-from pathlib import Path
 
 import numpy as np
 import numpy.testing as npt
@@ -28,16 +25,14 @@ def uneven(seed: int, samples: int = 200) -> np.ndarray:
     level=st.floats(-100, 300),
     step=st.floats(1.0, 2000.0),
 )
-def test_a_straight_line_stays_exact_at_any_step(
-    seed: int, slope: float, level: float, step: float
-) -> None:
+def test_a_straight_line_stays_exact_at_any_step(seed, slope, level, step):
     time = uneven(seed)
     grid = np.arange(time[0], time[-1], step)
     at = resample(time, level + slope * time, grid, step)
     npt.assert_allclose(at, level + slope * grid, rtol=0, atol=1e-8)
 
 
-def test_the_average_is_the_mean_of_the_interpolant_by_quadrature() -> None:
+def test_the_average_is_the_mean_of_the_interpolant_by_quadrature():
     time = uneven(1, 40)
     values = np.random.default_rng(2).normal(300.0, 5.0, time.size)
     grid = np.array([200.0, 400.0, 613.7])
@@ -53,7 +48,7 @@ def test_the_average_is_the_mean_of_the_interpolant_by_quadrature() -> None:
         assert value == pytest.approx(area / 120.0, abs=1e-9)
 
 
-def test_two_samples_within_a_step_are_averaged_and_one_is_not() -> None:
+def test_two_samples_within_a_step_are_averaged_and_one_is_not():
     time, values = np.array([0.0, 10.0, 20.0, 30.0]), np.array([0.0, 0.0, 8.0, 8.0])
     # From 9 s to 21 s the interpolant is 0 for 1 s, rises to 8 in 10 s, and stays for 1 s.
     two = resample(time, values, np.array([15.0, 17.0]), 12.0)
@@ -61,7 +56,7 @@ def test_two_samples_within_a_step_are_averaged_and_one_is_not() -> None:
     assert two[1] == pytest.approx(0.8 * 7.0)  # 11 s to 23 s holds one sample only
 
 
-def test_speed_holds_and_temperature_runs_smoothly() -> None:
+def test_speed_holds_and_temperature_runs_smoothly():
     frame = pd.DataFrame(
         {
             "time_s": [0.0, 10.0, 20.0],
@@ -75,7 +70,7 @@ def test_speed_holds_and_temperature_runs_smoothly() -> None:
     assert fine["T1_degC"].tolist() == [20, 21, 22, 24, 26]
 
 
-def test_gaps_longer_than_the_limit_stay_open_and_shorter_ones_close() -> None:
+def test_gaps_longer_than_the_limit_stay_open_and_shorter_ones_close():
     time = np.arange(0.0, 200.0, 10.0)
     values = time.copy()
     values[5:9] = np.nan  # 40 s .. 90 s
@@ -95,7 +90,7 @@ def test_gaps_longer_than_the_limit_stay_open_and_shorter_ones_close() -> None:
     assert held[-1] == 190.0
 
 
-def test_nothing_is_made_up_before_the_first_or_after_the_last_sample() -> None:
+def test_nothing_is_made_up_before_the_first_or_after_the_last_sample():
     time = np.array([10.0, 20.0])
     grid = np.array([0.0, 10.0, 20.0, 30.0])
     at = resample(time, np.array([1.0, 2.0]), grid, 10.0)
@@ -105,7 +100,7 @@ def test_nothing_is_made_up_before_the_first_or_after_the_last_sample() -> None:
     npt.assert_array_equal(single, [np.nan, 3.0, np.nan, np.nan])
 
 
-def test_the_grid_covers_the_run_or_what_is_asked_for() -> None:
+def test_the_grid_covers_the_run_or_what_is_asked_for():
     run = Run("r", pd.DataFrame({"time_s": [0.0, 0.7], "a_um": [0.0, 7.0]}))
     assert run.resampled(0.1).time_s.size == 8  # 0.7/0.1 falls just short of 7 in binary
     part = run.resampled(0.25, start_s=0.2, end_s=0.7)
@@ -113,7 +108,7 @@ def test_the_grid_covers_the_run_or_what_is_asked_for() -> None:
 
 
 @pytest.mark.parametrize("step", [0.0, -1.0, math.nan, math.inf, 1e-9])
-def test_a_senseless_step_is_refused(step: float) -> None:
+def test_a_senseless_step_is_refused(step):
     run = Run("r", pd.DataFrame({"time_s": [0.0, 100.0]}))
     with pytest.raises(ValueError, match="step_s"):
         run.resampled(step)
@@ -123,7 +118,7 @@ def test_a_senseless_step_is_refused(step: float) -> None:
 
 @pytest.mark.long
 @pytest.mark.real_data
-def test_measured_runs_have_no_holes_at_any_usual_step(lathe_runs: list[Path]) -> None:
+def test_measured_runs_have_no_holes_at_any_usual_step(lathe_runs):
     for path in lathe_runs:
         run = read_run(path)
         for step in (1.0, 60.0):

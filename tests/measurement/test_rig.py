@@ -1,9 +1,6 @@
 """Rigs: readings to pose and back."""
 
-from __future__ import annotations
-
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -43,7 +40,7 @@ def run_of(**columns: list[float]) -> Run:
     return Run("r", pd.DataFrame({"time_s": np.arange(float(len(first))), **columns}))
 
 
-def test_a_known_pose() -> None:
+def test_a_known_pose():
     # 10 um over 100 mm is a tilt of atan(1e-4); S5 falls by 40 um as the spindle grows by 40 um.
     pose = five_point().pose(readings(2.0, -3.0, 12.0, -13.0, -40.0)).iloc[0]
     assert pose["elongation_um"] == 40.0
@@ -63,9 +60,7 @@ SIGNS = st.sampled_from([1, -1])
     bar=st.floats(-500, 500),
     signs=st.tuples(SIGNS, SIGNS, SIGNS, SIGNS, SIGNS),
 )
-def test_readings_invert_the_pose(
-    values: list[float], spacing: float, bar: float, signs: tuple[int, ...]
-) -> None:
+def test_readings_invert_the_pose(values, spacing, bar, signs):
     names = (
         "near_x_sign",
         "near_y_sign",
@@ -81,7 +76,7 @@ def test_readings_invert_the_pose(
 
 
 @given(st.lists(st.floats(-60, 60), min_size=5, max_size=5))
-def test_the_small_angle_form_agrees_to_a_nanoradian(values: list[float]) -> None:
+def test_the_small_angle_form_agrees_to_a_nanoradian(values):
     # 60 um at each sensor is beyond what the studies' spindles do in any run.
     rig = five_point()
     near_x, near_y, distal_x, distal_y, _ = values
@@ -90,12 +85,12 @@ def test_the_small_angle_form_agrees_to_a_nanoradian(values: list[float]) -> Non
     npt.assert_allclose(small, exact, rtol=0, atol=1e-3)  # urad
 
 
-def test_a_large_tilt_is_an_angle() -> None:
+def test_a_large_tilt_is_an_angle():
     pose = five_point().pose(readings(0.0, 0.0, 1e4, 0.0, 0.0))
     assert pose["yaw_urad"][0] == pytest.approx(1e6 * math.atan(0.1))
 
 
-def test_each_sign_turns_its_own_reading() -> None:
+def test_each_sign_turns_its_own_reading():
     frame = readings(1.0, 2.0, 4.0, 8.0, 16.0)
     for place, name in zip(
         ("near_x_sign", "near_y_sign", "distal_x_sign", "distal_y_sign"),
@@ -109,7 +104,7 @@ def test_each_sign_turns_its_own_reading() -> None:
     assert five_point(axial_sign=1).pose(frame)["elongation_um"][0] == 16.0
 
 
-def test_a_tilted_bar_seems_shorter_by_its_cosine() -> None:
+def test_a_tilted_bar_seems_shorter_by_its_cosine():
     # A bar of 200 mm that only tilts by 1 mrad draws its end back by 200 mm (1 - cos) = 0.1 um.
     tilted = readings(0.0, 0.0, 100.0, 0.0, 0.0)
     shortened = 200e3 * (1 - math.cos(math.atan(1e-3)))
@@ -118,7 +113,7 @@ def test_a_tilted_bar_seems_shorter_by_its_cosine() -> None:
     assert five_point().pose(tilted)["elongation_um"][0] == 0.0
 
 
-def test_a_missing_reading_costs_only_what_needs_it() -> None:
+def test_a_missing_reading_costs_only_what_needs_it():
     pose = five_point().pose(readings(math.nan, 0.0, 1.0, 2.0, 3.0)).iloc[0]
     assert pose.isna().tolist() == [False, True, False, True, False]
 
@@ -137,7 +132,7 @@ def test_a_missing_reading_costs_only_what_needs_it() -> None:
         ({"kind": "direct"}, "is missing"),
     ],
 )
-def test_a_wrong_table_is_refused_in_one_line(change: dict[str, Any], expected: str) -> None:
+def test_a_wrong_table_is_refused_in_one_line(change, expected):
     with pytest.raises(BadInput) as caught:
         rig_from_table(JIG_BORER | change, "machine.toml")
     assert str(caught.value).startswith("machine.toml: ")
@@ -145,7 +140,7 @@ def test_a_wrong_table_is_refused_in_one_line(change: dict[str, Any], expected: 
     assert "\n" not in str(caught.value)
 
 
-def test_columns_that_are_not_there_are_named() -> None:
+def test_columns_that_are_not_there_are_named():
     with pytest.raises(BadInput, match="distal_y: the run has no column S4_um"):
         five_point().pose(readings(1, 2, 3, 4, 5).drop(columns="S4_um"))
     with pytest.raises(BadInput, match="pose: pitch_urad: is missing"):
@@ -156,7 +151,7 @@ def test_columns_that_are_not_there_are_named() -> None:
         )
 
 
-def test_a_direct_rig_gives_columns_and_drift_by_its_signs() -> None:
+def test_a_direct_rig_gives_columns_and_drift_by_its_signs():
     rig = rig_from_table(
         {
             "kind": "direct",
@@ -177,7 +172,7 @@ def test_a_direct_rig_gives_columns_and_drift_by_its_signs() -> None:
     }
 
 
-def test_an_axis_with_two_columns_is_refused() -> None:
+def test_an_axis_with_two_columns_is_refused():
     table = {"kind": "direct", "axes": {"a": {"axis": "X"}, "b": {"axis": "X"}}}
     with pytest.raises(BadInput, match="axis X has two columns"):
         rig_from_table(table, "m")
@@ -197,11 +192,11 @@ def test_an_axis_with_two_columns_is_refused() -> None:
         ("x_to_y", None),
     ],
 )
-def test_the_axis_that_a_name_tells(signal: str, axis: tuple[str, int] | None) -> None:
+def test_the_axis_that_a_name_tells(signal, axis):
     assert axis_of(signal) == axis
 
 
-def test_the_default_rig_is_the_machines_where_it_fits_and_else_by_name() -> None:
+def test_the_default_rig_is_the_machines_where_it_fits_and_else_by_name():
     five = run_of(**{name: [0.0] for name in COLUMNS})
     assert default_rig(five, JIG_BORER) == five_point()
     assert default_rig(five, five_point(axial_sign=1)) == five_point(axial_sign=1)
@@ -226,17 +221,13 @@ def test_the_default_rig_is_the_machines_where_it_fits_and_else_by_name() -> Non
         ),
     ],
 )
-def test_a_run_that_does_not_tell_is_refused_with_what_to_give(
-    columns: dict[str, list[float]], expected: str
-) -> None:
+def test_a_run_that_does_not_tell_is_refused_with_what_to_give(columns, expected):
     with pytest.raises(BadInput, match=expected + ".*give a machine file"):
         default_rig(run_of(**columns))
 
 
 @pytest.mark.real_data
-def test_the_measured_runs_tell_their_axes(
-    lathe_runs: list[Path], electric_spindle_run: Path
-) -> None:
+def test_the_measured_runs_tell_their_axes(lathe_runs, electric_spindle_run):
     run = read_run(lathe_runs[0])
     assert list(default_rig(run).targets(run)) == ["disp_x_um", "disp_z_um"]
     spindle = read_run(electric_spindle_run)

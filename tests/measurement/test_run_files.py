@@ -1,7 +1,5 @@
 """Reading and writing run files."""
 
-from __future__ import annotations
-
 import math
 import re
 from pathlib import Path
@@ -33,7 +31,7 @@ def refusal(path: Path, content: str | bytes) -> str:
     return text.removeprefix(f"{path}: ")
 
 
-def test_a_run_with_uneven_sampling_and_missing_values(tmp_path: Path) -> None:
+def test_a_run_with_uneven_sampling_and_missing_values(tmp_path):
     path = tmp_path / "monday.csv"
     path.write_text(GOOD)
     run = read_run(path)
@@ -58,7 +56,7 @@ def test_a_run_with_uneven_sampling_and_missing_values(tmp_path: Path) -> None:
         GOOD.replace("1.25", '"1.25"').replace("speed_rpm", '"speed_rpm"'),
     ],
 )
-def test_harmless_differences_of_writing_change_nothing(tmp_path: Path, variant: str) -> None:
+def test_harmless_differences_of_writing_change_nothing(tmp_path, variant):
     path = tmp_path / "run.csv"
     path.write_text(GOOD)
     plain = read_run(path).frame
@@ -127,9 +125,7 @@ def test_harmless_differences_of_writing_change_nothing(tmp_path: Path, variant:
         (b"time_s,a_um\n1,2\n2,\x003\n", "row 3: holds a null character"),
     ],
 )
-def test_every_mistake_is_named_with_its_place(
-    tmp_path: Path, content: str | bytes, expected: str
-) -> None:
+def test_every_mistake_is_named_with_its_place(tmp_path, content, expected):
     assert refusal(tmp_path / "run.csv", content).startswith(expected)
 
 
@@ -141,9 +137,7 @@ NUMBERS = st.floats(-60, 400) | st.just(math.nan)
     times=st.lists(st.floats(-1e9, 1e9), min_size=1, max_size=20, unique=True),
     data=st.data(),
 )
-def test_writing_and_reading_give_the_same_numbers(
-    tmp_path: Path, times: list[float], data: st.DataObject
-) -> None:
+def test_writing_and_reading_give_the_same_numbers(tmp_path, times, data):
     rows = len(times)
     column = st.lists(NUMBERS, min_size=rows, max_size=rows)
     frame = pd.DataFrame(
@@ -171,9 +165,7 @@ CELL_FORM = re.compile(r"\s*([+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|nan|NaN|NAN|)
     cell=st.text(st.characters(blacklist_characters='\r\n,"\0', codec="utf-8"), max_size=8)
     | st.from_regex(r"[ +\-.0-9eE_infaNINF]{1,8}", fullmatch=True),
 )
-def test_a_mangled_cell_is_read_as_a_number_or_refused_by_name(
-    tmp_path: Path, row: int, column: int, cell: str
-) -> None:
+def test_a_mangled_cell_is_read_as_a_number_or_refused_by_name(tmp_path, row, column, cell):
     lines = [line.split(",") for line in GOOD.splitlines()]
     lines[row][column] = cell
     path = tmp_path / "run.csv"
@@ -195,9 +187,7 @@ def test_a_mangled_cell_is_read_as_a_number_or_refused_by_name(
 
 @settings(max_examples=200)
 @given(st.binary(max_size=60), st.integers(0, len(GOOD)), st.integers(0, len(GOOD)))
-def test_a_mangled_file_is_read_or_refused_in_one_line(
-    tmp_path: Path, junk: bytes, start: int, end: int
-) -> None:
+def test_a_mangled_file_is_read_or_refused_in_one_line(tmp_path, junk, start, end):
     content = GOOD.encode()
     path = tmp_path / "run.csv"
     path.write_bytes(content[: min(start, end)] + junk + content[max(start, end) :])
@@ -212,7 +202,7 @@ def test_a_mangled_file_is_read_or_refused_in_one_line(
     assert "\n" not in refused
 
 
-def test_a_run_keeps_its_own_copy_and_refuses_a_bad_frame() -> None:
+def test_a_run_keeps_its_own_copy_and_refuses_a_bad_frame():
     frame = pd.DataFrame({"time_s": [0.0, 1.0], "valid_1": [True, False]})
     run = Run("r", frame)
     frame.loc[0, "time_s"] = 5.0
@@ -224,9 +214,7 @@ def test_a_run_keeps_its_own_copy_and_refuses_a_bad_frame() -> None:
         Run("r", pd.DataFrame({"time_s": [0.0], "a_um": ["x"]}))
 
 
-def test_a_large_file_is_read_by_pandas_and_not_cell_by_cell(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_large_file_is_read_by_pandas_and_not_cell_by_cell(tmp_path, monkeypatch):
     rows = 30_000
     random = np.random.default_rng(0)
     columns = {f"T{i}_degC": random.normal(30.0, 1.0, rows).round(3) for i in range(29)}
@@ -247,9 +235,7 @@ def test_a_large_file_is_read_by_pandas_and_not_cell_by_cell(
 
 @pytest.mark.long
 @pytest.mark.real_data
-def test_every_measured_run_is_read_whole(
-    lathe_runs: list[Path], electric_spindle_run: Path
-) -> None:
+def test_every_measured_run_is_read_whole(lathe_runs, electric_spindle_run):
     for path in [*lathe_runs, electric_spindle_run]:
         run = read_run(path)
         assert len(run.frame) == path.read_text().count("\n") - 1

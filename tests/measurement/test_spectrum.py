@@ -1,7 +1,5 @@
 """The speed spectrum of a run."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -19,7 +17,7 @@ def steps(speed: list[float], name: str = "speed_rpm") -> list[tuple[float, floa
     return [(part.speed_rpm, part.duration_s, part.state) for part in spectrum]
 
 
-def test_steps_of_speed_with_their_durations() -> None:
+def test_steps_of_speed_with_their_durations():
     assert steps([0, 1000, 1000, 2000, 2000, 2000, 0, 0]) == [
         (0, 10, "stopped"),
         (1000, 20, "running"),
@@ -28,7 +26,7 @@ def test_steps_of_speed_with_their_durations() -> None:
     ]
 
 
-def test_a_measured_speed_that_wavers_is_one_step() -> None:
+def test_a_measured_speed_that_wavers_is_one_step():
     wavering = [1000.0, 1004.0, 996.0, 999.0, 0.3, -0.2, 0.1]
     assert [(round(speed), length) for speed, length, _ in steps(wavering)] == [
         (1000, 40),
@@ -36,19 +34,19 @@ def test_a_measured_speed_that_wavers_is_one_step() -> None:
     ]
 
 
-def test_creeping_is_running_beside_any_speed() -> None:
+def test_creeping_is_running_beside_any_speed():
     slow = steps([0, 0, 100, 100, 20_000, 20_000])
     assert [speed for speed, _, _ in slow] == [0, 100, 20_000]
 
 
-def test_turning_the_other_way_is_running_too() -> None:
+def test_turning_the_other_way_is_running_too():
     assert [state for _, _, state in steps([-500, -500, 0, 0])] == [
         "running",
         "stopped",
     ]
 
 
-def test_a_missing_speed_holds_and_an_unknown_beginning_stays_unknown() -> None:
+def test_a_missing_speed_holds_and_an_unknown_beginning_stays_unknown():
     first, second = steps([math.nan, math.nan, 500, math.nan, 500])
     assert math.isnan(first[0])
     assert first[1:] == (20, "unknown")
@@ -56,16 +54,16 @@ def test_a_missing_speed_holds_and_an_unknown_beginning_stays_unknown() -> None:
 
 
 @pytest.mark.parametrize("name", ["T1_degC", "speed_mm_min"])
-def test_without_a_speed_all_is_unknown(name: str) -> None:
+def test_without_a_speed_all_is_unknown(name):
     assert [part[1:] for part in steps([0, 0, 0], name)] == [(20, "unknown")]
 
 
-def test_the_only_column_in_rpm_is_the_speed_and_of_two_the_one_called_speed() -> None:
+def test_the_only_column_in_rpm_is_the_speed_and_of_two_the_one_called_speed():
     assert steps([5, 5], "spindle_rpm") == [(5, 10, "running")]
     frame = pd.DataFrame({"time_s": [0.0, 1.0], "fan_rpm": [9.0, 9.0], "pump_rpm": [1.0, 1.0]})
     assert speed_spectrum(Run("r", frame))[0].state == "unknown"
     assert speed_spectrum(Run("r", frame.assign(speed_rpm=7.0)))[0].speed_rpm == 7.0
 
 
-def test_a_single_sample_is_a_step_of_no_length() -> None:
+def test_a_single_sample_is_a_step_of_no_length():
     assert steps([100.0]) == [(100, 0, "running")]

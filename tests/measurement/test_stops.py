@@ -1,7 +1,5 @@
 """Signals while other processes work."""
 
-from __future__ import annotations
-
 import signal
 import threading
 
@@ -10,7 +8,7 @@ import pytest
 from measurement.stops import ending_work
 
 
-def test_a_wait_is_ended_before_anything_is_raised() -> None:
+def test_a_wait_is_ended_before_anything_is_raised():
     waited_for, reached = threading.Event(), []
     usual = signal.getsignal(signal.SIGINT)
     timer = threading.Timer(0.2, signal.raise_signal, [signal.SIGINT])
@@ -30,7 +28,7 @@ def test_a_wait_is_ended_before_anything_is_raised() -> None:
     assert signal.getsignal(signal.SIGINT) is usual
 
 
-def test_work_of_its_own_is_interrupted_at_once() -> None:
+def test_work_of_its_own_is_interrupted_at_once():
     ended, reached = [], []
 
     def work() -> None:
@@ -44,7 +42,7 @@ def test_work_of_its_own_is_interrupted_at_once() -> None:
     assert ended == [1]
 
 
-def test_a_signal_without_a_function_keeps_its_usual_way() -> None:
+def test_a_signal_without_a_function_keeps_its_usual_way():
     usual = signal.signal(signal.SIGTERM, signal.SIG_IGN)
     try:
         with ending_work(lambda: pytest.fail("nothing was to be ended")):
@@ -54,7 +52,7 @@ def test_a_signal_without_a_function_keeps_its_usual_way() -> None:
         signal.signal(signal.SIGTERM, usual)
 
 
-def test_other_threads_are_left_alone() -> None:
+def test_other_threads_are_left_alone():
     seen = []
 
     def work() -> None:

@@ -1,7 +1,5 @@
 """``spindle-drift summary``."""
 
-from __future__ import annotations
-
 import argparse
 import json
 from pathlib import Path
@@ -36,9 +34,7 @@ def direct_run(tmp_path: Path) -> Path:
     return write_run(frame, tmp_path / "other" / "warm.csv")
 
 
-def test_tables_for_people(
-    five_point_run: Path, direct_run: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_tables_for_people(five_point_run, direct_run, capsys):
     assert call(five_point_run, direct_run) == 0
     shown = capsys.readouterr().out
     assert shown.count("Run warm") == 2
@@ -46,9 +42,7 @@ def test_tables_for_people(
     assert "yaw" not in shown  # nobody said how far apart the sensors are
 
 
-def test_the_machine_gives_tilt_and_ambient(
-    five_point_run: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_machine_gives_tilt_and_ambient(five_point_run, capsys):
     assert call(five_point_run, "--machine", "jig_borer", "--json") == 0
     (table,) = json.loads(capsys.readouterr().out)
     assert table["spacing_mm"] == 100.0
@@ -60,12 +54,7 @@ def test_the_machine_gives_tilt_and_ambient(
     assert table["ambient"]["column"] == "T9_degC"
 
 
-def test_a_folder_of_results_with_a_figure_per_run(
-    five_point_run: Path,
-    direct_run: Path,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_folder_of_results_with_a_figure_per_run(five_point_run, direct_run, tmp_path, capsys):
     out = tmp_path / "out"
     assert call(five_point_run, direct_run, "--out", out, "--json") == 0
     printed = json.loads(capsys.readouterr().out)
@@ -79,8 +68,8 @@ def test_a_folder_of_results_with_a_figure_per_run(
 
 
 def test_one_bad_run_of_several_stops_all_before_anything_is_written(
-    five_point_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    five_point_run, tmp_path, capsys
+):
     bad = tmp_path / "bad.csv"
     bad.write_text("time_s,T1_degC\n0,20\n1,900\n")
     with pytest.raises(BadInput, match=r"row 3, column T1_degC: 900 is outside -60\.\.400 degC"):
@@ -90,7 +79,7 @@ def test_one_bad_run_of_several_stops_all_before_anything_is_written(
 
 
 @pytest.mark.parametrize("option", ["--machine", "--ambient"])
-def test_a_wrong_option_is_refused_in_one_line(five_point_run: Path, option: str) -> None:
+def test_a_wrong_option_is_refused_in_one_line(five_point_run, option):
     with pytest.raises(BadInput) as caught:
         call(five_point_run, option, "none_such")
     assert "\n" not in str(caught.value)

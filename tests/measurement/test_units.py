@@ -1,7 +1,5 @@
 """Units of signals and the names of columns."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 
@@ -12,13 +10,13 @@ from hypothesis import strategies as st
 from measurement.units import UNITS, column, split_column
 
 
-def test_every_suffix_of_the_run_file_is_known() -> None:
+def test_every_suffix_of_the_run_file_is_known():
     known = {"s", "rpm", "mm_min", "Nm", "W", "lpm", "degC", "um", "mm", "urad", "1"}
     assert known == set(UNITS)
 
 
 @given(st.text(min_size=1).filter(str.strip), st.sampled_from(sorted(UNITS)))
-def test_splitting_undoes_joining(name: str, unit: str) -> None:
+def test_splitting_undoes_joining(name, unit):
     assert split_column(column(name, unit)) == (name, unit)
 
 
@@ -31,22 +29,22 @@ def test_splitting_undoes_joining(name: str, unit: str) -> None:
         ("valid_1", ("valid", "1")),
     ],
 )
-def test_known_columns(name: str, parts: tuple[str, str]) -> None:
+def test_known_columns(name, parts):
     assert split_column(name) == parts
 
 
 @pytest.mark.parametrize("name", ["T1", "T1_degF", "_um", " _um", "um", "T1_DEGC", "", "T1_um "])
-def test_a_name_without_a_known_unit_is_refused(name: str) -> None:
+def test_a_name_without_a_known_unit_is_refused(name):
     with pytest.raises(ValueError, match="is not a column name"):
         split_column(name)
 
 
-def test_an_unknown_unit_is_refused() -> None:
+def test_an_unknown_unit_is_refused():
     with pytest.raises(ValueError, match="'degF' is not a known unit"):
         column("T1", "degF")
 
 
-def test_the_module_needs_the_standard_library_only() -> None:
+def test_the_module_needs_the_standard_library_only():
     code = "import sys, measurement.units; print('numpy' in sys.modules, 'pydantic' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "False"]

@@ -1,7 +1,5 @@
 """Runs that say that they began warm."""
 
-from __future__ import annotations
-
 import pandas as pd
 import pytest
 
@@ -15,11 +13,11 @@ def run(name: str, mark: float | None) -> Run:
 
 
 @pytest.mark.parametrize(("mark", "warm"), [(1.0, True), (0.0, False), (None, False)])
-def test_only_the_mark_tells(mark: float | None, warm: bool) -> None:
+def test_only_the_mark_tells(mark, warm):
     assert began_warm(run("a", mark)) is warm
 
 
-def test_warm_restarts_are_left_out_where_others_are_there() -> None:
+def test_warm_restarts_are_left_out_where_others_are_there():
     runs = [run("a", 1.0), run("b", None), run("c", 0.0), run("d", 1.0)]
     kept, note = cold_starts(runs)
     assert [one.name for one in kept] == ["b", "c"]

@@ -1,7 +1,5 @@
 """The gap finder's processes end with it, whatever ends it."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -57,7 +55,7 @@ def alive(pid: int) -> bool:
         (signal.SIGKILL, False, -9),
     ],
 )
-def test_workers_end_with_what_started_them(number: int, group: bool, code: int) -> None:
+def test_workers_end_with_what_started_them(number, group, code):
     with subprocess.Popen(
         [sys.executable, "-c", SCRIPT],
         stdout=subprocess.PIPE,
@@ -76,7 +74,7 @@ def test_workers_end_with_what_started_them(number: int, group: bool, code: int)
     until(lambda: not any(alive(pid) for pid in pids))
 
 
-def test_a_pool_gives_results_and_passes_on_what_fails() -> None:
+def test_a_pool_gives_results_and_passes_on_what_fails():
     with workers(1) as pool:
         assert pool.submit(np.sum, np.ones(3)).result() == 3.0
         processes = list(pool._processes.values())

@@ -4,8 +4,6 @@ Beside the FMU runs the gateway's own node with the same compensator and the sam
 times; what the two send must be the same bytes.
 """
 
-from __future__ import annotations
-
 import json
 import shutil
 import struct

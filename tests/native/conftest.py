@@ -1,7 +1,5 @@
 """The C program under the sanitizers, compiled once, and linked with the data of any model."""
 
-from __future__ import annotations
-
 import subprocess
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Compensator files with random numbers, one per kind of error model, and samples for them."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """The binaries for aarch64, run by QEMU, beside those for this machine."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess
@@ -36,9 +34,7 @@ def both(every_compiler: None) -> list[tuple[Compiler, list[str]]]:
 
 
 @pytest.mark.long
-def test_the_compensator_gives_the_numbers_and_words_of_this_machine(
-    both: list[tuple[Compiler, list[str]]], tmp_path: Path
-) -> None:
+def test_the_compensator_gives_the_numbers_and_words_of_this_machine(both, tmp_path):
     model = model_of_the_host(tmp_path)
     recipe, _ = build_fmu.compensator_recipe(model, "compensator_native", True)
     here, there = (
@@ -48,9 +44,7 @@ def test_the_compensator_gives_the_numbers_and_words_of_this_machine(
 
 
 @pytest.mark.long
-def test_the_plant_gives_the_numbers_of_this_machine(
-    both: list[tuple[Compiler, list[str]]], tmp_path: Path
-) -> None:
+def test_the_plant_gives_the_numbers_of_this_machine(both, tmp_path):
     machine = read_machine("jig_borer")
     recipe, _ = build_fmu.plant_recipe(machine, "plant_native")
     variables = native_package(recipe, native_of(recipe), []).slave.variables

@@ -1,14 +1,11 @@
 """Binaries for every platform, made by the package ziglang on this one."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import re
 import struct
 import subprocess
 import zipfile
-from collections.abc import Mapping
 from pathlib import Path
 
 import fmpy
@@ -61,7 +58,7 @@ def package(
 
 
 @pytest.mark.long
-def test_every_platform_gets_a_library_of_its_own_kind(for_all: Mapping[str, Compiler]) -> None:
+def test_every_platform_gets_a_library_of_its_own_kind(for_all):
     assert set(for_all) == set(KINDS)
     made = {platform: compiler.library(SOURCES) for platform, compiler in for_all.items()}
     for platform, (magic, form, place, processor) in KINDS.items():
@@ -80,9 +77,7 @@ def test_every_platform_gets_a_library_of_its_own_kind(for_all: Mapping[str, Com
 
 @pytest.mark.long
 @pytest.mark.skipif(fmpy.platform_tuple != "x86_64-linux", reason="runs what it makes for x86-64")
-def test_the_library_for_linux_runs_with_an_old_c_library(
-    for_all: Mapping[str, Compiler], tmp_path: Path
-) -> None:
+def test_the_library_for_linux_runs_with_an_old_c_library(for_all, tmp_path):
     path = tmp_path / "compensator_native.fmu"
     code = RUN + "show(steps(started(opened(sys.argv[1])), 0, 200))"
     found = []
@@ -102,16 +97,14 @@ def test_the_library_for_linux_runs_with_an_old_c_library(
 
 
 @pytest.mark.long
-def test_ziglang_takes_the_headers_of_fmi_3(
-    for_all: Mapping[str, Compiler], tmp_path: Path
-) -> None:
+def test_ziglang_takes_the_headers_of_fmi_3(for_all, tmp_path):
     made = package(tmp_path, [for_all["x86_64-linux"]], 3)
     assert [name for name in made.files if name.startswith("binaries/x86_64-linux/")]
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("fmi", [2, 3])
-def test_what_is_left_out_is_not_there(tmp_path: Path, fmi: Fmi) -> None:
+def test_what_is_left_out_is_not_there(tmp_path, fmi):
     here = compilers()[:1]
     whole = set(package(tmp_path, here, fmi).files)
     sources = {name for name in whole if name.startswith("sources/")}
@@ -122,7 +115,7 @@ def test_what_is_left_out_is_not_there(tmp_path: Path, fmi: Fmi) -> None:
         ("sources", sources | {"documentation/compensator.json"}),
         ("binaries", binaries),
     ):
-        without = package(tmp_path, here, fmi, part)  # type: ignore[arg-type]
+        without = package(tmp_path, here, fmi, part)
         assert whole - set(without.files) == gone
         path = tmp_path / f"without_{part}.fmu"
         path.write_bytes(without.zipped())
@@ -133,9 +126,7 @@ def test_what_is_left_out_is_not_there(tmp_path: Path, fmi: Fmi) -> None:
     assert set(without.tried_with) == binaries
 
 
-def test_without_ziglang_one_line_says_so(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_ziglang_one_line_says_so(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     arguments = ["--native", "--all-platforms", "--only", "compensator", "--out", str(tmp_path)]
     assert build_fmu.main(arguments) == 2

@@ -1,7 +1,5 @@
 """Temperatures as one array beside a variable each: the same numbers."""
 
-from __future__ import annotations
-
 import ctypes
 from collections.abc import Sequence
 from pathlib import Path
@@ -78,9 +76,7 @@ def loop(plant: Fmu, compensator: Fmu, names: Sequence[str]) -> list[list[float]
     return rows
 
 
-def test_numbers_are_those_of_a_variable_each(
-    folder: Path, shipped_in_c: Path, tmp_path: Path
-) -> None:
+def test_numbers_are_those_of_a_variable_each(folder, shipped_in_c, tmp_path):
     found, wanted = (
         loop(
             Fmu(place / f"plant_{form}.fmu", tmp_path / f"plant_{form}"),
@@ -96,9 +92,7 @@ def test_numbers_are_those_of_a_variable_each(
     assert max(map(abs, found[-1][11:14])) > 1.0
 
 
-def test_derivatives_of_the_array_are_those_of_its_elements(
-    folder: Path, shipped_in_c: Path, tmp_path: Path
-) -> None:
+def test_derivatives_of_the_array_are_those_of_its_elements(folder, shipped_in_c, tmp_path):
     three = Fmu(folder / "plant_native_fmi3_arrays.fmu", tmp_path / "3", exchange=True)
     two = Fmu(shipped_in_c / "plant_native.fmu", tmp_path / "2", exchange=True)
     inputs = [v.name for v in two.description.modelVariables if v.causality == "input"]
@@ -129,7 +123,7 @@ def test_derivatives_of_the_array_are_those_of_its_elements(
 
 
 @pytest.mark.parametrize("name", ["compensator", "plant"])
-def test_the_description_has_one_variable(name: str, folder: Path) -> None:
+def test_the_description_has_one_variable(name, folder):
     path = folder / f"{name}_native_fmi3_arrays.fmu"
     assert validate_fmu(str(path)) == []
     description = fmpy.read_model_description(str(path))
@@ -149,7 +143,7 @@ def test_the_description_has_one_variable(name: str, folder: Path) -> None:
     assert [member.get("variableName") for member in terminal] == ["temperatures"]
 
 
-def test_too_few_numbers_are_refused_and_none_is_set(folder: Path, tmp_path: Path) -> None:
+def test_too_few_numbers_are_refused_and_none_is_set(folder, tmp_path):
     one = Fmu(folder / "compensator_native_fmi3_arrays.fmu", tmp_path)
     for names, count in ((["temperatures"], 1), (["temperatures", "speed"], 11), (["speed"], 2)):
         with pytest.raises(FMICallException):
@@ -165,16 +159,12 @@ def test_too_few_numbers_are_refused_and_none_is_set(folder: Path, tmp_path: Pat
         (["--can", "--fmi", "3"], "--arrays: not with --can"),
     ],
 )
-def test_options_that_do_not_go_together_are_refused(
-    options: list[str], said: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_options_that_do_not_go_together_are_refused(options, said, capsys):
     assert build_fmu.main(["--arrays", *options]) == 2
     assert capsys.readouterr().err == f"{said}\n"
 
 
-def test_another_variable_of_this_name_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_another_variable_of_this_name_is_refused(tmp_path, capsys):
     model = tmp_path / "model.json"
     model.write_text(five_point_text().replace('"T3"', '"temperatures"'))
     options = ["--fmi", "3", "--arrays", "--only", "compensator", "--out", str(tmp_path)]

@@ -1,7 +1,5 @@
 """The compensator with a CAN terminal: its frames beside those of the gateway."""
 
-from __future__ import annotations
-
 import struct
 from pathlib import Path
 from random import Random
@@ -34,14 +32,14 @@ def bench(by_hand: Path, tmp_path: Path) -> Bench:
     return Bench(node, by_hand / "compensator_native.fmu")
 
 
-def test_a_run_sends_the_gateway_s_frames(bench: Bench) -> None:
+def test_a_run_sends_the_gateway_s_frames(bench):
     bench.run(600)
     assert bench.frames == 8 * bench.answers >= 8 * 600
     assert abs(bench.node.value("dZ")) > 0.1
     assert bench.node.value("T3") == pytest.approx(bench.machine.values(60.0)["T3"], abs=0.006)
 
 
-def test_under_faults_it_sends_the_gateway_s_frames(bench: Bench) -> None:
+def test_under_faults_it_sends_the_gateway_s_frames(bench):
     random = Random(1)
     faults = {}
     for count in range(20, 2000):
@@ -53,13 +51,13 @@ def test_under_faults_it_sends_the_gateway_s_frames(bench: Bench) -> None:
     assert len({fault for _, fault in bench.seen}) > 10
 
 
-def test_without_a_machine_it_says_so(bench: Bench) -> None:
+def test_without_a_machine_it_says_so(bench):
     while bench.node.due_s < 12.0:
         bench.tick()
     assert {state for state, _ in bench.seen} == {0.0, 4.0}
 
 
-def test_a_state_goes_on_with_the_same_frames(by_hand: Path, bench: Bench, tmp_path: Path) -> None:
+def test_a_state_goes_on_with_the_same_frames(by_hand, bench, tmp_path):
     bench.run(50)
     fmu = bench.node.fmu
     data = fmu.serializeFMUState(fmu.getFMUState())
@@ -69,7 +67,7 @@ def test_a_state_goes_on_with_the_same_frames(by_hand: Path, bench: Bench, tmp_p
     assert other.send() == bench.node.send() != b""
 
 
-def test_the_bus_learns_the_bit_rate_first(bench: Bench) -> None:
+def test_the_bus_learns_the_bit_rate_first(bench):
     first = next(operations(bench.node.send()))
     assert first == (CONFIGURATION, struct.pack("<BI", 1, 500_000))
 
@@ -95,7 +93,7 @@ NONE = [
 """Cut off, unknown, too long, cut off; the last must end what is received."""
 
 
-def test_other_operations_change_nothing_and_what_is_none_comes_back(bench: Bench) -> None:
+def test_other_operations_change_nothing_and_what_is_none_comes_back(bench):
     bench.run(20)
     node = bench.node
     for wrong in NONE:
@@ -106,7 +104,7 @@ def test_other_operations_change_nothing_and_what_is_none_comes_back(bench: Benc
     assert {code for code, _ in sent} == {TRANSMIT, FORMAT_ERROR}
 
 
-def test_another_tool_links_two_by_their_terminals(by_hand: Path, tmp_path: Path) -> None:
+def test_another_tool_links_two_by_their_terminals(by_hand, tmp_path):
     fmu = by_hand / "compensator_can.fmu"
     log = pd.read_csv(log_of_two(fmu, tmp_path, "CAN", "CAN"), dtype=str)
     alone = BusNode(fmu, tmp_path / "alone")
@@ -118,7 +116,7 @@ def test_another_tool_links_two_by_their_terminals(by_hand: Path, tmp_path: Path
         assert list(sent[sent != sent.shift()])[: len(wanted)] == wanted
 
 
-def test_the_description_is_that_of_the_layered_standard(by_hand: Path) -> None:
+def test_the_description_is_that_of_the_layered_standard(by_hand):
     path = by_hand / "compensator_can.fmu"
     assert validate_fmu(str(path)) == []
     with ZipFile(path) as archive:
@@ -156,9 +154,7 @@ def test_the_description_is_that_of_the_layered_standard(by_hand: Path) -> None:
     assert not [v for v in model.iter("Float64") if v.get("causality") == "input"]
 
 
-def test_frames_without_a_sensor_are_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_frames_without_a_sensor_are_refused(tmp_path, capsys):
     model = tmp_path / "many.json"
     model.write_text(five_point_text(sensors=12))
     assert build_fmu.main(["--can", "--model", str(model), "--out", str(tmp_path)]) == 2

@@ -1,7 +1,5 @@
 """The compensator with its signals as variables: beside the gateway, and beside the plain FMU."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from math import isnan
 from pathlib import Path
@@ -157,13 +155,13 @@ def bench(by_hand: Path, tmp_path: Path) -> Bench:
     return Bench(by_hand, tmp_path)
 
 
-def test_it_sends_what_the_gateway_sends(bench: Bench) -> None:
+def test_it_sends_what_the_gateway_sends(bench):
     for count in range(1, 600):
         bench.cycle(count)
     assert abs(bench.node.value("dZ")) > 0.1
 
 
-def test_what_is_missing_out_of_range_or_late_counts_as_in_the_gateway(bench: Bench) -> None:
+def test_what_is_missing_out_of_range_or_late_counts_as_in_the_gateway(bench):
     for count in range(1, 200):
         bench.cycle(count)
     bench.cycle(200, T1=float("nan"), T2=1e6)
@@ -178,7 +176,7 @@ def test_what_is_missing_out_of_range_or_late_counts_as_in_the_gateway(bench: Be
     assert len(bench.faults) > 5
 
 
-def test_offsets_are_those_of_the_plain_fmu(by_hand: Path, bench: Bench, tmp_path: Path) -> None:
+def test_offsets_are_those_of_the_plain_fmu(by_hand, bench, tmp_path):
     path = by_hand / "compensator_native.fmu"
     description = fmpy.read_model_description(str(path))
     refs = {v.name: v.valueReference for v in description.modelVariables}
@@ -211,7 +209,7 @@ def test_offsets_are_those_of_the_plain_fmu(by_hand: Path, bench: Bench, tmp_pat
     assert max(map(abs, found)) > 0.05
 
 
-def test_another_tool_asks_for_its_clocks(by_hand: Path, tmp_path: Path) -> None:
+def test_another_tool_asks_for_its_clocks(by_hand, tmp_path):
     clocks = (f"{BUS}.{DOWN}_Clock", f"{BUS}.MachineHeartbeat_Clock")
     log = pd.read_csv(log_of_two(by_hand / "compensator_can_high.fmu", tmp_path, *clocks))
     ticks = log["time"][log[f"a.{BUS}.{DOWN}_Clock"] == 1]
@@ -219,7 +217,7 @@ def test_another_tool_asks_for_its_clocks(by_hand: Path, tmp_path: Path) -> None
     assert len(ticks) >= 20
 
 
-def test_a_host_that_steps_on_is_told(bench: Bench) -> None:
+def test_a_host_that_steps_on_is_told(bench):
     node = bench.node
     node.step_to(node.due_s / 2)
     assert not node.needed
@@ -228,7 +226,7 @@ def test_a_host_that_steps_on_is_told(bench: Bench) -> None:
     assert len(node.receive(node.time_s, {})) == 1
 
 
-def test_a_state_goes_on_with_the_same_signals(by_hand: Path, bench: Bench, tmp_path: Path) -> None:
+def test_a_state_goes_on_with_the_same_signals(by_hand, bench, tmp_path):
     for count in range(1, 50):
         bench.cycle(count)
     data = bench.node.fmu.serializeFMUState(bench.node.fmu.getFMUState())
@@ -239,7 +237,7 @@ def test_a_state_goes_on_with_the_same_signals(by_hand: Path, bench: Bench, tmp_
     assert sent == pytest.approx(wanted, nan_ok=True)
 
 
-def test_what_belongs_to_a_clock_is_set_with_it(bench: Bench) -> None:
+def test_what_belongs_to_a_clock_is_set_with_it(bench):
     node, frame = bench.node, "MachineTemperatures1"
     with pytest.raises(FMICallException):
         node.fmu.setFloat64([node.refs[f"{BUS}.{frame}.{frame}.T1"]], [30.0])
@@ -254,7 +252,7 @@ def test_what_belongs_to_a_clock_is_set_with_it(bench: Bench) -> None:
         node.fmu.getBinary([node.refs[f"{BUS}.{DOWN}_Clock"] + 1])
 
 
-def test_the_description_is_that_of_the_layered_standard(by_hand: Path) -> None:
+def test_the_description_is_that_of_the_layered_standard(by_hand):
     path = by_hand / "compensator_can_high.fmu"
     assert validate_fmu(str(path)) == []
     with ZipFile(path) as archive:
@@ -287,9 +285,7 @@ def test_the_description_is_that_of_the_layered_standard(by_hand: Path) -> None:
     ("name", "text", "said"),
     [("my-bus", "", "letters, digits and underscores"), ("bus", "degrees", "T1: ")],
 )
-def test_a_network_that_cannot_be_described_is_refused(
-    name: str, text: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_network_that_cannot_be_described_is_refused(name, text, said, tmp_path, capsys):
     network = tmp_path / f"{name}.dbc"
     network.write_text(DBC.read_text("utf-8").replace('"degC"', f'"{text or "degC"}"'))
     assert build_fmu.main(["--can", "high", "--dbc", str(network), "--out", str(tmp_path)]) == 2

@@ -1,7 +1,5 @@
 """The compensator's derivatives beside differences of its steps, in every kind of step."""
 
-from __future__ import annotations
-
 import re
 import zipfile
 from pathlib import Path
@@ -98,9 +96,7 @@ def flags_of(path: Path) -> list[str]:
         ("by_hand", "compensator_native_fmi3.fmu", {"0"}),
     ],
 )
-def test_derivatives_are_those_of_differences(
-    folder: str, fmu: str, comes_through: set[str], request: pytest.FixtureRequest
-) -> None:
+def test_derivatives_are_those_of_differences(folder, fmu, comes_through, request):
     path = request.getfixturevalue(folder) / fmu
     assert flags_of(path) == ["true"] * (2 if "fmi3" in fmu else 1)
     seen, count, adjoint, declared = apart(OPENED + HELD, path)
@@ -112,7 +108,7 @@ def test_derivatives_are_those_of_differences(
 
 
 @pytest.mark.long
-def test_an_error_model_that_is_not_linear_gives_none(tmp_path: Path) -> None:
+def test_an_error_model_that_is_not_linear_gives_none(tmp_path):
     model = tmp_path / "made.json"
     model.write_text(model_text(made_model("vac", 0).table))
     arguments = ["--native", "--fmi", "3", "--only", "compensator", "--model", str(model)]

@@ -1,9 +1,6 @@
 """The FMI 3.0 form of the C FMU beside its FMI 2.0 form."""
 
-from __future__ import annotations
-
 import zipfile
-from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import fmpy
@@ -12,7 +9,7 @@ from tests.fmu_packaging.apart import apart
 from tests.native.test_fmu import RUN
 
 
-def test_variables_keep_their_value_references_and_the_time_comes_last(by_hand: Path) -> None:
+def test_variables_keep_their_value_references_and_the_time_comes_last(by_hand):
     two, three = (
         fmpy.read_model_description(str(by_hand / name)).modelVariables
         for name in ("compensator_native.fmu", "compensator_native_fmi3.fmu")
@@ -24,7 +21,7 @@ def test_variables_keep_their_value_references_and_the_time_comes_last(by_hand: 
     assert three[-1].causality == "independent"
 
 
-def test_a_run_and_a_state_are_those_of_the_other_form(by_hand: Path) -> None:
+def test_a_run_and_a_state_are_those_of_the_other_form(by_hand):
     expected = apart(
         RUN + "show(steps(started(opened(sys.argv[1])), 0, 200))",
         by_hand / "compensator_native.fmu",
@@ -45,7 +42,7 @@ show(rows + steps(other, 60, 140))
     assert found == expected
 
 
-def test_what_cannot_be_done_is_status_of(by_hand: Path) -> None:
+def test_what_cannot_be_done_is_status_of(by_hand):
     found = apart(
         """
 fmu = started(opened(sys.argv[1]))
@@ -60,7 +57,7 @@ show([status_of(fmu.getFloat64, [999]), status_of(fmu.setFloat64, [fmu.refs["dX"
     assert found == [3, 3, 3, 2, 3, 0]
 
 
-def test_the_sources_say_how_they_are_compiled(by_hand: Path) -> None:
+def test_the_sources_say_how_they_are_compiled(by_hand):
     with zipfile.ZipFile(by_hand / "compensator_native_fmi3.fmu") as archive:
         text = archive.read("sources/buildDescription.xml").decode()
         terminals = ET.fromstring(archive.read("terminalsAndIcons/terminalsAndIcons.xml"))

@@ -1,7 +1,5 @@
 """The C FMU as a host meets it: beside the Python FMU of the same compensator file."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import subprocess
@@ -68,7 +66,7 @@ def facts(variable: Any, *, but: tuple[str, ...] = ()) -> dict[str, Any]:
     return {name: getattr(variable, name) for name in names if name not in but}
 
 
-def test_the_variables_are_those_of_the_python_fmu(both: Both) -> None:
+def test_the_variables_are_those_of_the_python_fmu(both):
     native, python = (fmpy.read_model_description(str(path)) for path in (both.native, both.python))
     found, expected = (
         [facts(one, but=("description",) if one.causality == "parameter" else ()) for one in listed]
@@ -80,7 +78,7 @@ def test_the_variables_are_those_of_the_python_fmu(both: Both) -> None:
     assert [name for name, _ in units[0]] == [name for name, _ in units[1]]
 
 
-def test_the_flags_are_those_of_the_python_fmu_but_no_tool_is_needed(both: Both) -> None:
+def test_the_flags_are_those_of_the_python_fmu_but_no_tool_is_needed(both):
     flags = fmpy.read_model_description(str(both.native)).coSimulation
     assert not flags.needsExecutionTool
     for name, value in CAPABILITIES.items():
@@ -88,7 +86,7 @@ def test_the_flags_are_those_of_the_python_fmu_but_no_tool_is_needed(both: Both)
             assert str(getattr(flags, name)).lower() == value, name
 
 
-def test_a_run_gives_the_numbers_and_words_of_the_python_fmu(both: Both) -> None:
+def test_a_run_gives_the_numbers_and_words_of_the_python_fmu(both):
     code = "show(steps(started(opened(sys.argv[1])), 0, 200))"
     found, expected = (apart(RUN + code, path) for path in (both.native, both.python))
     assert {row[9] for row in expected} >= {0, 11, 12, 21}
@@ -97,7 +95,7 @@ def test_a_run_gives_the_numbers_and_words_of_the_python_fmu(both: Both) -> None
         assert one[:9] == pytest.approx(other[:9], rel=1e-12, abs=1e-12)
 
 
-def test_what_cannot_be_done_is_refused_with_a_cause_and_the_host_lives(both: Both) -> None:
+def test_what_cannot_be_done_is_refused_with_a_cause_and_the_host_lives(both):
     found = apart(
         RUN
         + """
@@ -139,11 +137,11 @@ show([said, [m[1] for m in messages]])
         assert word in said
 
 
-def test_a_host_that_keeps_no_order_is_refused(both: Both) -> None:
+def test_a_host_that_keeps_no_order_is_refused(both):
     assert apart(LIFE, both.native) == [["single precision"], True]
 
 
-def test_only_the_categories_asked_for_are_logged(both: Both) -> None:
+def test_only_the_categories_asked_for_are_logged(both):
     """Those declared are those there are."""
     declared = fmpy.read_model_description(str(both.native)).logCategories
     found = apart(
@@ -169,7 +167,7 @@ show([seen, messages, status_of(fmu.setDebugLogging, True, ["logAll"])])
     assert found == [[[2], [3], [2, 3]], [], 3]
 
 
-def test_a_code_has_a_type_that_says_what_it_means(both: Both) -> None:
+def test_a_code_has_a_type_that_says_what_it_means(both):
     for path in (both.native, both.python):
         status = next(
             variable
@@ -184,7 +182,7 @@ def test_a_code_has_a_type_that_says_what_it_means(both: Both) -> None:
         assert "1: waiting for the first valid sample" in str(said.get("description"))
 
 
-def test_a_state_of_another_model_is_refused(both: Both, tmp_path: Path) -> None:
+def test_a_state_of_another_model_is_refused(both, tmp_path):
     model, other = tmp_path / "other.json", tmp_path / "other.fmu"
     model.write_text(five_point_text(gain=2.0))
     recipe, _ = build_fmu.compensator_recipe(model, "compensator_native", True)
@@ -202,9 +200,7 @@ show([status_of(two.deSerializeFMUstate, data), messages[-1][1]])
 
 
 @pytest.mark.long
-def test_builds_in_two_processes_give_the_same_bytes(
-    both: Both, every_compiler: None, tmp_path: Path
-) -> None:
+def test_builds_in_two_processes_give_the_same_bytes(both, every_compiler, tmp_path):
     """On all platforms that there is a compiler for; nothing is remembered between them."""
     arguments = ["--native", "--only", "compensator", "--model", str(both.model), "--json"]
     for name in ("one", "other"):
@@ -220,9 +216,7 @@ def test_builds_in_two_processes_give_the_same_bytes(
 
 @pytest.mark.long
 @pytest.mark.parametrize("version", [2, 3])
-def test_fmpy_compiles_the_sources_into_the_same_numbers(
-    by_hand: Path, version: int, tmp_path: Path
-) -> None:
+def test_fmpy_compiles_the_sources_into_the_same_numbers(by_hand, version, tmp_path):
     built = by_hand / f"compensator_native{'_fmi3' if version == 3 else ''}.fmu"
     path = tmp_path / built.name
     with zipfile.ZipFile(built) as given, zipfile.ZipFile(path, "w") as bare:
@@ -249,9 +243,7 @@ def test_fmpy_compiles_the_sources_into_the_same_numbers(
     assert apart(RUN + code, path) == apart(RUN + code, built)
 
 
-def test_without_a_compiler_one_line_says_so(
-    both: Both, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_a_compiler_one_line_says_so(both, tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.delenv("CC", raising=False)
     assert shutil.which("gcc") is None

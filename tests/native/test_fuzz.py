@@ -1,9 +1,5 @@
 """The compensator's FMU under the sanitizers, called in random order with random arguments."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import pytest
 
 from fmu_compensator.native.generate import constants, data_sources, program
@@ -15,9 +11,7 @@ from tests.plant_model.native.test_fuzz import fuzz
 
 @pytest.mark.parametrize("calls", [6_000, pytest.param(60_000, marks=pytest.mark.long)])
 @pytest.mark.parametrize(("kind", "seed"), [("vac", 0), ("thermal_states", 6)])
-def test_fuzzed_calls_are_clean(
-    kind: str, seed: int, calls: int, compiler: tuple[str, ...], tmp_path: Path
-) -> None:
+def test_fuzzed_calls_are_clean(kind, seed, calls, compiler, tmp_path):
     model = made_model(kind, seed)
     sources = {**front(2), **program(), "constants.h": constants()}
     sources["model_data.c"] = data_sources(model, variables(model), "fuzz", "{0}")

@@ -4,10 +4,8 @@ It runs under the address and undefined-behaviour sanitizers. All that either re
 not only the outputs.
 """
 
-from __future__ import annotations
-
 import json
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from math import inf, isclose, isnan, nan
 from typing import Any
 
@@ -25,7 +23,6 @@ from fmu_compensator.runtime.compensator import (
 from fmu_compensator.runtime.error_models import error_models
 from fmu_compensator.runtime.gaussian import MOST_PROBES
 from fmu_compensator.runtime.modelfile import Model
-from tests.native.conftest import Driver
 from tests.native.made import MADE, SEEDS, SIX, Samples, made_model
 
 KINDS = sorted(error_models())
@@ -38,7 +35,7 @@ Row = tuple[list[float], ...]
 MAPS = {make: kind for kind, make in reversed(MADE.items())}.values()
 
 
-def test_every_error_model_has_a_c_twin_and_is_tested() -> None:
+def test_every_error_model_has_a_c_twin_and_is_tested():
     assert kinds() == KINDS
     assert sorted(MADE) == KINDS
 
@@ -153,9 +150,7 @@ MANY = [*(("gaussian", seed) for seed in (7, 8, 10, 13, 14, 16, 18, 20, 22)), ("
 
 
 @pytest.mark.parametrize(("kind", "seed"), CASES + MANY)
-def test_every_number_is_that_of_the_runtime(
-    kind: str, seed: int, driver_of: Callable[[Model], Driver]
-) -> None:
+def test_every_number_is_that_of_the_runtime(kind, seed, driver_of):
     model = made_model(kind, seed)
     compensator, samples = RunningCompensator(model), Samples(model, seed)
     if seed in SIX:
@@ -188,7 +183,7 @@ def test_every_number_is_that_of_the_runtime(
     assert inf not in {abs(value) for output, _ in expected for value in output[:9]}
 
 
-def test_what_is_compared_above_is_reached() -> None:
+def test_what_is_compared_above_is_reached():
     """Starts without sensors that read later, several broken ones, measurements of all kinds."""
     shifted, broken, seen = 0, 0, set[int]()
     probes = suspected = leapt = 0

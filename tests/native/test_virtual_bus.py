@@ -1,7 +1,5 @@
 """A bus with the plant and two compensators: each hears the machine and leaves the other alone."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from heapq import heappop, heappush
@@ -114,7 +112,7 @@ class Bus:
 
 @pytest.mark.long
 @pytest.mark.long
-def test_two_compensators_and_the_plant_share_a_bus(shipped_in_c: Path, tmp_path: Path) -> None:
+def test_two_compensators_and_the_plant_share_a_bus(shipped_in_c, tmp_path):
     text = DBC.read_text("utf-8")
     database = read_database(DBC)
     for frame in database.of(COMPENSATOR):

@@ -1,7 +1,5 @@
 """The binary for Windows, run by Wine, beside the one for Linux."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess
@@ -46,9 +44,7 @@ def model_of_the_host(folder: Path) -> Path:
 
 
 @pytest.mark.long
-def test_windows_gives_the_numbers_and_words_of_linux(
-    wine: str, compiler: tuple[str, ...], tmp_path: Path
-) -> None:
+def test_windows_gives_the_numbers_and_words_of_linux(wine, compiler, tmp_path):
     model = model_of_the_host(tmp_path)
     assert (
         build_fmu.main(

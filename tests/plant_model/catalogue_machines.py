@@ -1,7 +1,5 @@
 """Machines that the catalogue's tests put effects into, and what they ask of an effect."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Machines and inputs that the plant's tests share."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The catalogue of missing effects: on any machine, in the stepper, and how often each is asked."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -66,7 +64,7 @@ def shown_without(which: Callable[[], Machine], hours: float) -> pd.DataFrame:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_acts_on_a_machine_of_other_names_or_does_nothing(name: str) -> None:
+def test_acts_on_a_machine_of_other_names_or_does_nothing(name):
     without, with_it = shown_without(lathe, 1.0), shown(with_effects(lathe(), name), hall_run())
     change = np.abs((with_it - without).to_numpy()).max()
     assert np.isfinite(with_it.to_numpy()).all()
@@ -74,13 +72,13 @@ def test_acts_on_a_machine_of_other_names_or_does_nothing(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_does_nothing_where_there_is_nothing_to_act_on(name: str) -> None:
+def test_does_nothing_where_there_is_nothing_to_act_on(name):
     without, with_it = shown_without(bare, 0.3), shown(with_effects(bare(), name), hall_run(0.3))
     change = np.abs((with_it - without).to_numpy()).max()
     assert change > 1e-3 if name in NEEDS_NO_PART else change < 1e-9
 
 
-def test_a_set_in_which_all_are_off_is_as_without_them(jig_borer_lumps: Machine) -> None:
+def test_a_set_in_which_all_are_off_is_as_without_them(jig_borer_lumps):
     machine, inputs = (
         with_effects(jig_borer_lumps, *NAMES, *DRIVEN),
         inputs_over(0.25, every_s=60.0),
@@ -99,9 +97,7 @@ def test_a_set_in_which_all_are_off_is_as_without_them(jig_borer_lumps: Machine)
 
 
 @pytest.mark.parametrize("name", [n for n in NAMES if catalogue()[n].temperature_dependent])
-def test_is_asked_no_more_than_some_times_a_row(
-    name: str, jig_borer_lumps: Machine, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_is_asked_no_more_than_some_times_a_row(name, jig_borer_lumps, monkeypatch):
     inputs, asked, usual = inputs_over(2.0), [], Network.dependent
 
     def counted(self: Network, *arguments: Any) -> Any:
@@ -116,9 +112,7 @@ def test_is_asked_no_more_than_some_times_a_row(
 
 
 @pytest.mark.parametrize("name", ["sensor_lag", "sensor_offset", "sensor_drift"])
-def test_a_thermometer_s_error_leaves_displacement_sensors_alone(
-    name: str, jig_borer_lumps: Machine
-) -> None:
+def test_a_thermometer_s_error_leaves_displacement_sensors_alone(name, jig_borer_lumps):
     key = f"{name}:S1"
     effects = jig_borer_lumps.effects | {key: dict(catalogue()[name].parameters)}
     inputs = inputs_over(0.2)
@@ -126,9 +120,7 @@ def test_a_thermometer_s_error_leaves_displacement_sensors_alone(
     np.testing.assert_allclose(with_it, shown(jig_borer_lumps, inputs), atol=1e-12)
 
 
-def test_a_lag_is_the_same_whether_or_not_it_stands_beside_something_nonlinear(
-    jig_borer_lumps: Machine,
-) -> None:
+def test_a_lag_is_the_same_whether_or_not_it_stands_beside_something_nonlinear(jig_borer_lumps):
     inputs = inputs_over(2.0)
     lags = ["column_bending", "slow_structure", "sensor_lag", "uneven_bearing_heating"]
     apart = simulate(with_effects(jig_borer_lumps, *lags), inputs)
@@ -141,7 +133,7 @@ def test_a_lag_is_the_same_whether_or_not_it_stands_beside_something_nonlinear(
         np.testing.assert_allclose(together.readings[key], series, atol=6e-3, err_msg=key)
 
 
-def test_a_lag_s_error_comes_before_an_offset_in_whatever_order(jig_borer_lumps: Machine) -> None:
+def test_a_lag_s_error_comes_before_an_offset_in_whatever_order(jig_borer_lumps):
     inputs = inputs_over(0.5)
     one = shown(with_effects(jig_borer_lumps, "sensor_lag", "sensor_offset"), inputs)
     other = shown(with_effects(jig_borer_lumps, "sensor_offset", "sensor_lag"), inputs)
@@ -151,9 +143,7 @@ def test_a_lag_s_error_comes_before_an_offset_in_whatever_order(jig_borer_lumps:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_what_is_possible_holds_what_is_usual_and_can_be_simulated(
-    name: str, jig_borer_lumps: Machine
-) -> None:
+def test_what_is_possible_holds_what_is_usual_and_can_be_simulated(name, jig_borer_lumps):
     effect = catalogue()[name]
     usual = effect.parameters[effect.amplitude]
     low, high = possible(effect, effect.amplitude)

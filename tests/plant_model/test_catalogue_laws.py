@@ -1,7 +1,5 @@
 """Effects of the catalogue that move heat, against hand calculations and what marks them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +21,7 @@ from tests.plant_model.catalogue_machines import (
 )
 
 
-def test_thermal_preload_adds_load_torque_with_the_difference() -> None:
+def test_thermal_preload_adds_load_torque_with_the_difference():
     _, effect = made(lathe(), "thermal_preload", gain=0.2)
     # M1 = 0.001 * 1000 * 120 = 120 N mm; times 0.2 * 10; H = 1.047e-4 * 3000 * 240 = 75.4 W.
     heat = heat_of(effect, 3000.0, {"ring": 40.0, "race": 30.0})
@@ -33,9 +31,7 @@ def test_thermal_preload_adds_load_torque_with_the_difference() -> None:
     assert sum(heat_of(effect, 3000.0, {"ring": 200.0}).values()) == pytest.approx(339.228)
 
 
-def test_friction_speed_exponent_turns_about_half_the_highest_speed(
-    jig_borer_lumps: Machine,
-) -> None:
+def test_friction_speed_exponent_turns_about_half_the_highest_speed(jig_borer_lumps):
     _, effect = made(jig_borer_lumps, "friction_speed_exponent", deviation=0.5)
     item = jig_borer_lumps.of_kind("sources", "bearing")[0]
     numbers = {key: np.array([p.value]) for key, p in item.parameters.items()}
@@ -51,7 +47,7 @@ def test_friction_speed_exponent_turns_about_half_the_highest_speed(
     assert sum(heat_of(effect, 0.0).values()) == 0.0
 
 
-def test_forced_convection_grows_with_speed_and_vanishes_at_stop(jig_borer_lumps: Machine) -> None:
+def test_forced_convection_grows_with_speed_and_vanishes_at_stop(jig_borer_lumps):
     _, effect = made(jig_borer_lumps, "forced_convection", gain=2.0)
 
     def added(speed: float) -> dict[str, float]:
@@ -66,7 +62,7 @@ def test_forced_convection_grows_with_speed_and_vanishes_at_stop(jig_borer_lumps
     assert max(np.abs(series).max() for series in moved.values()) < 1e-9
 
 
-def test_natural_convection_is_the_fourth_root_of_the_difference() -> None:
+def test_natural_convection_is_the_fourth_root_of_the_difference():
     _, effect = made(lathe(), "natural_convection", film_at_10_K=3.0)
     # At 160 K twice the 3 W/(m2 K) that the film holds: 3 * 0.8 m2 * 160 K more.
     assert heat_of(effect, 0.0, {"headstock": 180.0})["headstock"] == pytest.approx(-384.0)
@@ -75,7 +71,7 @@ def test_natural_convection_is_the_fourth_root_of_the_difference() -> None:
     assert heat_of(effect, 0.0, {"headstock": 20.625})["headstock"] == pytest.approx(0.75)
 
 
-def test_radiation_is_the_fourth_power_beyond_its_tangent_at_20_degrees() -> None:
+def test_radiation_is_the_fourth_power_beyond_its_tangent_at_20_degrees():
     _, effect = made(lathe(), "radiation", emissivity=0.5)
     # 5.670374419e-8 * 0.5 * 0.8 m2 * (353.15^4 - 293.15^4), less 4 * 293.15^3 * 60 K of it.
     heat = heat_of(effect, 0.0, {"headstock": 80.0})["headstock"]
@@ -86,9 +82,7 @@ def test_radiation_is_the_fourth_power_beyond_its_tangent_at_20_degrees() -> Non
     ("name", "own", "warmer"),
     [("radiation", {"emissivity": 0.9}, 0.01), ("natural_convection", {"film_at_10_K": 6.0}, 10.0)],
 )
-def test_what_a_film_holds_is_not_counted_twice(
-    name: str, own: dict[str, float], warmer: float
-) -> None:
+def test_what_a_film_holds_is_not_counted_twice(name, own, warmer):
     machine = lathe()
     at_reference = {node.name: 20.0 + warmer for node in machine.nodes}
     _, effect = made(machine, name, **own)
@@ -110,7 +104,7 @@ def with_film(item: Item, film: float) -> Item:
     return replace(item, parameters=item.parameters | {"coefficient": known})
 
 
-def test_motor_iron_loss_has_a_linear_and_a_square_part() -> None:
+def test_motor_iron_loss_has_a_linear_and_a_square_part():
     _, effect = made(lathe(), "motor_iron_loss", power=400.0, eddy_share=0.75, stator_share=0.9)
     heat = heat_of(effect, 2000.0)
     # Half speed: 400 * (0.25 / 2 + 0.75 / 4) = 125 W.
@@ -119,7 +113,7 @@ def test_motor_iron_loss_has_a_linear_and_a_square_part() -> None:
     assert sum(heat_of(effect, 4000.0).values()) == pytest.approx(400.0)
 
 
-def test_windage_is_the_cube_of_speed_and_shared_by_the_gaps(jig_borer_lumps: Machine) -> None:
+def test_windage_is_the_cube_of_speed_and_shared_by_the_gaps(jig_borer_lumps):
     _, effect = made(jig_borer_lumps, "windage", power=160.0)
     full, half = heat_of(effect, 20000.0), heat_of(effect, 10000.0)
     assert sum(full.values()) == pytest.approx(160.0)
@@ -131,7 +125,7 @@ def test_windage_is_the_cube_of_speed_and_shared_by_the_gaps(jig_borer_lumps: Ma
     assert without_gaps["cage"] == without_gaps["winding"] == pytest.approx(80.0)
 
 
-def test_copper_loss_follows_torque_squared_and_the_winding(jig_borer_lumps: Machine) -> None:
+def test_copper_loss_follows_torque_squared_and_the_winding(jig_borer_lumps):
     _, effect = made(jig_borer_lumps, "copper_loss", power=100.0)
     # The highest torque is 200 N m, so 20 N m is the reference; at 275 degC copper has doubled.
     assert heat_of(effect, 0.0, torque=-20.0)["stator"] == pytest.approx(100.0)
@@ -139,7 +133,7 @@ def test_copper_loss_follows_torque_squared_and_the_winding(jig_borer_lumps: Mac
     assert heat_of(effect, 0.0, {"stator": 275.0}, torque=20.0)["stator"] == pytest.approx(200.0)
 
 
-def test_cutting_heat_is_a_share_of_torque_times_speed(jig_borer_lumps: Machine) -> None:
+def test_cutting_heat_is_a_share_of_torque_times_speed(jig_borer_lumps):
     _, effect = made(jig_borer_lumps, "cutting_heat", share=0.05, tool_share=0.4)
     # 10 N m at 6000 r/min is 6283 W; 5 % of it 314.2 W.
     heat = heat_of(effect, 6000.0, torque=10.0)
@@ -148,7 +142,7 @@ def test_cutting_heat_is_a_share_of_torque_times_speed(jig_borer_lumps: Machine)
     assert sum(heat_of(effect, 6000.0).values()) == 0.0
 
 
-def test_bearing_run_in_counts_turning_hours_only(jig_borer_lumps: Machine) -> None:
+def test_bearing_run_in_counts_turning_hours_only(jig_borer_lumps):
     _, effect = made(jig_borer_lumps, "bearing_run_in", excess=1.0, hours=2.0)
     inputs = steady(0.0, 6.0)
     turning = inputs["time_s"] >= 3 * 3600.0
@@ -165,7 +159,7 @@ def test_bearing_run_in_counts_turning_hours_only(jig_borer_lumps: Machine) -> N
     assert with_it.temperatures.shape == without.temperatures.shape
 
 
-def test_bearings_that_turned_before_have_run_in_by_as_much(jig_borer_lumps: Machine) -> None:
+def test_bearings_that_turned_before_have_run_in_by_as_much(jig_borer_lumps):
     whole = steady(9000.0, 4.0)
     own = {"excess": 1.0, "hours": 2.0}
     _, first, _ = change(jig_borer_lumps, "bearing_run_in", whole, **own)
@@ -180,7 +174,7 @@ def test_bearings_that_turned_before_have_run_in_by_as_much(jig_borer_lumps: Mac
     assert excess[1] == pytest.approx(excess[0] * np.exp(-2.0), rel=0.05)
 
 
-def test_coolant_thermostat_swings_with_its_band_and_period(jig_borer_lumps: Machine) -> None:
+def test_coolant_thermostat_swings_with_its_band_and_period(jig_borer_lumps):
     inputs = steady(0.0, 3.0)
     moved, *_ = change(jig_borer_lumps, "coolant_thermostat", inputs, band=1.0, period=20.0)
     late = inputs["time_s"] > 3600.0
@@ -195,7 +189,7 @@ def test_coolant_thermostat_swings_with_its_band_and_period(jig_borer_lumps: Mac
     assert swing == pytest.approx(0.5 * 3.0 / 60.0 * 3700.0)
 
 
-def test_coolant_thermostat_begins_where_its_phase_says(jig_borer_lumps: Machine) -> None:
+def test_coolant_thermostat_begins_where_its_phase_says(jig_borer_lumps):
     inputs = steady(0.0, 1.0)
     first = change(jig_borer_lumps, "coolant_thermostat", inputs, phase=0.0)[0]["T3"]
     other = change(jig_borer_lumps, "coolant_thermostat", inputs, phase=0.5)[0]["T3"]
@@ -208,7 +202,7 @@ def switched(machine: Machine, part: str, **values: float) -> Machine:
     return with_effect(machine, f"coolant_thermostat:{part}", values)
 
 
-def test_a_part_switches_the_cooling_within_its_dead_band(jig_borer_lumps: Machine) -> None:
+def test_a_part_switches_the_cooling_within_its_dead_band(jig_borer_lumps):
     inputs = steady(9000.0, 6.0)
     machine = switched(jig_borer_lumps, "rear_outer", band=1.5, on_above=25.0, dead_band=2.0)
     series = simulate(machine, inputs).temperatures[0, :, machine.node_index["rear_outer"]]
@@ -226,7 +220,7 @@ def test_a_part_switches_the_cooling_within_its_dead_band(jig_borer_lumps: Machi
     assert part.min() == pytest.approx(23.0, abs=0.3)
 
 
-def test_cooling_that_rests_for_good_is_a_flow_that_stops(jig_borer_lumps: Machine) -> None:
+def test_cooling_that_rests_for_good_is_a_flow_that_stops(jig_borer_lumps):
     inputs = steady(3000.0, 2.0)
     never = switched(jig_borer_lumps, "rear_outer", band=15.0, on_above=190.0)
     still = tuple(item for item in jig_borer_lumps.items if item.kind != "coolant_flow")
@@ -241,9 +235,7 @@ def test_cooling_that_rests_for_good_is_a_flow_that_stops(jig_borer_lumps: Machi
     assert 0.1 < cool[jacket] - plain[jacket] < 0.5
 
 
-def test_coolant_degradation_ends_as_a_machine_of_less_flow_and_weaker_walls(
-    jig_borer_lumps: Machine,
-) -> None:
+def test_coolant_degradation_ends_as_a_machine_of_less_flow_and_weaker_walls(jig_borer_lumps):
     inputs = steady(9000.0, 20.0)
     less = {
         item.parameter_name("flow"): 0.75 * item.parameters["flow"].value
@@ -267,7 +259,7 @@ def conductance_between(machine: Machine, one: str, other: str, **values: float)
     return -float(matrix[0, machine.node_index[one], machine.node_index[other]])
 
 
-def test_without_jackets_no_side_is_cooled(jig_borer_lumps: Machine) -> None:
+def test_without_jackets_no_side_is_cooled(jig_borer_lumps):
     sides = ("housing_front_xp", "housing_front_xm")
     wall, more = (
         jig_borer_lumps.parameters[f"links.{name}"].value
@@ -282,7 +274,7 @@ def test_without_jackets_no_side_is_cooled(jig_borer_lumps: Machine) -> None:
     assert off == [0.0, 0.0]
 
 
-def test_coolant_supply_offset_is_coolant_of_another_temperature(jig_borer_lumps: Machine) -> None:
+def test_coolant_supply_offset_is_coolant_of_another_temperature(jig_borer_lumps):
     inputs = steady(6000.0, 3.0)
     warmer = simulate(jig_borer_lumps, inputs.assign(T9_degC=inputs["T9_degC"] + 0.7))
     moved, with_it, _ = change(jig_borer_lumps, "coolant_supply_offset", inputs, offset=0.7)
@@ -290,7 +282,7 @@ def test_coolant_supply_offset_is_coolant_of_another_temperature(jig_borer_lumps
     assert np.all(moved["T9"] == 0.0)
 
 
-def test_joint_resistance_tightens_the_seat_by_its_law() -> None:
+def test_joint_resistance_tightens_the_seat_by_its_law():
     _, effect = made(lathe(), "joint_resistance", gain=0.1)
     # 60 W/K * ((1 + 0.1 * 5)^0.95 - 1) * 5 K.
     heat = heat_of(effect, 0.0, {"race": 25.0})

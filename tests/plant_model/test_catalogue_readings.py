@@ -1,7 +1,5 @@
 """Effects of the catalogue that move the nose or a reading, against hand calculations."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
@@ -10,7 +8,6 @@ import pandas as pd
 import pytest
 
 from plant_model.effects import catalogue
-from plant_model.machine import Machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import Values
 from plant_model.simulate import simulate
@@ -31,7 +28,7 @@ def hall_step(hours: float) -> pd.DataFrame:
     return inputs
 
 
-def test_column_bending_tilts_at_rest_with_its_lag(jig_borer_lumps: Machine) -> None:
+def test_column_bending_tilts_at_rest_with_its_lag(jig_borer_lumps):
     inputs = hall_step(2.0)
     own = {"tilt": 10.0, "hours": 2.0, "direction": 90.0, "lever": 200.0}
     moved, with_it, without = change(jig_borer_lumps, "column_bending", inputs, **own)
@@ -45,7 +42,7 @@ def test_column_bending_tilts_at_rest_with_its_lag(jig_borer_lumps: Machine) -> 
     assert max(np.abs(moved[name]).max() for name in TEMPERATURES) < 1e-9
 
 
-def test_slow_structure_follows_the_hall_for_hours(jig_borer_lumps: Machine) -> None:
+def test_slow_structure_follows_the_hall_for_hours(jig_borer_lumps):
     inputs = hall_step(8.0)
     moved, with_it, without = change(
         jig_borer_lumps, "slow_structure", inputs, growth=6.0, hours=8.0
@@ -61,7 +58,7 @@ def test_slow_structure_follows_the_hall_for_hours(jig_borer_lumps: Machine) -> 
     assert (with_it.pose - without.pose)[0, -1, 0] == pytest.approx(pose[-1, 2])
 
 
-def test_centrifugal_shift_is_instant_and_in_the_elongation_only(jig_borer_lumps: Machine) -> None:
+def test_centrifugal_shift_is_instant_and_in_the_elongation_only(jig_borer_lumps):
     inputs = steady(0.0, 1.0)
     inputs["speed_rpm"] = np.where(inputs["time_s"] < 1800.0, 0.0, 10000.0)
     moved, with_it, without = change(jig_borer_lumps, "centrifugal_shift", inputs, shift=12.0)
@@ -73,7 +70,7 @@ def test_centrifugal_shift_is_instant_and_in_the_elongation_only(jig_borer_lumps
     assert all(np.all(moved[name] == 0.0) for name in TEMPERATURES)
 
 
-def test_bearing_stick_slip_jumps_and_depends_on_the_path(jig_borer_lumps: Machine) -> None:
+def test_bearing_stick_slip_jumps_and_depends_on_the_path(jig_borer_lumps):
     inputs = steady(12000.0, 5.0)
     inputs["speed_rpm"] = np.where(inputs["time_s"] < 2 * 3600.0, 12000.0, 0.0)
     moved, with_it, without = change(
@@ -90,7 +87,7 @@ def test_bearing_stick_slip_jumps_and_depends_on_the_path(jig_borer_lumps: Machi
     assert max(np.abs(moved[name]).max() for name in TEMPERATURES) < 1e-6
 
 
-def test_uneven_bearing_heating_tilts_with_speed_and_not_at_rest() -> None:
+def test_uneven_bearing_heating_tilts_with_speed_and_not_at_rest():
     own = {"difference": 2.0, "minutes": 20.0, "direction": 0.0, "slenderness": 1.0}
     machine, hall = lathe(), {"hall_degC": 21.0}  # whose headstock is one lump
     inputs = steady(2000.0, 3.0).assign(**hall)
@@ -110,8 +107,8 @@ def test_uneven_bearing_heating_tilts_with_speed_and_not_at_rest() -> None:
     ("direction", "warm", "cold", "axis"), [(0.0, "xm", "xp", 3), (90.0, "ym", "yp", 4)]
 )
 def test_uneven_bearing_heating_warms_one_side_of_a_housing_in_sectors(
-    jig_borer_lumps: Machine, direction: float, warm: str, cold: str, axis: int
-) -> None:
+    jig_borer_lumps, direction, warm, cold, axis
+):
     own = {"difference": 2.0, "slenderness": 0.3, "direction": direction}
     _, effect = made(jig_borer_lumps, "uneven_bearing_heating", **own)
     (link,) = (
@@ -133,7 +130,7 @@ def test_uneven_bearing_heating_warms_one_side_of_a_housing_in_sectors(
     assert abs(pose[7 - axis]) < 0.5 * pose[axis]
 
 
-def test_tool_heating_ends_in_the_balance_of_its_own_states() -> None:
+def test_tool_heating_ends_in_the_balance_of_its_own_states():
     machine, effect = made(lathe(), "tool_heating", conductance=3.0, loss=1.0, capacity=900.0)
     quill = 31.0
     # 3 (11 - h) = 0.5 h + 0.5 (h - t) and 0.5 (h - t) = 0.5 t: t = h / 2, h = 33 / 3.75 = 8.8 K.
@@ -145,7 +142,7 @@ def test_tool_heating_ends_in_the_balance_of_its_own_states() -> None:
     assert heat["quill"] == pytest.approx(-3.0 * (11.0 - 8.8))
 
 
-def test_a_tool_at_rest_grows_with_the_hall() -> None:
+def test_a_tool_at_rest_grows_with_the_hall():
     machine = lathe()
     assert not machine.of_kind("structure", "tool")
     time = np.arange(0.0, 24 * 3600.0 + 1.0, 60.0)
@@ -160,7 +157,7 @@ def test_a_tool_at_rest_grows_with_the_hall() -> None:
     assert 0.0 < pose[60, 2] < 0.5 * pose[-1, 2], "later than the hall"
 
 
-def test_a_tool_of_the_structure_follows_the_hall_by_itself(jig_borer_lumps: Machine) -> None:
+def test_a_tool_of_the_structure_follows_the_hall_by_itself(jig_borer_lumps):
     inputs = steady(0.0, 12.0)
     inputs["T5_degC"] = 21.0 + 3.0 * np.minimum(inputs["time_s"] / 7200.0, 1.0)
     inputs["T9_degC"] = inputs["T5_degC"]
@@ -170,9 +167,7 @@ def test_a_tool_of_the_structure_follows_the_hall_by_itself(jig_borer_lumps: Mac
     assert pose[-1, 2] == pytest.approx(11.5e-3 * 80.0 * 3.0, rel=0.1)
 
 
-def test_fixture_warming_moves_radial_readings_together_without_tilt(
-    jig_borer_lumps: Machine,
-) -> None:
+def test_fixture_warming_moves_radial_readings_together_without_tilt(jig_borer_lumps):
     own = {"growth": 3.0, "minutes": 30.0, "nose_share": 0.0, "direction": 60.0}
     moved, with_it, without = change(jig_borer_lumps, "fixture_warming", hall_step(5.0), **own)
     # 3 um/K * 1 K after ten time constants: cos 60 of it along X, sin 60 along Y.
@@ -186,14 +181,14 @@ def test_fixture_warming_moves_radial_readings_together_without_tilt(
 
 
 @pytest.mark.parametrize("name", ["sensor_lag", "sensor_offset", "sensor_drift"])
-def test_a_thermometer_s_error_is_in_its_channel_only(name: str, jig_borer_lumps: Machine) -> None:
+def test_a_thermometer_s_error_is_in_its_channel_only(name, jig_borer_lumps):
     moved, with_it, without = change(jig_borer_lumps, name, inputs_over(1.0))
     assert np.abs(moved["T1"]).max() > 0.05
     assert all(np.all(series == 0.0) for key, series in moved.items() if key != "T1")
     assert np.all(with_it.temperatures == without.temperatures)
 
 
-def test_sensor_lag_is_late_by_its_time_constant_on_a_ramp(jig_borer_lumps: Machine) -> None:
+def test_sensor_lag_is_late_by_its_time_constant_on_a_ramp(jig_borer_lumps):
     inputs = steady(0.0, 2.0)
     lag = {"sensor_lag:T5": dict(catalogue()["sensor_lag"].parameters)}
     machine = replace(jig_borer_lumps, effects=jig_borer_lumps.effects | lag)
@@ -206,7 +201,7 @@ def test_sensor_lag_is_late_by_its_time_constant_on_a_ramp(jig_borer_lumps: Mach
         assert error == pytest.approx(-settled, rel=1e-3)
 
 
-def test_sensor_offset_and_drift_have_their_size(jig_borer_lumps: Machine) -> None:
+def test_sensor_offset_and_drift_have_their_size(jig_borer_lumps):
     inputs = steady(6000.0, 4.0)
     moved, *_ = change(jig_borer_lumps, "sensor_offset", inputs, error=-31.0)
     np.testing.assert_allclose(moved["T1"], -31.0, atol=1e-9)
@@ -214,9 +209,7 @@ def test_sensor_offset_and_drift_have_their_size(jig_borer_lumps: Machine) -> No
     np.testing.assert_allclose(moved["T1"], 0.25 * inputs["time_s"] / 3600.0, atol=1e-9)
 
 
-def test_effects_that_change_no_temperature_leave_the_network_linear(
-    jig_borer_lumps: Machine,
-) -> None:
+def test_effects_that_change_no_temperature_leave_the_network_linear(jig_borer_lumps):
     lags = [name for name, effect in catalogue().items() if effect.lags]
     assert len(lags) == 5
     machine = with_effects(jig_borer_lumps, *lags)

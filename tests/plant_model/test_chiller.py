@@ -1,7 +1,5 @@
 """A chiller that a part's temperature switches."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -116,7 +114,7 @@ def periods(time_s: np.ndarray, values: np.ndarray) -> np.ndarray:
     return np.diff(time_s[up])
 
 
-def test_swings_as_a_two_point_loop_does(chilled: Machine) -> None:
+def test_swings_as_a_two_point_loop_does(chilled):
     found = simulate(chilled, inputs(8.0))
     late = found.time_s > 4.0 * 3600.0
     body, tank = found.readings["T1"][0], found.readings["T9"][0]
@@ -131,7 +129,7 @@ def test_swings_as_a_two_point_loop_does(chilled: Machine) -> None:
     assert np.mean(periods(found.time_s[late], tank[late])) == pytest.approx(mean, rel=0.1)
 
 
-def test_rests_until_the_part_is_too_warm_and_then_takes_its_power(chilled: Machine) -> None:
+def test_rests_until_the_part_is_too_warm_and_then_takes_its_power(chilled):
     effect = Chiller(chilled, Values(chilled.parameters))
     cold, warm = (np.full((1, 3), value) for value in (ON_ABOVE - 0.1, ON_ABOVE + 0.1))
     out = np.zeros((1, 1, 3))
@@ -142,7 +140,7 @@ def test_rests_until_the_part_is_too_warm_and_then_takes_its_power(chilled: Mach
         np.testing.assert_allclose(out[0, 0], [0.0, 0.0, -power])
 
 
-def test_keeps_running_or_resting_within_the_dead_band(chilled: Machine) -> None:
+def test_keeps_running_or_resting_within_the_dead_band(chilled):
     effect = Chiller(chilled, Values(chilled.parameters))
     within = np.full((1, 3), ON_ABOVE - 0.5 * BAND)
     for state in (0.0, 1.0):
@@ -150,10 +148,10 @@ def test_keeps_running_or_resting_within_the_dead_band(chilled: Machine) -> None
     assert effect.settled({}, within - BAND, np.array([[1.0]])) == 0.0
 
 
-def test_two_chillers_are_refused() -> None:
+def test_two_chillers_are_refused():
     with pytest.raises(BadInput, match="only one chiller"):
         machine_from_table(table_of(2), "chilled.toml")
 
 
-def test_has_a_form_in_c(chilled: Machine) -> None:
+def test_has_a_form_in_c(chilled):
     assert equations_of(chilled, []).settling == [0]

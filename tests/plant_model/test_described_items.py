@@ -1,7 +1,5 @@
 """Items that say no more than that there is heat, or more exchange in motion."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -23,9 +21,7 @@ def network_of(machine: Machine) -> Network:
 
 
 @pytest.mark.parametrize(("exponent", "share"), [(1.0, 0.25), (2.0, 0.0625)])
-def test_driven_heat_is_a_power_of_its_input(
-    exponent: float, share: float, jig_borer_lumps: Machine
-) -> None:
+def test_driven_heat_is_a_power_of_its_input(exponent, share, jig_borer_lumps):
     one = HeatSource(("rotor", "speed"))
     grown = one.put_into(jig_borer_lumps, {"power": 80.0}).with_values(
         {"sources.heat_in_rotor_by_speed.exponent": exponent}, beyond=True
@@ -39,13 +35,13 @@ def test_driven_heat_is_a_power_of_its_input(
     np.testing.assert_allclose(more[0, 0], expected, atol=1e-9)
 
 
-def test_steady_heat_is_there_at_standstill(jig_borer_lumps: Machine) -> None:
+def test_steady_heat_is_there_at_standstill(jig_borer_lumps):
     grown = HeatSource(("stator",)).put_into(jig_borer_lumps, {"power": 30.0})
     inputs = {entry.name: np.array([0.0]) for entry in jig_borer_lumps.inputs}
     assert network_of(grown).heat(inputs)[0, 0, jig_borer_lumps.node_index["stator"]] == 30.0
 
 
-def test_a_stirred_film_is_there_in_motion_only(jig_borer_lumps: Machine) -> None:
+def test_a_stirred_film_is_there_in_motion_only(jig_borer_lumps):
     change = ConductanceWithMotion(("rotor", "stator", "speed"))
     grown = network_of(change.put_into(jig_borer_lumps, {"conductance": 10.0}))
     plain = network_of(jig_borer_lumps)
@@ -59,7 +55,7 @@ def test_a_stirred_film_is_there_in_motion_only(jig_borer_lumps: Machine) -> Non
         assert more[a, a] == pytest.approx(added)
 
 
-def test_both_have_a_form_in_c_and_take_part_in_every_step(jig_borer_lumps: Machine) -> None:
+def test_both_have_a_form_in_c_and_take_part_in_every_step(jig_borer_lumps):
     grown = HeatSource(("rotor", "speed")).put_into(jig_borer_lumps, {"power": 80.0})
     film = ConductanceWithMotion(("rotor", "stator", "speed"))
     grown = film.put_into(grown, {"conductance": 10.0})

@@ -1,9 +1,6 @@
 """One law with several drivers: what each follows, and how machine files name it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,13 +11,12 @@ from measurement.errors import BadInput
 from plant_model.anatomy import enclosed_air
 from plant_model.effects import catalogue
 from plant_model.effects.base import NONE
-from plant_model.machine import Machine
 from plant_model.machine_file import machine_path, read_machine
 from tests.plant_model.catalogue_machines import bare, change, heat_of, lathe, made, steady
 from tests.plant_model.test_catalogue_readings import hall_step
 
 
-def test_a_law_is_the_same_whatever_drives_it(jig_borer_lumps: Machine) -> None:
+def test_a_law_is_the_same_whatever_drives_it(jig_borer_lumps):
     keys = ("slow_structure:column", "sensor_lag:T1", "slow_structure", "heat_path:a+b")
     assert law_of("sensor_lag:T1") == "sensor_lag:T1"
     assert laws_of(keys) == ("slow_structure", "sensor_lag:T1", "heat_path:a+b")
@@ -38,13 +34,13 @@ def test_a_law_is_the_same_whatever_drives_it(jig_borer_lumps: Machine) -> None:
     assert driver_keys(jig_borer_lumps, catalogue()["windage"]) == ["windage"]
 
 
-def test_one_driver_in_force_leaves_no_other_to_be_missed(jig_borer_lumps: Machine) -> None:
+def test_one_driver_in_force_leaves_no_other_to_be_missed(jig_borer_lumps):
     machine = with_effect(jig_borer_lumps, "slow_structure:column")
     assert catalogue()["slow_structure"] not in missing_effects(machine)
     assert catalogue()["sensor_lag"] in missing_effects(with_effect(machine, "sensor_lag:T1"))
 
 
-def test_what_a_driver_does_not_use_is_not_calibrated(jig_borer_lumps: Machine) -> None:
+def test_what_a_driver_does_not_use_is_not_calibrated(jig_borer_lumps):
     assert unused_with(jig_borer_lumps, "column_bending:hall") == ("carrier_share",)
     assert (
         unused_with(jig_borer_lumps, "column_bending")
@@ -63,9 +59,7 @@ def test_what_a_driver_does_not_use_is_not_calibrated(jig_borer_lumps: Machine) 
         ("thermal_preload:", ""),
     ],
 )
-def test_a_driver_that_is_none_is_refused(
-    key: str, problem: str, jig_borer_lumps: Machine, tmp_path: Path
-) -> None:
+def test_a_driver_that_is_none_is_refused(key, problem, jig_borer_lumps, tmp_path):
     text = machine_path("jig_borer_lumps").read_text(encoding="utf-8")
     (tmp_path / "odd.toml").write_text(f'{text}\n[effects."{key}"]\n', encoding="utf-8")
     if not problem:
@@ -75,7 +69,7 @@ def test_a_driver_that_is_none_is_refused(
         read_machine(tmp_path / "odd.toml")
 
 
-def test_thermal_preload_follows_shaft_and_housing(jig_borer_lumps: Machine) -> None:
+def test_thermal_preload_follows_shaft_and_housing(jig_borer_lumps):
     _, effect = made(lathe(), "thermal_preload:shaft_housing", gain=0.2)
     # As driven by the rings: 1.047e-4 * 3000 * 120 * 0.2 * 10 W, but by quill and headstock.
     heat = heat_of(effect, 3000.0, {"quill": 40.0, "headstock": 30.0})
@@ -94,11 +88,11 @@ def test_thermal_preload_follows_shaft_and_housing(jig_borer_lumps: Machine) -> 
     assert one > 0.0
 
 
-def test_a_bearing_between_no_other_parts_has_one_driver() -> None:
+def test_a_bearing_between_no_other_parts_has_one_driver():
     assert list(catalogue()["thermal_preload"].drivers(bare())) == ["inner_outer"]
 
 
-def test_the_air_of_an_enclosure_is_the_part_with_most_contacts(jig_borer_lumps: Machine) -> None:
+def test_the_air_of_an_enclosure_is_the_part_with_most_contacts(jig_borer_lumps):
     for one in (read_machine("jig_borer"), jig_borer_lumps, bare()):
         assert enclosed_air(one) is None
     forced = catalogue()["forced_convection"]
@@ -113,7 +107,7 @@ def test_the_air_of_an_enclosure_is_the_part_with_most_contacts(jig_borer_lumps:
     assert list(forced.drivers(jig_borer_lumps)) == []
 
 
-def test_forced_convection_stirs_the_air_that_drives_it() -> None:
+def test_forced_convection_stirs_the_air_that_drives_it():
     machine = read_machine("lathe")
     _, effect = made(machine, "forced_convection:air", gain=2.0)
     (speed,) = (entry for entry in machine.inputs if entry.unit == "rpm")
@@ -132,7 +126,7 @@ def test_forced_convection_stirs_the_air_that_drives_it() -> None:
     assert all(one.boundary for one in stirred)
 
 
-def test_slow_structure_follows_the_part_that_drives_it(jig_borer_lumps: Machine) -> None:
+def test_slow_structure_follows_the_part_that_drives_it(jig_borer_lumps):
     inputs = steady(12000.0, 6.0)
     own = {"growth": 5.0, "hours": 3.0}
     by_part = change(jig_borer_lumps, "slow_structure:pedestal", inputs, **own, part_share=1.0)
@@ -148,7 +142,7 @@ def test_slow_structure_follows_the_part_that_drives_it(jig_borer_lumps: Machine
     np.testing.assert_allclose(half, 0.5 * grown, atol=1e-9)
 
 
-def test_a_fixture_stands_on_what_drives_it(jig_borer_lumps: Machine) -> None:
+def test_a_fixture_stands_on_what_drives_it(jig_borer_lumps):
     own = {"growth": 3.0, "minutes": 5.0, "nose_share": 1.0, "direction": 0.0}
     inputs = steady(12000.0, 6.0)
     moved, _, without = change(jig_borer_lumps, "fixture_warming:pedestal", inputs, **own)
@@ -158,7 +152,7 @@ def test_a_fixture_stands_on_what_drives_it(jig_borer_lumps: Machine) -> None:
     assert nose["S1"][60] > 3.0 * moved["S1"][60]
 
 
-def test_column_bending_follows_either_side_alone(jig_borer_lumps: Machine) -> None:
+def test_column_bending_follows_either_side_alone(jig_borer_lumps):
     own = {"tilt": 10.0, "hours": 2.0, "direction": 90.0, "lever": 0.0}
     step = hall_step(2.0)
     _, with_it, without = change(jig_borer_lumps, "column_bending:hall", step, **own)
@@ -169,14 +163,14 @@ def test_column_bending_follows_either_side_alone(jig_borer_lumps: Machine) -> N
     assert 0.0 < pose[-1, 4] < 2.5, "the column itself has hardly moved"
 
 
-def test_a_key_may_name_the_usual_driver(jig_borer_lumps: Machine) -> None:
+def test_a_key_may_name_the_usual_driver(jig_borer_lumps):
     inputs = hall_step(1.0)
     usual = change(jig_borer_lumps, "slow_structure", inputs)[1]
     named = change(jig_borer_lumps, "slow_structure:hall", inputs)[1]
     np.testing.assert_array_equal(usual.pose, named.pose)
 
 
-def test_two_drivers_of_one_law_add_up(jig_borer_lumps: Machine) -> None:
+def test_two_drivers_of_one_law_add_up(jig_borer_lumps):
     inputs = hall_step(1.0).assign(speed_rpm=9000.0)
     one, other = (
         change(jig_borer_lumps, f"slow_structure:{d}", inputs) for d in ("hall", "pedestal")

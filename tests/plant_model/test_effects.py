@@ -1,7 +1,5 @@
 """The contract of every effect that the folder holds."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -29,7 +27,7 @@ def machine_with(machine: Machine, name: str, value: float) -> Machine:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_declares_what_a_report_needs(name: str) -> None:
+def test_declares_what_a_report_needs(name):
     effect = catalogue()[name]
     assert effect.title
     assert effect.explanation.endswith(".")
@@ -42,7 +40,7 @@ def test_declares_what_a_report_needs(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_off_is_the_model_without_it_to_the_last_bit(name: str, jig_borer_lumps: Machine) -> None:
+def test_off_is_the_model_without_it_to_the_last_bit(name, jig_borer_lumps):
     inputs = inputs_over(1.0)
     off = simulate(machine_with(jig_borer_lumps, name, catalogue()[name].off), inputs)
     left = {key: value for key, value in jig_borer_lumps.effects.items() if key != key_of(name)}
@@ -51,9 +49,7 @@ def test_off_is_the_model_without_it_to_the_last_bit(name: str, jig_borer_lumps:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_does_something_and_stays_finite_over_its_whole_range(
-    name: str, jig_borer_lumps: Machine
-) -> None:
+def test_does_something_and_stays_finite_over_its_whole_range(name, jig_borer_lumps):
     effect = catalogue()[name]
     inputs = inputs_over(0.5, every_s=60.0)
     machine = machine_with(jig_borer_lumps, name, effect.parameters[effect.amplitude].value)
@@ -74,7 +70,7 @@ def test_does_something_and_stays_finite_over_its_whole_range(
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_parameters_go_through_a_machine_file(name: str) -> None:
+def test_parameters_go_through_a_machine_file(name):
     effect = catalogue()[name]
     moved = {
         key: Parameter(p.high, p.unit, p.low, p.high, "moved", calibrate=True)
@@ -102,14 +98,14 @@ def test_parameters_go_through_a_machine_file(name: str) -> None:
     assert machine_from_table(table, "small.toml").effects[key_of(name)] == moved
 
 
-def test_palmgren_torque_against_a_hand_calculation() -> None:
+def test_palmgren_torque_against_a_hand_calculation():
     # nu n = 12 * 12000 = 144000, ^(2/3) = 2747.3; 1e-7 * 1 * 2747.3 * 70^3 = 94.23 N mm.
     torque = viscous_torque(*(np.array([v]) for v in (1.0, 12.0, 12000.0, 70.0)))
     assert torque[0] == pytest.approx(94.23, rel=1e-3)
     assert friction_heat(np.array([12000.0]), torque)[0] == pytest.approx(118.4, rel=1e-3)
 
 
-def test_gap_nusselt_against_becker_and_kaye() -> None:
+def test_gap_nusselt_against_becker_and_kaye():
     taylor = np.array([0.0, 1699.0, 5000.0, 1e6])
     expected = [2.0, 2.0, 0.128 * 5000**0.367, 0.409 * 1e6**0.241]
     np.testing.assert_allclose(gap_nusselt(taylor), expected, rtol=1e-12)

@@ -1,7 +1,5 @@
 """One instant shows what the arrays of a simulation show, whatever effects are in force."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +7,6 @@ import pytest
 
 from plant_model.effects import catalogue
 from plant_model.instant import Instant, drift_of
-from plant_model.machine import Machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import Values
 from plant_model.sensors import readings
@@ -21,7 +18,7 @@ EXACT = {"rel": 1e-12, "abs": 1e-12}
 
 
 @pytest.mark.parametrize("kind", ["jig_borer_lumps", "lathe"])
-def test_an_instant_equals_the_arrays(jig_borer_lumps: Machine, kind: str) -> None:
+def test_an_instant_equals_the_arrays(jig_borer_lumps, kind):
     machine = jig_borer_lumps if kind == "jig_borer_lumps" else lathe()
     machine = with_effects(machine, *(n for n in catalogue() if key_of(n) not in machine.effects))
     if kind == "jig_borer_lumps":  # a sensor that reads an input, and an effect on that reading too
@@ -55,7 +52,7 @@ def test_an_instant_equals_the_arrays(jig_borer_lumps: Machine, kind: str) -> No
         assert drift_of(found_pose, 150.0) == pytest.approx(drift_at(whole, 150.0)[0, 0], **EXACT)
 
 
-def test_a_large_tilt_and_no_tilt() -> None:
+def test_a_large_tilt_and_no_tilt():
     for yaw in (0.0, 1e5, -3e5):
         given = np.array([1.0, -2.0, 30.0, yaw, 0.5 * yaw, 0.01])
         for length in (0.0, 240.0, -50.0):

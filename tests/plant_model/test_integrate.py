@@ -1,7 +1,5 @@
 """Exact where the network is linear, error-controlled where it is not."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 
@@ -57,7 +55,7 @@ def reference(machine: Machine, inputs: pd.DataFrame, rtol: float = 1e-11) -> Fl
 
 
 @pytest.mark.parametrize("name", shipped_machines())
-def test_parts_keep_the_heat_that_they_exchange(name: str) -> None:
+def test_parts_keep_the_heat_that_they_exchange(name):
     """With the independent solver's temperatures, this is a closed account of energy."""
     machine = read_machine(name)
     values = Values(machine.parameters)
@@ -70,28 +68,28 @@ def test_parts_keep_the_heat_that_they_exchange(name: str) -> None:
     np.testing.assert_allclose(matrix.sum(axis=1), boundary.sum(axis=1), atol=within)
 
 
-def test_linear_network_equals_an_independent_solver(jig_borer_lumps: Machine) -> None:
+def test_linear_network_equals_an_independent_solver(jig_borer_lumps):
     inputs = inputs_over(1.2, every_s=600.0)
     inputs[["T5_degC", "T9_degC"]] = inputs["T5_degC"].iloc[0]
     ours = simulate(jig_borer_lumps, inputs, step_s=600.0).temperatures[0, -1]
     np.testing.assert_allclose(ours, reference(jig_borer_lumps, inputs), atol=2e-8)
 
 
-def test_linear_network_does_not_depend_on_the_step(jig_borer_lumps: Machine) -> None:
+def test_linear_network_does_not_depend_on_the_step(jig_borer_lumps):
     inputs = inputs_over(2.0, every_s=600.0)
     coarse = simulate(jig_borer_lumps, inputs, step_s=300.0)
     fine = simulate(jig_borer_lumps, inputs, step_s=6.0)
     np.testing.assert_allclose(coarse.temperatures, fine.temperatures, atol=1e-10)
 
 
-def test_dependent_network_equals_an_independent_solver(jig_borer_lumps: Machine) -> None:
+def test_dependent_network_equals_an_independent_solver(jig_borer_lumps):
     machine = with_effects(jig_borer_lumps, "radiation", "viscosity_temperature")
     inputs = inputs_over(1.2, every_s=600.0)
     ours = simulate(machine, inputs, step_s=30.0, tolerance=1e-7).temperatures[0, -1]
     np.testing.assert_allclose(ours, reference(machine, inputs, 1e-9), atol=1e-5)
 
 
-def test_error_control_keeps_what_it_promises(jig_borer_lumps: Machine) -> None:
+def test_error_control_keeps_what_it_promises(jig_borer_lumps):
     machine = with_effects(jig_borer_lumps, "radiation", "viscosity_temperature")
     inputs = inputs_over(1.0, every_s=60.0)
     default = simulate(machine, inputs, step_s=60.0).temperatures
@@ -118,7 +116,7 @@ def through(
     return side_by_side(network, [track], tolerance)[0][0]
 
 
-def test_convergence_order_is_three(jig_borer_lumps: Machine) -> None:
+def test_convergence_order_is_three(jig_borer_lumps):
     machine = with_effects(jig_borer_lumps, "viscosity_temperature")
     values = Values(machine.parameters)
     network = Network(machine, values, effects_in_force(machine, values))
@@ -140,7 +138,7 @@ def test_convergence_order_is_three(jig_borer_lumps: Machine) -> None:
     assert np.all(orders < 3.6), orders
 
 
-def test_a_model_that_blows_up_is_refused() -> None:
+def test_a_model_that_blows_up_is_refused():
     modes = Modes.of(np.array([[[1.0]]]), np.array([[100.0]]))
     with np.errstate(over="ignore", invalid="ignore"), pytest.raises(IntegrationError):
         ExponentialRungeKutta([modes]).interval(
@@ -149,7 +147,7 @@ def test_a_model_that_blows_up_is_refused() -> None:
 
 
 @pytest.mark.parametrize("order", [1, 2, 3])
-def test_phi_has_no_seam_and_the_right_limits(order: int) -> None:
+def test_phi_has_no_seam_and_the_right_limits(order):
     x = -np.geomspace(1e-12, 1e3, 4000)
     value = phi(order, x)
     # phi_k(x) = 1/(k-1)! int_0^1 exp((1-s) x) s^(k-1) ds, here by Gauss-Legendre on 300 nodes.
@@ -160,7 +158,7 @@ def test_phi_has_no_seam_and_the_right_limits(order: int) -> None:
     np.testing.assert_allclose(value, integral, rtol=5e-12)
 
 
-def test_series_jackets_match_the_solver(jig_borer_lumps: Machine) -> None:
+def test_series_jackets_match_the_solver(jig_borer_lumps):
     items = tuple(
         replace(item, refs={"between": ("jacket_motor", "jacket_front")})
         if item.kind == "coolant_flow" and item.refs["between"][0] == "jacket_motor"
@@ -176,7 +174,7 @@ def test_series_jackets_match_the_solver(jig_borer_lumps: Machine) -> None:
     )
 
 
-def test_a_long_step_goes_down_to_what_a_short_one_does() -> None:
+def test_a_long_step_goes_down_to_what_a_short_one_does():
     """Heat that dies away in 5 ms, in a step of a day: a 2^-14th of that would be 5 s."""
     day, fades_s, heat = 86400.0, 0.005, 1.0
     modes = Modes(np.zeros((1, 1)), np.eye(1)[None], np.eye(1)[None])

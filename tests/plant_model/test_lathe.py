@@ -1,9 +1,5 @@
 """The shipped lathe: sensors of the measured runs, and a warm-up of about their size."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -27,13 +23,13 @@ def warmed(machine: Machine, speed: float, feed: float) -> pd.DataFrame:
     return simulate(machine, pd.DataFrame(columns)).run_frame()
 
 
-def test_at_rest_in_a_steady_hall_nothing_happens(lathe: Machine) -> None:
+def test_at_rest_in_a_steady_hall_nothing_happens(lathe):
     shown = warmed(lathe, 0.0, 0.0)
     assert np.ptp(shown.filter(regex="_degC$").to_numpy()) < 1e-9
     assert np.abs(shown[["disp_x_um", "disp_z_um"]].to_numpy()).max() < 1e-9
 
 
-def test_it_warms_and_grows_about_as_measured(lathe: Machine) -> None:
+def test_it_warms_and_grows_about_as_measured(lathe):
     fast, slow = (warmed(lathe, speed, 5000.0).iloc[-1] for speed in (2000.0, 1000.0))
     # Warmest on the spindle, faster at 2000 r/min; feed axes do not care for the spindle's speed.
     assert 5.0 < slow["PT03_degC"] - 20.0 < fast["PT03_degC"] - 20.0 < 25.0
@@ -45,7 +41,7 @@ def test_it_warms_and_grows_about_as_measured(lathe: Machine) -> None:
     assert -70.0 < z.min() < -10.0
 
 
-def test_what_carries_the_probes_follows_the_hall_before_the_bed_does(lathe: Machine) -> None:
+def test_what_carries_the_probes_follows_the_hall_before_the_bed_does(lathe):
     time = np.arange(0.0, 3600.0 + 1.0, 60.0)
     hall = np.where(time < 60.0, 20.0, 30.0)
     columns = {"time_s": time, "speed_rpm": 0.0, "feed_mm_min": 0.0, "TC08_degC": hall}
@@ -55,7 +51,7 @@ def test_what_carries_the_probes_follows_the_hall_before_the_bed_does(lathe: Mac
     assert -40.0 < shown["disp_z_um"] < -5.0
 
 
-def test_x_falls_within_the_hour_and_rises_for_the_rest_of_the_day(lathe: Machine) -> None:
+def test_x_falls_within_the_hour_and_rises_for_the_rest_of_the_day(lathe):
     x = warmed(lathe, 2000.0, 5000.0).set_index("time_s")["disp_x_um"]
     # As measured: lowest after about an hour, by 9 to 20 um, and 20 to 35 um up at the end.
     assert -25.0 < x.min() < -5.0
@@ -63,7 +59,7 @@ def test_x_falls_within_the_hour_and_rises_for_the_rest_of_the_day(lathe: Machin
     assert 15.0 < x.iloc[-1] < 45.0
 
 
-def test_x_rises_when_the_spindle_slows_down(lathe: Machine) -> None:
+def test_x_rises_when_the_spindle_slows_down(lathe):
     time = np.arange(0.0, 5 * 3600.0 + 1.0, 60.0)
     columns = {"time_s": time, "speed_rpm": 2000.0, "feed_mm_min": 5000.0, "TC08_degC": 20.0}
     slowed = columns | {"speed_rpm": np.where(time < 9000.0, 2000.0, 1000.0)}
@@ -78,7 +74,7 @@ def test_x_rises_when_the_spindle_slows_down(lathe: Machine) -> None:
 
 
 @pytest.mark.real_data
-def test_the_measured_runs_have_its_columns(lathe: Machine, lathe_runs: list[Path]) -> None:
+def test_the_measured_runs_have_its_columns(lathe, lathe_runs):
     names = [sensor.name for sensor in lathe.sensors] + displacement_names(lathe)
     wanted = {column_of(lathe, name) for name in names} | {e.column for e in lathe.inputs}
     for path in (lathe_runs[0], lathe_runs[-1]):

@@ -1,11 +1,8 @@
 """Machine files: what ships reads, what is wrong is refused in one line."""
 
-from __future__ import annotations
-
 import copy
 import json
 import tomllib
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -36,7 +33,7 @@ def refusal(table: dict[str, Any]) -> str:
 
 
 @pytest.mark.parametrize("name", shipped_machines())
-def test_shipped_machines_read_and_survive_json(name: str) -> None:
+def test_shipped_machines_read_and_survive_json(name):
     machine = read_machine(name)
     assert Machine.from_dict(json.loads(json.dumps(machine.to_dict()))) == machine
     assert machine.parameters
@@ -44,7 +41,7 @@ def test_shipped_machines_read_and_survive_json(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["jig_borer_lumps", "lathe"])
-def test_references_are_used_and_known(name: str) -> None:
+def test_references_are_used_and_known(name):
     machine = read_machine(name)
     used = {parameter.source for parameter in machine.parameters.values()}
     assert set(machine.references) <= used
@@ -103,11 +100,11 @@ def change(path: str, value: Any) -> dict[str, Any]:
         ("axis.slew_um_per_s", 0.0, "axis.slew_um_per_s: 0 is not allowed"),
     ],
 )
-def test_refusals_name_place_value_and_what_is_allowed(path: str, value: Any, words: str) -> None:
+def test_refusals_name_place_value_and_what_is_allowed(path, value, words):
     assert words in refusal(change(path, value))
 
 
-def test_two_located_bearings_are_refused() -> None:
+def test_two_located_bearings_are_refused():
     table = copy.deepcopy(TABLE)
     located = next(item for item in table["structure"] if item["kind"] == "located")
     table["structure"].append(located | {"name": "rear_bearing"})
@@ -137,9 +134,7 @@ junk = st.one_of(
 
 @settings(max_examples=300)
 @given(where=st.sampled_from(places(TABLE)), value=junk, delete=st.booleans())
-def test_a_mangled_field_is_refused_or_read(
-    where: tuple[Any, ...], value: Any, delete: bool
-) -> None:
+def test_a_mangled_field_is_refused_or_read(where, value, delete):
     table = copy.deepcopy(TABLE)
     at: Any = table
     for step in where[:-1]:
@@ -160,9 +155,7 @@ def test_a_mangled_field_is_refused_or_read(
 
 @settings(max_examples=100)
 @given(text=st.binary(max_size=200))
-def test_any_bytes_are_refused_in_one_line(
-    text: bytes, tmp_path_factory: pytest.TempPathFactory
-) -> None:
+def test_any_bytes_are_refused_in_one_line(text, tmp_path_factory):
     path = tmp_path_factory.getbasetemp() / "bytes.toml"
     path.write_bytes(text)
     with pytest.raises(BadInput) as caught:
@@ -170,7 +163,7 @@ def test_any_bytes_are_refused_in_one_line(
     assert "\n" not in str(caught.value)
 
 
-def test_names_and_paths(tmp_path: Path) -> None:
+def test_names_and_paths(tmp_path):
     assert machine_path("jig_borer_lumps") == SHIPPED / "jig_borer_lumps.toml"
     assert machine_path("jig_borer_lumps.toml") == SHIPPED / "jig_borer_lumps.toml"
     with pytest.raises(BadInput, match="did you mean jig_borer"):
@@ -179,7 +172,7 @@ def test_names_and_paths(tmp_path: Path) -> None:
         read_machine(tmp_path / "none.toml")
 
 
-def test_moving_values_is_checked(jig_borer_lumps: Machine) -> None:
+def test_moving_values_is_checked(jig_borer_lumps):
     moved = jig_borer_lumps.with_values({"nodes.column.capacity": 460000.0})
     assert moved.parameters["nodes.column.capacity"].value == 460000.0
     assert jig_borer_lumps.parameters["nodes.column.capacity"].value == 450000.0
@@ -190,7 +183,7 @@ def test_moving_values_is_checked(jig_borer_lumps: Machine) -> None:
 
 
 @pytest.mark.parametrize("name", ["time", "speed", "dX", "error_Z", "noise_seed", "tool_length"])
-def test_a_sensor_with_the_name_of_another_signal_is_refused(name: str, tmp_path: Path) -> None:
+def test_a_sensor_with_the_name_of_another_signal_is_refused(name, tmp_path):
     text = machine_path("jig_borer_lumps").read_text(encoding="utf-8")
     path = tmp_path / "machine.toml"
     path.write_text(text.replace('name = "T3"', f'name = "{name}"'), encoding="utf-8")

@@ -1,7 +1,5 @@
 """Parts that start at rest: where thermometers and boundaries leave them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -47,7 +45,7 @@ def chain() -> Machine:
     return machine_from_table(table, "chain.toml")
 
 
-def test_a_part_between_two_starts_at_their_weighted_mean() -> None:
+def test_a_part_between_two_starts_at_their_weighted_mean():
     machine = chain()
     start = simulate(machine, still(machine, T1=32.0, T2=24.0)).temperatures[0, 0]
     assert start[machine.node_index["middle"]] == pytest.approx((3 * 32.0 + 1 * 24.0) / 4, abs=1e-6)
@@ -55,7 +53,7 @@ def test_a_part_between_two_starts_at_their_weighted_mean() -> None:
     assert start[machine.node_index["alone"]] == pytest.approx(24.0, abs=1e-6)
 
 
-def test_only_what_no_thermometer_reads_starts_at_rest() -> None:
+def test_only_what_no_thermometer_reads_starts_at_rest():
     machine = machine_of(small_page())
     read = {sensor.of: sensor.name for sensor in machine.sensors}
     assert {node.name: node.start for node in machine.nodes if not node.rests} == read
@@ -67,7 +65,7 @@ def test_only_what_no_thermometer_reads_starts_at_rest() -> None:
 
 
 @pytest.mark.parametrize("in_series", [False, True])
-def test_a_whole_machine_at_rest_does_not_move(in_series: bool) -> None:
+def test_a_whole_machine_at_rest_does_not_move(in_series):
     page = small_page()
     if in_series:
         (first,) = page["jackets"]
@@ -83,7 +81,7 @@ def test_a_whole_machine_at_rest_does_not_move(in_series: bool) -> None:
     assert np.ptp(simulate(begun, still(machine)).temperatures[0], axis=0).max() > 2.0
 
 
-def test_other_numbers_start_it_elsewhere() -> None:
+def test_other_numbers_start_it_elsewhere():
     machine = machine_of(small_page())
     frame = still(machine, T1=22.0, T2=23.0)
     name = "numbers.bearing_seats"
@@ -95,7 +93,7 @@ def test_other_numbers_start_it_elsewhere() -> None:
         np.testing.assert_allclose(row, alone, rtol=0.0, atol=1e-9)
 
 
-def test_a_stepper_starts_as_a_simulation_does() -> None:
+def test_a_stepper_starts_as_a_simulation_does():
     machine = machine_of(small_page())
     frame = still(machine, T1=22.0, T2=23.0)
     stepper = PlantStepper(machine)
@@ -108,7 +106,7 @@ def test_a_stepper_starts_as_a_simulation_does() -> None:
         assert stepper.outputs()[name] == pytest.approx(read[name][0, 10], abs=1e-6)
 
 
-def test_what_a_thermometer_shows_wrongly_is_not_where_a_part_starts() -> None:
+def test_what_a_thermometer_shows_wrongly_is_not_where_a_part_starts():
     machine = read_machine("jig_borer_lumps")
     wrong = dict(catalogue()["sensor_offset"].parameters)
     wrong["error"] = replace(wrong["error"], value=3.0)
@@ -117,7 +115,7 @@ def test_what_a_thermometer_shows_wrongly_is_not_where_a_part_starts() -> None:
     assert start_readings(machine, frame) == {"T2": 22.0, "T3": 21.0}
 
 
-def test_no_thermometer_may_have_its_name() -> None:
+def test_no_thermometer_may_have_its_name():
     table = lumps()
     table["sensors"][0]["name"] = REST
     with pytest.raises(BadInput, match="'rest' is not allowed"):

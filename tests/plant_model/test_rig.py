@@ -1,14 +1,11 @@
 """A machine's rig means in the plant what it means where a compensator is fitted."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from measurement.rig import FivePointRig
-from plant_model.machine import Machine
 from plant_model.simulate import simulate
 from tests.plant_model.conftest import inputs_over
 
@@ -24,7 +21,7 @@ TURNED = {f"{role}_sign": -1 for role in ("near_x", "near_y", "distal_x", "dista
         {"spacing_mm": -60.0, "near_to_gauge_mm": 90.0},
     ],
 )
-def test_any_rig_sees_the_same_pose(jig_borer_lumps: Machine, other: dict[str, float]) -> None:
+def test_any_rig_sees_the_same_pose(jig_borer_lumps, other):
     inputs = inputs_over(1.0, every_s=60.0)
     given = {name: value for name, value in jig_borer_lumps.rig.items() if name != "kind"}
     poses = []
@@ -37,7 +34,7 @@ def test_any_rig_sees_the_same_pose(jig_borer_lumps: Machine, other: dict[str, f
     np.testing.assert_allclose(poses[1], poses[0], atol=0.02)
 
 
-def test_a_sensor_that_looks_the_other_way_reads_the_other_way(jig_borer_lumps: Machine) -> None:
+def test_a_sensor_that_looks_the_other_way_reads_the_other_way(jig_borer_lumps):
     inputs = inputs_over(1.0, every_s=60.0)
     turned = replace(jig_borer_lumps, rig={**jig_borer_lumps.rig, **TURNED})
     usual, other = (simulate(machine, inputs).run_frame() for machine in (jig_borer_lumps, turned))

@@ -1,7 +1,5 @@
 """Whole simulations: many sets at once, uneven rows, the studies' magnitudes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -10,7 +8,6 @@ from hypothesis import strategies as st
 
 import plant_model.simulate as simulate_module
 from plant_model.drive import DriveError, drive_from, switches_of
-from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.parameters import ParameterError
 from plant_model.simulate import simulate
@@ -20,7 +17,7 @@ STEP_SPECTRUM = [4000, 6000, 8000, 10000, 12000, 9000, 12000, 12000]
 
 
 @pytest.mark.parametrize("name", ["jig_borer", "jig_borer_lumps"])
-def test_the_studies_magnitudes(name: str) -> None:
+def test_the_studies_magnitudes(name):
     time = np.arange(0.0, 8 * 3600.0 + 5.0, 10.0)
     speed = np.array(STEP_SPECTRUM, dtype=float)[np.minimum(time // 3600.0, 7).astype(int)]
     inlet = 21.0 + 3.2 * (1.0 - np.exp(-time / 6000.0))
@@ -38,7 +35,7 @@ def test_the_studies_magnitudes(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["jig_borer", "jig_borer_lumps"])
-def test_settling_takes_the_studies_hours(name: str) -> None:
+def test_settling_takes_the_studies_hours(name):
     inputs = inputs_over(14.0, speed=12000.0, steps=False, every_s=60.0)
     inputs["T5_degC"] = 21.0
     inputs["T9_degC"] = 21.0 + 3.2 * (1.0 - np.exp(-inputs["time_s"] / 6000.0))
@@ -47,9 +44,7 @@ def test_settling_takes_the_studies_hours(name: str) -> None:
     assert 200.0 < inputs["time_s"][settled] / 60.0 < 450.0
 
 
-def test_sets_in_turns_equal_all_at_once(
-    jig_borer_lumps: Machine, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_sets_in_turns_equal_all_at_once(jig_borer_lumps, monkeypatch):
     inputs = inputs_over(0.2)
     sets = {"sources.motor.loss": np.linspace(16.0, 39.0, 5)}
     whole = simulate(jig_borer_lumps, inputs, sets)
@@ -57,7 +52,7 @@ def test_sets_in_turns_equal_all_at_once(
     np.testing.assert_array_equal(simulate(jig_borer_lumps, inputs, sets).pose, whole.pose)
 
 
-def test_uneven_rows_give_the_same_trajectory(jig_borer_lumps: Machine) -> None:
+def test_uneven_rows_give_the_same_trajectory(jig_borer_lumps):
     inputs = inputs_over(2.0, every_s=10.0)
     chosen = np.random.default_rng(3).random(len(inputs)) < 0.4
     chosen |= (inputs["speed_rpm"].diff().fillna(1.0) != 0.0).to_numpy()
@@ -69,7 +64,7 @@ def test_uneven_rows_give_the_same_trajectory(jig_borer_lumps: Machine) -> None:
     assert np.abs(expected["T1_degC"] - got["T1_degC"]).max() < 0.02
 
 
-def test_gaps_in_inputs_are_bridged(jig_borer_lumps: Machine) -> None:
+def test_gaps_in_inputs_are_bridged(jig_borer_lumps):
     inputs = inputs_over(0.5)
     holed = inputs.copy()
     holed.loc[5:8, ["speed_rpm", "T5_degC"]] = np.nan
@@ -77,7 +72,7 @@ def test_gaps_in_inputs_are_bridged(jig_borer_lumps: Machine) -> None:
     np.testing.assert_allclose(got, expected, atol=0.05)
 
 
-def test_nodes_start_at_the_sensor_that_the_file_names(jig_borer_lumps: Machine) -> None:
+def test_nodes_start_at_the_sensor_that_the_file_names(jig_borer_lumps):
     inputs = inputs_over(0.1).assign(T1_degC=27.5, T2_degC=[np.nan] * 3 + [24.0] * 34)
     first = simulate(jig_borer_lumps, inputs).temperatures[0, 0]
     assert first[jig_borer_lumps.node_index["rear_outer"]] == 27.5
@@ -85,7 +80,7 @@ def test_nodes_start_at_the_sensor_that_the_file_names(jig_borer_lumps: Machine)
     assert first[jig_borer_lumps.node_index["housing_front_xm"]] == 21.0
 
 
-def test_noise_has_the_stated_size_and_seed(jig_borer_lumps: Machine) -> None:
+def test_noise_has_the_stated_size_and_seed(jig_borer_lumps):
     inputs = inputs_over(4.0)
     exact = simulate(jig_borer_lumps, inputs).readings
     noisy = simulate(jig_borer_lumps, inputs, noise_seed=1).readings
@@ -108,7 +103,7 @@ def test_noise_has_the_stated_size_and_seed(jig_borer_lumps: Machine) -> None:
         (lambda f: f.drop(columns="time_s"), "time_s"),
     ],
 )
-def test_inputs_that_cannot_drive_are_refused(change, words: str, jig_borer_lumps: Machine) -> None:  # type: ignore[no-untyped-def]
+def test_inputs_that_cannot_drive_are_refused(change, words, jig_borer_lumps):
     with pytest.raises(DriveError, match=words):
         simulate(jig_borer_lumps, change(inputs_over(0.1)))
 
@@ -122,9 +117,7 @@ def test_inputs_that_cannot_drive_are_refused(change, words: str, jig_borer_lump
         ({"sources.motor.loss": [20.0, 21.0], "sources.motor.rotor_share": [0.3] * 3}, "3 values"),
     ],
 )
-def test_parameters_that_cannot_be_are_refused(
-    parameters: dict[str, float], words: str, jig_borer_lumps: Machine
-) -> None:
+def test_parameters_that_cannot_be_are_refused(parameters, words, jig_borer_lumps):
     with pytest.raises(ParameterError, match=words):
         simulate(jig_borer_lumps, inputs_over(0.1), parameters)
 
@@ -134,7 +127,7 @@ def test_parameters_that_cannot_be_are_refused(
     speeds=st.lists(st.floats(0.0, 20000.0), min_size=3, max_size=30),
     seed=st.integers(0, 2**16),
 )
-def test_held_inputs_keep_their_mean_on_the_grid(speeds: list[float], seed: int) -> None:
+def test_held_inputs_keep_their_mean_on_the_grid(speeds, seed):
     machine = read_machine("jig_borer_lumps")
     time = np.cumsum(np.random.default_rng(seed).uniform(0.5, 40.0, len(speeds)))
     frame = pd.DataFrame({"time_s": time, "speed_rpm": speeds, "T5_degC": 20.0, "T9_degC": 20.0})
@@ -143,7 +136,7 @@ def test_held_inputs_keep_their_mean_on_the_grid(speeds: list[float], seed: int)
     assert turned == pytest.approx(np.sum(np.array(speeds)[:-1] * np.diff(time)), rel=1e-9)
 
 
-def test_an_input_switches_where_it_stays_for_a_step() -> None:
+def test_an_input_switches_where_it_stays_for_a_step():
     time = np.arange(0.0, 600.0, 10.0)
     step = np.where(time < 300.0, 0.0, 1000.0)
     ramp = np.clip((time - 200.0) * 10.0, 0.0, 1000.0)

@@ -1,7 +1,5 @@
 """The stepper that the FMU wraps: equal to the simulation, and continued exactly."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np
@@ -11,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from plant_model.axis import AxisOffset
-from plant_model.machine import Axis, Machine
+from plant_model.machine import Axis
 from plant_model.simulate import simulate
 from plant_model.stepper import PlantStepper
 from tests.plant_model.conftest import with_effects
@@ -24,7 +22,7 @@ def at(speed: float, **more: float) -> dict[str, float]:
 
 
 @pytest.mark.parametrize("extra", [(), ("viscosity_temperature",)])
-def test_equals_the_simulation(jig_borer_lumps: Machine, extra: tuple[str, ...]) -> None:
+def test_equals_the_simulation(jig_borer_lumps, extra):
     machine = with_effects(jig_borer_lumps, *extra)
     time = np.arange(0.0, 3601.0, 10.0)
     speeds = np.where(time < 1800.0, 9000.0, 3000.0)
@@ -41,7 +39,7 @@ def test_equals_the_simulation(jig_borer_lumps: Machine, extra: tuple[str, ...])
     assert [outputs[f"drift_{axis}"] for axis in "XYZ"] == pytest.approx(tip.tolist(), abs=2e-3)
 
 
-def test_length_of_steps_does_not_matter(jig_borer_lumps: Machine) -> None:
+def test_length_of_steps_does_not_matter(jig_borer_lumps):
     ends = []
     for lengths in ([600.0], [1.0] * 600, [0.5, 99.5, 500.0]):
         stepper = PlantStepper(jig_borer_lumps)
@@ -54,9 +52,7 @@ def test_length_of_steps_does_not_matter(jig_borer_lumps: Machine) -> None:
 
 
 @pytest.mark.parametrize("extra", [(), ("viscosity_temperature", "radiation")])
-def test_a_restored_state_continues_to_the_last_bit(
-    jig_borer_lumps: Machine, extra: tuple[str, ...]
-) -> None:
+def test_a_restored_state_continues_to_the_last_bit(jig_borer_lumps, extra):
     machine = with_effects(jig_borer_lumps, *extra)
     first, second = (PlantStepper(machine, noise_seed=5) for _ in range(2))
     first.reset(at(6000.0))
@@ -70,7 +66,7 @@ def test_a_restored_state_continues_to_the_last_bit(
     assert first.outputs() == second.outputs()
 
 
-def test_reset_repeats_the_run_with_its_noise(jig_borer_lumps: Machine) -> None:
+def test_reset_repeats_the_run_with_its_noise(jig_borer_lumps):
     stepper = PlantStepper(jig_borer_lumps, noise_seed=9)
     runs = []
     for _ in range(2):
@@ -81,7 +77,7 @@ def test_reset_repeats_the_run_with_its_noise(jig_borer_lumps: Machine) -> None:
     assert runs[0] == runs[1]
 
 
-def test_error_is_drift_plus_offset_in_force(jig_borer_lumps: Machine) -> None:
+def test_error_is_drift_plus_offset_in_force(jig_borer_lumps):
     stepper = PlantStepper(jig_borer_lumps)
     stepper.reset(at(12000.0))
     for _ in range(600):
@@ -102,9 +98,7 @@ def test_error_is_drift_plus_offset_in_force(jig_borer_lumps: Machine) -> None:
         (1.0, {"ambient": float("nan")}, "ambient"),
     ],
 )
-def test_steps_that_cannot_be_are_refused(
-    step: float, change: dict[str, float], words: str, jig_borer_lumps: Machine
-) -> None:
+def test_steps_that_cannot_be_are_refused(step, change, words, jig_borer_lumps):
     stepper = PlantStepper(jig_borer_lumps)
     stepper.reset(at(0.0))
     before = stepper.state()
@@ -113,7 +107,7 @@ def test_steps_that_cannot_be_are_refused(
     assert stepper.state() == before
 
 
-def test_axis_slews_saturates_and_rounds() -> None:
+def test_axis_slews_saturates_and_rounds():
     axis = AxisOffset(Axis(slew_um_per_s=1.0, limit_um=5.0, resolution_um=0.1))
     assert axis.step(3.0, 1.0) == pytest.approx(1.0)
     assert axis.step(3.0, 10.0) == pytest.approx(3.0)
@@ -123,7 +117,7 @@ def test_axis_slews_saturates_and_rounds() -> None:
     assert axis.step(-1.23, 10.0) == pytest.approx(-1.2)
 
 
-def test_axis_slower_than_its_increment_still_moves() -> None:
+def test_axis_slower_than_its_increment_still_moves():
     axis = AxisOffset(Axis(slew_um_per_s=0.02, limit_um=5.0, resolution_um=0.1))
     seen = [axis.step(1.0, 1.0) for _ in range(51)]
     assert seen[3] == 0.0
@@ -135,7 +129,7 @@ def test_axis_slower_than_its_increment_still_moves() -> None:
     wanted=st.lists(st.floats(allow_nan=True, allow_infinity=True), min_size=1, max_size=30),
     step=st.floats(0.01, 100.0),
 )
-def test_axis_never_steps_and_never_leaves_its_limits(wanted: list[float], step: float) -> None:
+def test_axis_never_steps_and_never_leaves_its_limits(wanted, step):
     axis = AxisOffset(Axis(slew_um_per_s=2.0, limit_um=20.0, resolution_um=0.1))
     before = 0.0
     for value in wanted:

@@ -1,7 +1,5 @@
 """From temperatures to displacements: which bearing locates, where the nose goes, what is read."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -36,7 +34,7 @@ def located_at(machine: Machine, at: float) -> Machine:
     return replace(machine, items=items)
 
 
-def test_shaft_grows_from_the_bearing_that_locates(jig_borer_lumps: Machine) -> None:
+def test_shaft_grows_from_the_bearing_that_locates(jig_borer_lumps):
     # Front bearing at 300 mm, gauge line at 400 mm: 100 mm of front shaft push the nose.
     front = pose_for(jig_borer_lumps, {"shaft_front": 10.0})
     assert front["elongation"] == pytest.approx(11.5e-3 * 100.0 * 10.0)
@@ -48,7 +46,7 @@ def test_shaft_grows_from_the_bearing_that_locates(jig_borer_lumps: Machine) -> 
     assert pose_for(rear, {"housing_rear": 10.0})["elongation"] == pytest.approx(-11.5e-3 * 1000.0)
 
 
-def test_even_warming_of_a_ring_does_not_tilt(jig_borer_lumps: Machine) -> None:
+def test_even_warming_of_a_ring_does_not_tilt(jig_borer_lumps):
     ring = {f"housing_motor_{sector}": 3.0 for sector in ("xp", "xm", "yp", "ym")}
     found = pose_for(jig_borer_lumps, ring)
     assert found["elongation"] == pytest.approx(11.5e-3 * 180.0 * 3.0)
@@ -56,7 +54,7 @@ def test_even_warming_of_a_ring_does_not_tilt(jig_borer_lumps: Machine) -> None:
         assert found[axis] == pytest.approx(0.0, abs=1e-12)
 
 
-def test_a_warm_side_tilts_the_nose_away(jig_borer_lumps: Machine) -> None:
+def test_a_warm_side_tilts_the_nose_away(jig_borer_lumps):
     found = pose_for(jig_borer_lumps, {"housing_motor_xm": 2.0})
     yaw = 11.5 * 2.0 * 180.0 / 180.0
     assert found["yaw"] == pytest.approx(yaw)
@@ -64,7 +62,7 @@ def test_a_warm_side_tilts_the_nose_away(jig_borer_lumps: Machine) -> None:
     assert found["pitch"] == 0.0
 
 
-def test_drift_at_a_length_against_exact_geometry() -> None:
+def test_drift_at_a_length_against_exact_geometry():
     yaw, pitch, length = 300.0, -200.0, 150.0
     state = np.array([4.0, -3.0, 20.0, yaw, pitch, 0.05])
     # A stiff tool along the direction (tan yaw, tan pitch, -1), of unit length.
@@ -76,7 +74,7 @@ def test_drift_at_a_length_against_exact_geometry() -> None:
     np.testing.assert_allclose(drift_at(state, length), tip, rtol=1e-9)
 
 
-def test_rig_reads_what_the_pose_says(jig_borer_lumps: Machine) -> None:
+def test_rig_reads_what_the_pose_says(jig_borer_lumps):
     state: FloatArray = np.array([[[5.0, 6.0, 30.0, 100.0, -50.0, 0.02]]])
     read = {
         name: float(value[0, 0]) for name, value in displacements(jig_borer_lumps, state).items()
@@ -88,7 +86,7 @@ def test_rig_reads_what_the_pose_says(jig_borer_lumps: Machine) -> None:
     assert read["S5"] == pytest.approx(-(30.0 + 0.02 * 150.0), abs=1e-3)
 
 
-def test_direct_rig_reads_named_displacements(jig_borer_lumps: Machine) -> None:
+def test_direct_rig_reads_named_displacements(jig_borer_lumps):
     rig = {
         "kind": "direct",
         "axes": {"disp_x": {"axis": "X", "sign": -1}, "disp_z": {"axis": "Z", "sign": 1}},

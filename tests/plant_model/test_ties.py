@@ -1,10 +1,7 @@
 """Named numbers that several parameters follow."""
 
-from __future__ import annotations
-
 import copy
 import tomllib
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -45,9 +42,7 @@ def tied() -> Machine:
     return machine_from_table(tied_table(), "tied.toml")
 
 
-def test_a_number_does_what_its_followers_would_do_one_by_one(
-    tied: Machine, jig_borer_lumps: Machine
-) -> None:
+def test_a_number_does_what_its_followers_would_do_one_by_one(tied, jig_borer_lumps):
     inputs = inputs_over(1.0)
     both = simulate(tied, inputs, {"numbers.front_joint": [3000.0, 4000.0]}).temperatures
     for which, each in enumerate((45.0, 60.0)):
@@ -56,7 +51,7 @@ def test_a_number_does_what_its_followers_would_do_one_by_one(
     assert np.abs(both[0] - both[1]).max() > 0.1
 
 
-def test_a_number_is_moved_as_a_whole(tied: Machine) -> None:
+def test_a_number_is_moved_as_a_whole(tied):
     moved = tied.with_values({"numbers.film": 12.0})
     assert moved.parameters["links.column-ambient.coefficient"].value == 12.0
     assert moved.parameters["numbers.film"].value == 12.0
@@ -69,14 +64,14 @@ def test_a_number_is_moved_as_a_whole(tied: Machine) -> None:
             refused()
 
 
-def test_calibration_has_the_number_and_not_its_followers(tied: Machine) -> None:
+def test_calibration_has_the_number_and_not_its_followers(tied):
     free = Priors.of(tied, calibrated=True).names
     assert {"numbers.front_joint", "numbers.film"} <= set(free)
     assert not set(free) & set(FRONT)
     assert not set(Priors.of(tied, calibrated=False).names) & set(FRONT)
 
 
-def test_the_writer_moves_numbers_and_leaves_ties(tied: Machine, tmp_path: Path) -> None:
+def test_the_writer_moves_numbers_and_leaves_ties(tied, tmp_path):
     like = tmp_path / "tied.toml"
     like.write_text(tomlkit.dumps(tied_table()), encoding="utf-8")
     moved = tied.with_values({"numbers.film": 12.0})
@@ -102,7 +97,7 @@ def test_the_writer_moves_numbers_and_leaves_ties(tied: Machine, tmp_path: Path)
         ({"number": "film", "value": 3.0}, "links.0.conductance.value: is not a known field"),
     ],
 )
-def test_refusals(tie: dict[str, Any], problem: str) -> None:
+def test_refusals(tie, problem):
     table = tied_table()
     table["links"][0]["conductance"] = tie
     with pytest.raises(BadInput) as caught:

@@ -1,7 +1,5 @@
 """Temperatures are stepped once where parameter sets differ in nothing that warms."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -30,7 +28,7 @@ def inputs_of(name: str, hours: float = 0.5) -> pd.DataFrame:
 
 
 @pytest.mark.parametrize("name", ["jig_borer_lumps", "lathe"])
-def test_what_is_said_not_to_warm_changes_no_temperature(name: str) -> None:
+def test_what_is_said_not_to_warm_changes_no_temperature(name):
     """Every number of every effect that says so, and every number of the structure."""
     machine = with_effects(read_machine(name), *catalogue())
     inputs = inputs_of(name)
@@ -55,9 +53,7 @@ def test_what_is_said_not_to_warm_changes_no_temperature(name: str) -> None:
 
 
 @pytest.mark.parametrize("temperature_dependent", [False, True])
-def test_sets_that_share_temperatures_read_as_each_would_alone(
-    temperature_dependent: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_sets_that_share_temperatures_read_as_each_would_alone(temperature_dependent, monkeypatch):
     names = [
         "slow_structure",
         "sensor_lag",
@@ -94,9 +90,7 @@ def test_sets_that_share_temperatures_read_as_each_would_alone(
 
 
 @pytest.mark.parametrize("key", ["coolant_thermostat", "bearing_run_in"])
-def test_what_is_known_ahead_is_what_stepping_gives(
-    key: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_is_known_ahead_is_what_stepping_gives(key, monkeypatch):
     machine = with_effects(read_machine("jig_borer_lumps"), key)
     inputs = inputs_of("jig_borer_lumps", 2.0)
     ahead = simulate(machine, inputs)
@@ -114,7 +108,7 @@ def test_what_is_known_ahead_is_what_stepping_gives(
         assert np.abs(one.pose - stepped.pose)[:, ::every].max() < 10.0 * within
 
 
-def test_sets_that_start_elsewhere_share_nothing() -> None:
+def test_sets_that_start_elsewhere_share_nothing():
     machine = with_effects(read_machine("jig_borer_lumps"), "sensor_offset")
     starts = np.full((2, len(machine.nodes)), 20.0)
     starts[1] += 1.0
@@ -125,7 +119,7 @@ def test_sets_that_start_elsewhere_share_nothing() -> None:
 
 @pytest.mark.parametrize("key", ["", "tool_heating", "bearing_stick_slip"])
 @pytest.mark.parametrize("name", ["jig_borer_lumps", "lathe"])
-def test_runs_side_by_side_read_as_each_would_alone(name: str, key: str) -> None:
+def test_runs_side_by_side_read_as_each_would_alone(name, key):
     """Runs of unlike lengths and speeds, stepped in parts and sought at instants of their own."""
     machine = with_effects(read_machine(name), *([key, "thermal_preload"] if key else []))
     names = ["nodes.column.capacity"] if name == "jig_borer_lumps" else ["nodes.bed.capacity"]

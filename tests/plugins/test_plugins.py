@@ -1,7 +1,5 @@
 """Plug-ins: an example distribution, installed apart with its entry points, and broken ones."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
@@ -115,8 +113,8 @@ print(list(log.runs[0].frame), log.runs[0].frame.iloc[0].tolist())
 
 
 def test_an_effect_is_simulated_and_offered_to_the_gap_finder_and_a_log_is_read(
-    site: Path, machine: Path, tmp_path: Path
-) -> None:
+    site, machine, tmp_path
+):
     rows = [{"t [s]": k, "Spindle [K]": 293.15 + 0.1 * k} for k in range(4)]
     (tmp_path / "log.jlog").write_text("\n".join(json.dumps(row) for row in rows))
     warmer, run = good(site, tmp_path, "-c", PLANT, str(machine)).splitlines()
@@ -139,9 +137,7 @@ sd.build_fmu(sys.argv[1], "fmus", name="dragging")
 
 
 @pytest.mark.long
-def test_a_plant_fmu_carries_the_effect_to_where_the_plug_in_is_not(
-    site: Path, machine: Path, tmp_path: Path
-) -> None:
+def test_a_plant_fmu_carries_the_effect_to_where_the_plug_in_is_not(site, machine, tmp_path):
     here = good(site, tmp_path, "-c", FMU, str(machine))
     with zipfile.ZipFile(tmp_path / "fmus" / "dragging.fmu") as archive:
         names = archive.namelist()
@@ -181,9 +177,7 @@ print(len(python), len(set(python["dZ"])))
 
 
 @pytest.mark.long
-def test_an_error_model_in_one_file_is_fitted_and_goes_into_fmus(
-    site: Path, compiler: tuple[str, ...], tmp_path: Path
-) -> None:
+def test_an_error_model_in_one_file_is_fitted_and_goes_into_fmus(site, compiler, tmp_path):
     good(site, tmp_path, "-c", COMPENSATOR)
     table = json.loads((tmp_path / "mean.json").read_text())
     assert table["error_model"]["kind"] == "mean_rise"
@@ -254,9 +248,7 @@ def seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
         ),
     ],
 )
-def test_a_broken_plug_in_is_one_line_that_names_it(
-    entry: str, code: str, said: str, seen: Path
-) -> None:
+def test_a_broken_plug_in_is_one_line_that_names_it(entry, code, said, seen):
     broken(seen, "effects", entry, code)
     with pytest.raises(BadInput) as refused:
         plugged_effects.__wrapped__(frozenset(shipped_effects()))
@@ -266,7 +258,7 @@ def test_a_broken_plug_in_is_one_line_that_names_it(
     assert "\n" not in text
 
 
-def test_two_plug_ins_of_one_name_are_refused(seen: Path) -> None:
+def test_two_plug_ins_of_one_name_are_refused(seen):
     entry = "odd = odd_kit:Odd"
     broken(seen, "effects", entry, EFFECT.format(also="math", name="odd", amplitude="power"))
     lay_down(seen, "other-kit", "1.0", {"spindle_drift.effects": {"odd": "odd_kit:Odd"}})
@@ -298,9 +290,7 @@ class Runs(MultipleLinearRegression):
         ("odd_kit", FITTED + RUNS.format(other="ridge"), "ridge is a name that plug-in studies of"),
     ],
 )
-def test_an_error_model_that_cannot_be_used_is_one_line(
-    entry: str, code: str, said: str, seen: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_error_model_that_cannot_be_used_is_one_line(entry, code, said, seen, monkeypatch):
     broken(seen, "error_models", f"zoo = {entry}", code)
     for module in (fit_error_models, run_error_models):
         monkeypatch.setattr(module, "error_models", run_error_models.error_models.__wrapped__)
@@ -313,7 +303,7 @@ def test_an_error_model_that_cannot_be_used_is_one_line(
     assert said in str(refused.value)
 
 
-def test_an_importer_of_an_ending_that_is_read_already_is_refused(seen: Path) -> None:
+def test_an_importer_of_an_ending_that_is_read_already_is_refused(seen):
     broken(seen, "importers", "csv = odd_kit:read", "read = print")
     with pytest.raises(BadInput, match=r"plug-in csv of odd-kit 0\.3: .*csv is a name that"):
         importers.__wrapped__()
@@ -326,9 +316,7 @@ def test_an_importer_of_an_ending_that_is_read_already_is_refused(seen: Path) ->
         ("def read(path): return [1]", "must return a mapping of title to pandas frame"),
     ],
 )
-def test_a_reader_that_fails_is_one_line(
-    code: str, said: str, seen: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_reader_that_fails_is_one_line(code, said, seen, tmp_path, monkeypatch):
     broken(seen, "importers", "jlog = odd_kit:read", code)
     monkeypatch.setattr(plugged, "importers", importers.__wrapped__)
     (tmp_path / "log.jlog").write_text("x")
@@ -337,9 +325,7 @@ def test_a_reader_that_fails_is_one_line(
     assert said in str(refused.value)
 
 
-def test_what_cannot_go_into_an_fmu_is_said_in_one_line(
-    seen: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_cannot_go_into_an_fmu_is_said_in_one_line(seen, monkeypatch):
     broken(
         seen,
         "effects",

@@ -76,7 +76,7 @@ def parser() -> argparse.ArgumentParser:
     return made
 
 
-def test_kinds_and_defaults_are_those_of_the_signature(parser: argparse.ArgumentParser) -> None:
+def test_kinds_and_defaults_are_those_of_the_signature(parser):
     usual = {"minutes": 40, "heat": None, "fan": False, "dish": "tin", "fruits": ()}
     assert parameters_of(parser.parse_args([]), bake) == usual
     given = ["--minutes", "5", "--heat", "180", "--fan", "--put-in", "glass"]
@@ -91,9 +91,7 @@ def test_kinds_and_defaults_are_those_of_the_signature(parser: argparse.Argument
     assert parameters_of(parser.parse_args(given), bake, "fan") == {"fan": True}
 
 
-def test_the_fields_of_a_dataclass_are_options_and_one_without_a_default_must_be_given(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_the_fields_of_a_dataclass_are_options_and_one_without_a_default_must_be_given(capsys):
     made = argparse.ArgumentParser()
     add_parameters(made, Order, "cake", "rest_s", "size", signs={"flag": ("-s", "--sign")})
     given = ["plum", "--rest", "90", "--size", "half-pound", "-s", "a=b", "--sign", "c"]
@@ -101,7 +99,7 @@ def test_the_fields_of_a_dataclass_are_options_and_one_without_a_default_must_be
         "plum",
         90.0,
         "half-pound",
-        ["a=b", "c"],  # type: ignore[arg-type]
+        ["a=b", "c"],
     )
     assert parameters_of(made.parse_args(["plum"]), Order)["signs"] == []
     with pytest.raises(SystemExit):
@@ -112,15 +110,13 @@ def test_the_fields_of_a_dataclass_are_options_and_one_without_a_default_must_be
     assert "such as 'T*=Tea'; may be repeated" in text
 
 
-def test_what_the_docstring_does_not_list_is_refused(
-    parser: argparse.ArgumentParser, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_the_docstring_does_not_list_is_refused(parser, capsys):
     with pytest.raises(SystemExit):
         parser.parse_args(["--put-in", "bag"])
     assert "choose from" in capsys.readouterr().err
 
 
-def test_help_says_what_the_docstring_says(parser: argparse.ArgumentParser) -> None:
+def test_help_says_what_the_docstring_says(parser):
     text = " ".join(parser.format_help().split())
     assert "how long, at heat (default: 40)" in text
     assert "temperature [degC]; by default what is usual, 100 % sure" in text

@@ -1,9 +1,6 @@
 """``calibrate``: the machine file, and the page beside it."""
 
-from __future__ import annotations
-
 import json
-from pathlib import Path
 
 import pytest
 
@@ -28,9 +25,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     ]
 
 
-def test_a_page_is_written_beside_the_machine_file(
-    runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_page_is_written_beside_the_machine_file(runs, tmp_path, capsys):
     out = tmp_path / "mine.toml"
     argv = ["calibrate", "jig_borer", *runs, "-o", str(out), "--starts", "1", "--json", "--quiet"]
     assert main(argv) == 0

@@ -1,7 +1,5 @@
 """Thinning of curves, and the table's figures."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -21,7 +19,7 @@ SERIES = arrays(
 
 
 @given(values=SERIES, most=st.integers(4, 60))
-def test_thinning_loses_no_extreme_and_no_gap(values: np.ndarray, most: int) -> None:
+def test_thinning_loses_no_extreme_and_no_gap(values, most):
     found = kept(values, most)
     assert np.all(np.diff(found) > 0)
     assert found[0] == 0
@@ -35,7 +33,7 @@ def test_thinning_loses_no_extreme_and_no_gap(values: np.ndarray, most: int) -> 
 
 
 @given(st.lists(st.tuples(st.integers(0, 3), st.integers(1, 50)), min_size=1, max_size=30))
-def test_thinning_of_steps_can_be_drawn_back(levels: list[tuple[int, int]]) -> None:
+def test_thinning_of_steps_can_be_drawn_back(levels):
     values = np.concatenate([np.full(count, float(level)) for level, count in levels])
     found = kept_steps(values)
     held = values[found][np.searchsorted(found, np.arange(len(values)), side="right") - 1]
@@ -43,7 +41,7 @@ def test_thinning_of_steps_can_be_drawn_back(levels: list[tuple[int, int]]) -> N
     assert len(found) <= len(levels) + 1
 
 
-def test_minute_means_leave_gaps_and_make_no_last_minute_of_one_sample() -> None:
+def test_minute_means_leave_gaps_and_make_no_last_minute_of_one_sample():
     time = np.arange(181.0)
     values = np.where((time >= 60) & (time < 120), np.nan, time)
     moments, means = minute_means(time, values)
@@ -55,7 +53,7 @@ def frame(before: list[float], after: list[float]) -> pd.DataFrame:
     return pd.DataFrame({"drift_X_um": before, "error_X_um": after})
 
 
-def test_a_group_has_the_line_without_compensation_on_top() -> None:
+def test_a_group_has_the_line_without_compensation_on_top():
     group = group_of("Tool", [("a", "A", frame([10.0, -20.0], [1.0, -3.0]))])
     reference, row = group.rows
     assert reference.is_reference
@@ -65,7 +63,7 @@ def test_a_group_has_the_line_without_compensation_on_top() -> None:
     assert row.axes["X"].improvement_percent == pytest.approx(100 * (1 - 2 / 15))
 
 
-def test_all_runs_together_weigh_every_sample_the_same() -> None:
+def test_all_runs_together_weigh_every_sample_the_same():
     groups = [
         group_of("one", [("1", "C", frame([10.0] * 3, [1.0] * 3))]),
         group_of("two", [("2", "C", frame([30.0], [5.0]))]),
@@ -76,7 +74,7 @@ def test_all_runs_together_weigh_every_sample_the_same() -> None:
     assert row.improvement_percent == pytest.approx(100 * (1 - 2 / 15))
 
 
-def test_the_text_table_shows_the_figures_under_their_axes() -> None:
+def test_the_text_table_shows_the_figures_under_their_axes():
     text = as_text([group_of("Tool", [("a", "A", frame([10.0, -20.0], [1.0, -3.0]))])])
     lines = text.splitlines()
     assert "X [um]" in lines[0]
@@ -84,7 +82,7 @@ def test_the_text_table_shows_the_figures_under_their_axes() -> None:
     assert lines[4].split() == ["A", "3.0", "2.0", "87", "%"]
 
 
-def test_a_figure_that_is_not_defined_is_null_in_json() -> None:
+def test_a_figure_that_is_not_defined_is_null_in_json():
     group = group_of("Tool", [("a", "A", frame([0.0], [0.0]))])
     assert as_list([group])[0]["rows"][1]["axes"]["X"]["improvement_percent"] is None
     assert as_text([group]).splitlines()[-1].split() == ["A", "0.0", "0.0", "-"]

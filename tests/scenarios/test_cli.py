@@ -1,7 +1,5 @@
 """The command line: exit codes, one line of error, help that is quick."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os
@@ -9,8 +7,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
@@ -26,7 +22,7 @@ def one_line(text: str) -> str:
     return lines[0]
 
 
-def test_help_lists_every_command_and_is_quick() -> None:
+def test_help_lists_every_command_and_is_quick():
     code = "import sys; from scenarios.cli import main; main(['--help']); print(len(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert int(done.stdout.splitlines()[-1]) < 300  # modules: 151 with Python 3.11, pandas has 900
@@ -34,12 +30,12 @@ def test_help_lists_every_command_and_is_quick() -> None:
         assert f"\n    {command} " in done.stdout
 
 
-def test_no_command_shows_the_help(capsys: pytest.CaptureFixture[str]) -> None:
+def test_no_command_shows_the_help(capsys):
     assert main([]) == 0
     assert "examples:" in capsys.readouterr().out
 
 
-def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+def test_version(capsys):
     assert main(["--version"]) == 0
     assert capsys.readouterr().out.startswith("spindle-drift ")
 
@@ -58,13 +54,7 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
         (["replay", "no.json", "no.csv"], "no.csv: no such file"),
     ],
 )
-def test_wrong_input_is_one_line_and_exit_code_2(
-    argv: list[str],
-    message: str,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-    tmp_path: Path,
-) -> None:
+def test_wrong_input_is_one_line_and_exit_code_2(argv, message, capsys, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     assert main(argv) == 2
     said = one_line(capsys.readouterr().err)
@@ -73,7 +63,7 @@ def test_wrong_input_is_one_line_and_exit_code_2(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_list_names_every_scenario(capsys: pytest.CaptureFixture[str]) -> None:
+def test_list_names_every_scenario(capsys):
     assert main(["list"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines] == [path.stem for path in library()]
@@ -82,9 +72,7 @@ def test_list_names_every_scenario(capsys: pytest.CaptureFixture[str]) -> None:
     assert [entry["name"] for entry in found] == [path.stem for path in library()]
 
 
-def test_run_prints_a_table_and_writes_the_folder(
-    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_run_prints_a_table_and_writes_the_folder(tiny_scenario, tiny_folder, tmp_path, capsys):
     out = tmp_path / "out"
     argv = ["run", str(tiny_scenario), "--fmu-dir", str(tiny_folder), "--out", str(out)]
     assert main(argv) == 0
@@ -100,9 +88,7 @@ def test_run_prints_a_table_and_writes_the_folder(
     assert capsys.readouterr().out == ""
 
 
-def test_a_failing_fmu_is_one_line_and_exit_code_1(
-    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_failing_fmu_is_one_line_and_exit_code_1(tiny_scenario, tiny_folder, tmp_path, capsys):
     out = tmp_path / "out"
     argv = ["run", str(tiny_scenario), "--fmu-dir", str(tiny_folder), "--out", str(out)]
     assert main([*argv, "--set", "signals.speed=9500"]) == 1
@@ -114,8 +100,8 @@ def test_a_failing_fmu_is_one_line_and_exit_code_1(
 
 
 def test_a_foreign_folder_is_refused_before_anything_is_simulated(
-    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    tiny_scenario, tiny_folder, tmp_path, capsys
+):
     argv = ["run", str(tiny_scenario), "--fmu-dir", str(tiny_folder), "--out", str(tmp_path)]
     assert main(argv) == 2
     assert "holds files and no results" in one_line(capsys.readouterr().err)
@@ -125,13 +111,7 @@ def test_a_foreign_folder_is_refused_before_anything_is_simulated(
     ("error", "code", "lines"),
     [(KeyboardInterrupt(), 130, 1), (ZeroDivisionError("oops"), 1, None)],
 )
-def test_interruption_and_bugs(
-    error: BaseException,
-    code: int,
-    lines: int | None,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_interruption_and_bugs(error, code, lines, monkeypatch, capsys):
     def fail(argv: list[str]) -> int:
         raise error
 
@@ -191,11 +171,7 @@ WAYS = [terminated_while_deleted, terminated_and_swallowed, terminated_swallowed
 
 
 @pytest.mark.parametrize("work", WAYS)
-def test_a_termination_that_gets_lost_still_ends_the_program(
-    work: Callable[[list[str]], int],
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_termination_that_gets_lost_still_ends_the_program(work, monkeypatch, capsys):
     before = signal.getsignal(signal.SIGTERM), sys.unraisablehook
     monkeypatch.setattr(cli, "_run", work)
     assert main([]) == 143
@@ -203,9 +179,7 @@ def test_a_termination_that_gets_lost_still_ends_the_program(
     assert (signal.getsignal(signal.SIGTERM), sys.unraisablehook) == before
 
 
-def test_a_termination_does_not_cut_the_clean_up_short(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_termination_does_not_cut_the_clean_up_short(monkeypatch, capsys):
     monkeypatch.setattr(cli, "_run", terminated_again_while_cleaning_up)
     assert main([]) == 143
     assert capsys.readouterr().err.startswith("cleaned up")

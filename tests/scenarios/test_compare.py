@@ -1,9 +1,6 @@
 """``spindle-drift compare`` and ``spindle-drift points``."""
 
-from __future__ import annotations
-
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,9 +19,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     ]
 
 
-def test_compare_prints_a_ranking_and_writes_page_and_figures(
-    runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_compare_prints_a_ranking_and_writes_page_and_figures(runs, tmp_path, capsys):
     out = tmp_path / "compared"
     code = main(
         ["compare", "--train", *runs[:3], "--validate", runs[3], "--models", "mlr,bp,arx",
@@ -52,7 +47,7 @@ def test_compare_prints_a_ranking_and_writes_page_and_figures(
     assert table["models"][0]["score"] < 0.1
 
 
-def test_compare_as_json(runs: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_compare_as_json(runs, capsys):
     code = main(
         ["compare", "--train", *runs[:2], "--validate", *runs[2:], "--models", "mlr", "--json"]
     )
@@ -64,7 +59,7 @@ def test_compare_as_json(runs: list[str], capsys: pytest.CaptureFixture[str]) ->
     assert row["validate"]["per_run"][0]["elongation"]["eta"] > 0.9
 
 
-def test_runs_can_be_left_out_in_turn(runs: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_runs_can_be_left_out_in_turn(runs, capsys):
     assert main(["compare", "--runs", *runs, "--models", "mlr", "--json"]) == 0
     table = json.loads(capsys.readouterr().out)
     row = next(row for row in table["models"] if row["name"] == "mlr")
@@ -86,13 +81,7 @@ def test_runs_can_be_left_out_in_turn(runs: list[str], capsys: pytest.CaptureFix
         (["--train", "A", "--validate", "C"], "judged runs: blind: has fewer than 3 rows with all"),
     ],
 )
-def test_a_refusal_is_one_line_and_writes_nothing(
-    runs: list[str],
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    arguments: list[str],
-    told: str,
-) -> None:
+def test_a_refusal_is_one_line_and_writes_nothing(runs, tmp_path, capsys, arguments, told):
     blind = make_run("blind", 9, hours=1.5)
     blind = Run("blind", blind.frame.assign(S1_um=np.nan))
     files = {"A": runs[0], "B": runs[1], "C": str(write_run(blind, tmp_path / "blind.csv"))}
@@ -106,9 +95,7 @@ def test_a_refusal_is_one_line_and_writes_nothing(
     assert not out.exists()
 
 
-def test_points_prints_degrees_and_groups_and_draws(
-    runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_points_prints_degrees_and_groups_and_draws(runs, tmp_path, capsys):
     out = tmp_path / "points"
     assert main(["points", *runs, "--clusters", "2", "--out", str(out)]) == 0
     text = capsys.readouterr().out
@@ -123,16 +110,14 @@ def test_points_prints_degrees_and_groups_and_draws(
     assert len(table["subsets"]) == 3
 
 
-def test_points_refuses_in_one_line(runs: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_points_refuses_in_one_line(runs, capsys):
     assert main(["points", *runs, "--lambda", "1.5"]) == 2
     assert "lambda: 1.5 is not allowed" in capsys.readouterr().err
     assert main(["points", *runs, "--target", "roll"]) == 2
     assert "roll" in capsys.readouterr().err
 
 
-def test_fit_takes_options_of_the_model(
-    runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_fit_takes_options_of_the_model(runs, tmp_path, capsys):
     out = tmp_path / "c.json"
     arguments = ["fit", *runs[:2], "--model", "bp", "-o", str(out)]
     assert main([*arguments, "--option", "hidden=[3]", "--option", "iterations=4"]) == 0

@@ -1,7 +1,5 @@
 """The master on two small FMUs, against the same loop written out by hand."""
 
-from __future__ import annotations
-
 import signal
 import threading
 from pathlib import Path
@@ -41,9 +39,7 @@ def by_hand(steps: int, h: float, speed: list[float]) -> dict[str, list[float]]:
 
 
 @pytest.mark.parametrize("h", [1.0, 0.5])
-def test_the_loop_equals_the_one_by_hand(
-    tiny_scenario: Path, tiny_plant: Path, tiny_compensator: Path, h: float
-) -> None:
+def test_the_loop_equals_the_one_by_hand(tiny_scenario, tiny_plant, tiny_compensator, h):
     found = run(tiny_scenario, tiny_plant, tiny_compensator, ("step_s", h)).frame
     steps = round(20 / h)
     speed = [1000.0 if k * h < 10 else 2000.0 for k in range(steps + 1)]
@@ -53,9 +49,7 @@ def test_the_loop_equals_the_one_by_hand(
         assert found[name].to_numpy() == pytest.approx(values), name
 
 
-def test_without_a_compensator_the_offsets_stay_zero(
-    tiny_scenario: Path, tiny_plant: Path, tiny_compensator: Path
-) -> None:
+def test_without_a_compensator_the_offsets_stay_zero(tiny_scenario, tiny_plant, tiny_compensator):
     for recording in (
         run(tiny_scenario, tiny_plant, None),
         run(tiny_scenario, tiny_plant, tiny_compensator, ("compensator.enabled", False)),
@@ -66,8 +60,8 @@ def test_without_a_compensator_the_offsets_stay_zero(
 
 
 def test_a_missing_reading_reaches_the_compensator_and_its_status_is_kept(
-    tiny_scenario: Path, tiny_plant: Path, tiny_compensator: Path
-) -> None:
+    tiny_scenario, tiny_plant, tiny_compensator
+):
     text = '\n[[faults]]\nsensor = "T1"\nkind = "missing"\nstart_s = 5\nend_s = 8\n'
     tiny_scenario.write_text(tiny_scenario.read_text() + text)
     recording = run(tiny_scenario, tiny_plant, tiny_compensator)
@@ -83,16 +77,14 @@ def test_a_missing_reading_reaches_the_compensator_and_its_status_is_kept(
     ]
 
 
-def test_parameters_and_the_noise_seed_reach_the_plant(
-    tiny_scenario: Path, tiny_plant: Path
-) -> None:
+def test_parameters_and_the_noise_seed_reach_the_plant(tiny_scenario, tiny_plant):
     frame = run(tiny_scenario, tiny_plant, None, ("plant.parameters.gain", 0.0)).frame
     assert set(frame["T1_degC"]) == {20.0}
 
 
 def test_a_length_blind_compensator_is_told_another_length(
-    tiny_scenario: Path, tiny_plant: Path, tiny_compensator: Path
-) -> None:
+    tiny_scenario, tiny_plant, tiny_compensator
+):
     override = ("compensator.tool_length_mm", 30.0)
     frame = run(tiny_scenario, tiny_plant, tiny_compensator, override).frame
     assert set(frame["tool_length_seen_mm"]) == {30.0}
@@ -110,19 +102,15 @@ def test_a_length_blind_compensator_is_told_another_length(
     ],
 )
 def test_a_scenario_that_does_not_fit_the_fmus_is_refused(
-    tiny_scenario: Path,
-    tiny_plant: Path,
-    tiny_compensator: Path,
-    override: tuple[str, Any],
-    message: str,
-) -> None:
+    tiny_scenario, tiny_plant, tiny_compensator, override, message
+):
     with pytest.raises(BadInput, match=message.replace("?", r"\?")):
         run(tiny_scenario, tiny_plant, tiny_compensator, override)
 
 
 def test_a_fault_of_a_sensor_that_is_not_there_is_refused(
-    tiny_scenario: Path, tiny_plant: Path, tiny_compensator: Path
-) -> None:
+    tiny_scenario, tiny_plant, tiny_compensator
+):
     text = '\n[[faults]]\nsensor = "T7"\nkind = "missing"\nstart_s = 5\n'
     tiny_scenario.write_text(tiny_scenario.read_text() + text)
     with pytest.raises(BadInput, match=r"faults.0.sensor: 'T7' is not an input .*: T1"):
@@ -130,15 +118,15 @@ def test_a_fault_of_a_sensor_that_is_not_there_is_refused(
 
 
 def test_an_input_of_both_without_a_signal_has_the_plants_start_value(
-    tiny_scenario: Path, tiny_plant: Path, tiny_compensator: Path
-) -> None:
+    tiny_scenario, tiny_plant, tiny_compensator
+):
     text = tiny_scenario.read_text().replace("tool_length = 100.0", "")
     tiny_scenario.write_text(text)
     frame = run(tiny_scenario, tiny_plant, tiny_compensator).frame
     assert set(frame["tool_length_mm"]) == {70.0}
 
 
-def test_what_is_no_fmu_is_refused_in_one_line(tmp_path: Path) -> None:
+def test_what_is_no_fmu_is_refused_in_one_line(tmp_path):
     path = tmp_path / "a.fmu"
     with pytest.raises(BadInput, match="no such file"):
         read_description(path)
@@ -149,8 +137,8 @@ def test_what_is_no_fmu_is_refused_in_one_line(tmp_path: Path) -> None:
 
 
 def test_ctrl_c_is_an_interruption_and_not_a_failure_of_an_fmu(
-    tiny_scenario: Path, tiny_plant: Path, tiny_compensator: Path
-) -> None:
+    tiny_scenario, tiny_plant, tiny_compensator
+):
     usual = signal.getsignal(signal.SIGINT)
     timer = threading.Timer(0.5, signal.raise_signal, [signal.SIGINT])
     timer.start()
@@ -166,9 +154,7 @@ def test_ctrl_c_is_an_interruption_and_not_a_failure_of_an_fmu(
     assert signal.getsignal(signal.SIGINT) is usual
 
 
-def test_a_late_failure_names_its_time(
-    tiny_scenario: Path, tiny_plant: Path, tmp_path: Path
-) -> None:
+def test_a_late_failure_names_its_time(tiny_scenario, tiny_plant, tmp_path):
     first = "        missing = self.T1"
     late = "        if current_time >= 7.0:\n            return False\n"
     source = COMPENSATOR.replace(first, late + first)

@@ -1,7 +1,5 @@
 """Faults of sensors, each against readings worked out by hand."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -36,16 +34,16 @@ CASES = [
 
 
 @pytest.mark.parametrize(("fault", "expected"), CASES)
-def test_what_the_compensator_sees(fault: dict[str, Any], expected: list[float]) -> None:
+def test_what_the_compensator_sees(fault, expected):
     assert seen(fault, RAMP) == pytest.approx(expected, nan_ok=True)
 
 
-def test_a_spike_lasts_one_step_whatever_its_length() -> None:
+def test_a_spike_lasts_one_step_whatever_its_length():
     spike = {"kind": "spike", "value": 10.0, "start_s": 1.0}
     assert seen(spike, RAMP, step_s=0.5) == [0, 1, 12, 3, 4, 5]
 
 
-def test_faults_act_one_after_the_other() -> None:
+def test_faults_act_one_after_the_other():
     faults = [
         SensorFault(sensor="T1", kind="offset", value=1.0, start_s=0),
         SensorFault(sensor="T1", kind="frozen", start_s=1),
@@ -69,6 +67,6 @@ def test_faults_act_one_after_the_other() -> None:
         ({"kind": "melted", "start_s": 5}, "missing"),
     ],
 )
-def test_faults_that_make_no_sense_are_refused(fault: dict[str, Any], message: str) -> None:
+def test_faults_that_make_no_sense_are_refused(fault, message):
     with pytest.raises(ValidationError, match=message):
         SensorFault(sensor="T1", **fault)

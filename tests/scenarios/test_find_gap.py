@@ -1,7 +1,5 @@
 """The gap finder's command: what it refuses, what it leaves out, its folder, its FMUs."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -48,9 +46,7 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     return line
 
 
-def test_a_run_is_not_judged_on_what_it_was_fitted_to(
-    machine: Machine, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_run_is_not_judged_on_what_it_was_fitted_to(machine, tmp_path, capsys):
     paths = written(runs_of(machine), tmp_path)
     out = str(tmp_path / "out")
     line = refusal(capsys, "--runs", *paths, "--holdout", paths[1], "--out", out)
@@ -58,9 +54,7 @@ def test_a_run_is_not_judged_on_what_it_was_fitted_to(
     assert not Path(out).exists()
 
 
-def test_a_held_out_run_without_readings_is_refused(
-    machine: Machine, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_held_out_run_without_readings_is_refused(machine, tmp_path, capsys):
     *runs, last = runs_of(machine)
     driving = {entry.column for entry in machine.inputs} | {"time_s"}
     frame = last.frame[[name for name in last.frame if name in driving]]
@@ -75,12 +69,8 @@ def test_a_held_out_run_without_readings_is_refused(
 @pytest.mark.parametrize("command", ["find-gap", "calibrate"])
 @pytest.mark.parametrize("empty", [False, True])
 def test_a_run_without_what_drives_the_machine_is_refused(
-    command: str,
-    empty: bool,
-    machine: Machine,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+    command, empty, machine, tmp_path, capsys
+):
     run = runs_of(machine)[0]
     frame = run.frame.drop(columns="speed_rpm")
     paths = written([Run(run.name, frame.assign(speed_rpm=np.nan) if empty else frame)], tmp_path)
@@ -96,7 +86,7 @@ def test_a_run_without_what_drives_the_machine_is_refused(
     assert f"{paths[0]}: {told}" in line
 
 
-def test_sensors_that_the_runs_lack_are_named(machine: Machine) -> None:
+def test_sensors_that_the_runs_lack_are_named(machine):
     runs = runs_of(machine)
     without = [Run(run.name, run.frame.drop(columns="T3_degC")) for run in runs]
     first = Run(without[0].name, without[0].frame.drop(columns="S1_um"))
@@ -107,9 +97,7 @@ def test_sensors_that_the_runs_lack_are_named(machine: Machine) -> None:
     ]
 
 
-def test_too_few_runs_that_can_be_used(
-    machine: Machine, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_too_few_runs_that_can_be_used(machine, tmp_path, capsys):
     runs = runs_of(machine)
     hall = runs[0].frame["T5_degC"] + np.where(runs[0].time_s > 3000.0, 20.0, 0.0)
     broken = Run(runs[0].name, runs[0].frame.assign(T5_degC=hall))
@@ -125,23 +113,17 @@ def test_too_few_runs_that_can_be_used(
     ("option", "value", "allowed"),
     [("--most", "0", "1..20"), ("--workers", "0", "1..256")],
 )
-def test_a_limit_that_makes_no_sense_is_refused(
-    option: str, value: str, allowed: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_limit_that_makes_no_sense_is_refused(option, value, allowed, tmp_path, capsys):
     line = refusal(capsys, "--runs", "a.csv", "--out", str(tmp_path / "out"), option, value)
     assert f"{option}: {value} is outside {allowed}" in line
 
 
-def test_a_folder_with_other_files_is_refused_before_any_work(
-    machine: Machine, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_folder_with_other_files_is_refused_before_any_work(machine, tmp_path, capsys):
     paths = written(runs_of(machine), tmp_path)
     assert "choose another folder" in refusal(capsys, "--runs", *paths, "--out", str(tmp_path))
 
 
-def test_nothing_is_left_of_a_folder_when_something_fails(
-    machine: Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_nothing_is_left_of_a_folder_when_something_fails(machine, tmp_path, monkeypatch):
     paths = written(runs_of(machine), tmp_path)
 
     def fails(*_: object, **__: object) -> None:
@@ -157,7 +139,7 @@ def test_nothing_is_left_of_a_folder_when_something_fails(
     )
 
 
-def test_the_bar_never_goes_back_and_ends_full() -> None:
+def test_the_bar_never_goes_back_and_ends_full():
     said = ["looking for broken channels"]
     said += [f"iteration {i}" for i in range(1, 9)]
     said += ["screening, 1", *(f"scoring {name}" for name in catalogue())]
@@ -172,9 +154,7 @@ def test_the_bar_never_goes_back_and_ends_full() -> None:
 
 
 @pytest.mark.long
-def test_the_fmus_show_the_gap_that_the_machines_show(
-    machine: Machine, tightening: Machine, tmp_path: Path
-) -> None:
+def test_the_fmus_show_the_gap_that_the_machines_show(machine, tightening, tmp_path):
     run = runs_of(tightening, every_s=60.0)[0]
     built = []
     for name, which in (("plant_before", machine), ("plant_after", tightening)):
@@ -193,9 +173,7 @@ def test_the_fmus_show_the_gap_that_the_machines_show(
 
 
 @pytest.mark.long
-def test_broken_channels_do_not_hide_what_is_missing(
-    tightening: Machine, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_broken_channels_do_not_hide_what_is_missing(tightening, tmp_path, capsys):
     runs = runs_of(tightening)
     t7 = runs[1].frame["T7_degC"] + 31.0
     s3 = runs[2].frame["S3_um"] + np.where(runs[2].time_s > 5000.0, 60.0, 0.0)

@@ -1,7 +1,5 @@
 """The regime map and the signatures of the gap finder's page."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import cast
 
@@ -46,9 +44,7 @@ def observed(machine: Machine) -> list[Observations]:
     return observe(machine, runs)
 
 
-def test_the_map_shows_where_and_in_which_regime(
-    machine: Machine, observed: list[Observations]
-) -> None:
+def test_the_map_shows_where_and_in_which_regime(machine, observed):
     found = [residuals(machine, one) for one in observed]
     shown = regime_map(found)
     assert shown.runs == (("slow", 4), ("fast", 4))
@@ -65,9 +61,7 @@ def test_the_map_shows_where_and_in_which_regime(
     assert ratios["fast", "steady"].colour < ratios["slow", "steady"].colour <= "#ffffff"
 
 
-def test_a_channel_that_a_run_lacks_stays_blank_there(
-    machine: Machine, observed: list[Observations]
-) -> None:
+def test_a_channel_that_a_run_lacks_stays_blank_there(machine, observed):
     used, unseen = observed
     gone = unseen.channels[3]
     frame = unseen.run.frame.drop(columns=[f"{gone}_degC"])
@@ -80,9 +74,7 @@ def test_a_channel_that_a_run_lacks_stays_blank_there(
     assert all(cell.text for cell in cells[used.channels[4]])
 
 
-def test_a_signature_is_what_the_effect_alone_adds(
-    machine: Machine, observed: list[Observations]
-) -> None:
+def test_a_signature_is_what_the_effect_alone_adds(machine, observed):
     after = with_effect(machine, "centrifugal_shift", {"shift": 15.0})
     found = cast(
         "GapResult",

@@ -1,7 +1,5 @@
 """The picture at the top of the gap finder's page."""
 
-from __future__ import annotations
-
 from xml.etree import ElementTree
 
 import pytest
@@ -9,7 +7,7 @@ import pytest
 from scenarios.gap_picture import BARS, NAME, REFERENCE, WIDTH, gap_picture
 
 
-def test_bars_are_as_long_as_the_gap_in_units_of_noise() -> None:
+def test_bars_are_as_long_as_the_gap_in_units_of_noise():
     channels = {
         "T1": {"before": 0.4, "after": 0.1, "reference": 0.2, "noise": 0.05},
         "a<b": {"before": 2.0, "after": 4.0, "reference": 1.0, "noise": 1.0},
@@ -28,7 +26,7 @@ def test_bars_are_as_long_as_the_gap_in_units_of_noise() -> None:
     assert second / wide[0] == pytest.approx(0.125, rel=1e-2)
 
 
-def test_one_bar_where_nothing_was_added_and_every_number_has_room() -> None:
+def test_one_bar_where_nothing_was_added_and_every_number_has_room():
     channels = {"T1": {"before": 123.4, "after": 123.4, "reference": 1.0, "noise": 1.0}}
     root = ElementTree.fromstring(gap_picture(channels))
     bars = [one for one in root.iter("rect") if one.find("title") is not None]

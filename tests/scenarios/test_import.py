@@ -1,7 +1,5 @@
 """The import command: what it writes, what it says, and that nothing of the user's is lost."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -33,9 +31,7 @@ def names(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
-def test_it_writes_runs_and_says_what_became_of_every_column(
-    log: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_it_writes_runs_and_says_what_became_of_every_column(log, capsys):
     assert main(["import", "log.csv", "-o", "runs"]) == 0
     shown = capsys.readouterr()
     assert names(Path("runs")) == ["20260302_0715.csv", "import.toml", "imported.json"]
@@ -50,9 +46,7 @@ def test_it_writes_runs_and_says_what_became_of_every_column(
     assert "keep = false" in line
 
 
-def test_the_mapping_file_is_followed_kept_and_written_anew_by_force(
-    log: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_mapping_file_is_followed_kept_and_written_anew_by_force(log, capsys):
     assert main(["import", "log.csv", "-o", "runs"]) == 0
     mapping = Path("runs/import.toml")
     mended = mapping.read_text(encoding="utf-8")
@@ -77,9 +71,7 @@ def test_the_mapping_file_is_followed_kept_and_written_anew_by_force(
     assert names(Path("else")) == ["20260302_0715.csv", "imported.json"]
 
 
-def test_nothing_in_the_folder_is_written_over_but_what_an_import_made(
-    log: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_nothing_in_the_folder_is_written_over_but_what_an_import_made(log, capsys):
     argv = ["import", "log.csv", "-o", "runs"]
     folder, target = Path("runs"), Path("runs/20260302_0715.csv")
     folder.mkdir()
@@ -102,9 +94,7 @@ def test_nothing_in_the_folder_is_written_over_but_what_an_import_made(
     assert (folder / "notes.txt").read_text() == "mine, too"
 
 
-def test_a_log_in_its_own_folder_is_not_written_over(
-    log: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_log_in_its_own_folder_is_not_written_over(log, capsys):
     log.write_text(table(elapsed(), clock="t [s]"), encoding="utf-8")
     before = log.read_bytes()
     assert main(["import", "log.csv", "-o", "."]) == 2
@@ -113,7 +103,7 @@ def test_a_log_in_its_own_folder_is_not_written_over(
     assert names(Path()) == ["log.csv"]
 
 
-def test_a_second_log_adds_its_runs(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_second_log_adds_its_runs(log, capsys):
     assert main(["import", "log.csv", "-o", "runs"]) == 0
     Path("next.csv").write_text(LOCAL.replace("02.03.2026", "03.03.2026"), encoding="cp1252")
     capsys.readouterr()
@@ -140,18 +130,14 @@ def test_a_second_log_adds_its_runs(log: Path, capsys: pytest.CaptureFixture[str
         (["--day-first", "--month-first"], "not allowed with argument --day-first"),
     ],
 )
-def test_a_wrong_option_is_one_line_and_writes_nothing(
-    options: list[str], told: str, log: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_wrong_option_is_one_line_and_writes_nothing(options, told, log, capsys):
     assert main(["import", "log.csv", "-o", "runs", *options]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert told in line
     assert not Path("runs").exists()
 
 
-def test_commands_take_runs_with_the_mark_of_a_warm_start(
-    log: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_commands_take_runs_with_the_mark_of_a_warm_start(log, capsys):
     assert main(["import", "log.csv", "-o", "runs", "--split", "none"]) == 0
     path = Path("runs/20260302_0715.csv")
     run = read_run(path)
@@ -169,9 +155,7 @@ def test_commands_take_runs_with_the_mark_of_a_warm_start(
     assert shown[0] == shown[1]
 
 
-def test_what_reads_warm_restarts_leaves_them_out_or_says_so(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_reads_warm_restarts_leaves_them_out_or_says_so(tmp_path, capsys):
     names = ("training_down", "training_random", "stop_and_go")
     runs = [simulate("jig_borer", name, every_s=120.0, noise_seed=1) for name in names]
     files = []

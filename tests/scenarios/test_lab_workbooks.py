@@ -1,7 +1,5 @@
 """From a laboratory's untouched workbooks to a judged compensator, in three commands."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -28,9 +26,7 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_each_refusal_and_question_says_what_to_add(
-    lab: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_each_refusal_and_question_says_what_to_add(lab, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     asked = ["import", *map(str, sorted(lab.glob("*.xlsx"))), "-o", "runs"]
     assert main(asked) == 2
@@ -51,9 +47,7 @@ def test_each_refusal_and_question_says_what_to_add(
         assert main([*asked, "--every-row", wrong]) == 2
 
 
-def test_eighteen_sheets_become_a_judged_compensator(
-    lab: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_eighteen_sheets_become_a_judged_compensator(lab, tmp_path, capsys):
     runs = sorted((lab / "runs").glob("*.csv"))
     assert [run.stem for run in runs] == [f"Sheet{n:02d}" for n in range(1, SHEETS + 1)]
     for number, path in enumerate(runs, 1):
@@ -67,9 +61,7 @@ def test_eighteen_sheets_become_a_judged_compensator(
     assert {"X", "Z"} == set(judged["axes"])
 
 
-def test_a_run_in_wrong_units_is_doubted_wherever_it_goes(
-    lab: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_run_in_wrong_units_is_doubted_wherever_it_goes(lab, tmp_path, capsys):
     frame = read_run(lab / "runs" / "Sheet18.csv").frame
     frame = frame.assign(time_s=frame["time_s"] / 60.0, Growth_um=frame["Growth_um"] / 1000.0)
     compensator = str(lab / "c.json")
@@ -90,9 +82,7 @@ def test_a_run_in_wrong_units_is_doubted_wherever_it_goes(
     assert len(caught) == 2
 
 
-def test_a_log_of_two_rows_reassures_nobody(
-    lab: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_log_of_two_rows_reassures_nobody(lab, tmp_path, capsys):
     rows = read_run(lab / "runs" / "Sheet18.csv").frame.iloc[:2]
     two = write_run(Run("two", rows), tmp_path / "two.csv")
     assert main(["monitor", str(lab / "c.json"), str(two)]) == 0

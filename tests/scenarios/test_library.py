@@ -1,7 +1,5 @@
 """Every shipped scenario, shortened, with the project's own FMUs; and what the FMU finder does."""
 
-from __future__ import annotations
-
 import json
 import math
 import shutil
@@ -29,7 +27,7 @@ def in_c(folder: Path) -> list[Path]:
 
 
 @pytest.mark.parametrize("name", SIMULATED)
-def test_every_scenario_runs(name: str, shipped_in_c: Path) -> None:
+def test_every_scenario_runs(name, shipped_in_c):
     for case in read_scenario(name, [("duration_s", 300)]).cases:
         found = simulate(case, *in_c(shipped_in_c), quiet=True)
         frame = found.frame
@@ -40,7 +38,7 @@ def test_every_scenario_runs(name: str, shipped_in_c: Path) -> None:
 
 
 @pytest.mark.parametrize("name", SIMULATED)
-def test_every_scenario_keeps_to_what_its_machine_is_meant_for(name: str) -> None:
+def test_every_scenario_keeps_to_what_its_machine_is_meant_for(name):
     for case in read_scenario(name).cases:
         time = np.arange(0.0, case.settings.duration_s, 10.0)
         for key, low, high in (
@@ -57,7 +55,7 @@ def test_every_scenario_keeps_to_what_its_machine_is_meant_for(name: str) -> Non
             assert fault.start_s < case.settings.duration_s
 
 
-def test_the_main_scenario_shows_what_it_is_for(shipped_in_c: Path, tmp_path: Path) -> None:
+def test_the_main_scenario_shows_what_it_is_for(shipped_in_c, tmp_path):
     scenario = read_scenario("step_speed", [("step_s", 5)])
     table, groups, _ = run_scenario(scenario, tmp_path / "out", shipped_in_c, quiet=True)
     short, long = groups
@@ -74,7 +72,7 @@ def test_the_main_scenario_shows_what_it_is_for(shipped_in_c: Path, tmp_path: Pa
     assert {row["name"] for group in table["table"] for row in group["rows"]} >= {"long_tool"}
 
 
-def test_a_missing_thermometer_never_makes_the_offsets_jump(shipped_in_c: Path) -> None:
+def test_a_missing_thermometer_never_makes_the_offsets_jump(shipped_in_c):
     overrides = [("duration_s", 1800), ("record_s", 10)]
     faults = [{"sensor": "T1", "kind": "missing", "start_s": 600, "end_s": 1200}]
     (case,) = read_scenario("sensor_failure", [*overrides, ("faults", faults)]).cases
@@ -91,19 +89,14 @@ def test_a_missing_thermometer_never_makes_the_offsets_jump(shipped_in_c: Path) 
     assert found.events[-1].code in (0, 2)
 
 
-def test_the_rig_comes_from_the_plant(shipped: Path, tiny_plant: Path) -> None:
+def test_the_rig_comes_from_the_plant(shipped, tiny_plant):
     rig = rig_of(shipped / "plant.fmu")
     assert rig is not None
     assert rig.columns == [f"S{i}_um" for i in range(1, 6)]
     assert rig_of(tiny_plant) is None
 
 
-def test_missing_fmus_are_built(
-    shipped_in_c: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_missing_fmus_are_built(shipped_in_c, tmp_path, monkeypatch, capsys):
     def build(arguments: list[str]) -> int:  # as it does, but for the time that it takes
         _, kind, _, out = arguments
         Path(out).mkdir(exist_ok=True)
@@ -123,24 +116,20 @@ def test_missing_fmus_are_built(
     assert main([*argv, "--quiet"]) == 0
 
 
-def test_an_fmu_that_is_not_there_is_refused_with_the_nearest_name(
-    tiny_folder: Path, tmp_path: Path
-) -> None:
+def test_an_fmu_that_is_not_there_is_refused_with_the_nearest_name(tiny_folder, tmp_path):
     with pytest.raises(BadInput, match=r"did you mean plant\.fmu\?"):
         find_fmu("plannt.fmu", tiny_folder, tmp_path, tmp_path)
     with pytest.raises(BadInput, match=r"is not a path|there is no such file"):
         find_fmu("a\0b", tiny_folder, tmp_path, tmp_path)
 
 
-def test_a_compensator_that_needs_what_nobody_gives_is_refused(
-    shipped: Path, tiny_plant: Path, tiny_scenario: Path
-) -> None:
+def test_a_compensator_that_needs_what_nobody_gives_is_refused(shipped, tiny_plant, tiny_scenario):
     (case,) = read_scenario(tiny_scenario).cases
     with pytest.raises(BadInput, match=r"needs T2, .*T11, which is neither an output"):
         simulate(case, tiny_plant, shipped / "compensator.fmu", quiet=True)
 
 
-def test_a_machine_file_is_built_into_a_plant(shipped: Path, tmp_path: Path) -> None:
+def test_a_machine_file_is_built_into_a_plant(shipped, tmp_path):
     import plant_model
 
     machine = Path(plant_model.__file__).parent / "machines" / "jig_borer_lumps.toml"

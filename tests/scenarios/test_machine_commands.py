@@ -1,7 +1,5 @@
 """``new-machine`` and ``show-machine``: what they write is used at once."""
 
-from __future__ import annotations
-
 import json
 import re
 import tomllib
@@ -31,9 +29,7 @@ ANSWERS = ("--bearing", "7014", "--speed", "12000", "--power", "15")
         ("--bearing", "NN3020", "--title", "Grüße & <Maße>"),
     ],
 )
-def test_a_new_page_simulates_at_once(
-    options: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_new_page_simulates_at_once(options, tmp_path, capsys):
     path = tmp_path / "mine.toml"
     assert main(["new-machine", "-o", str(path), *ANSWERS, *options]) == 0
     told = capsys.readouterr().out
@@ -49,9 +45,7 @@ def test_a_new_page_simulates_at_once(
     ]
 
 
-def test_a_new_page_takes_sensors_and_inputs_from_a_run(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_new_page_takes_sensors_and_inputs_from_a_run(tmp_path, capsys):
     run = tmp_path / "run.csv"
     rows = ["time_s,drive_rpm,hall_degC,supply_degC,nose_degC,stator_2_degC,T7_degC,dz_um"]
     rows += [
@@ -93,9 +87,7 @@ def run_of(folder: Path, columns: str) -> Path:
 BELT = ("--drive", "belt", "--bearing", "7014", "--speed", "6000", "--coolant", "none")
 
 
-def test_a_new_page_has_the_parts_that_thermometers_name(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_new_page_has_the_parts_that_thermometers_name(tmp_path, capsys):
     columns = "inside_air_degC hall_degC hall_2_degC front_degC front_below_degC rear_degC"
     columns += " headstock_degC column_top_degC column_degC nut_degC coolant_return_degC"
     run = run_of(tmp_path, columns + " feed_x_mm_min feed_z_mm_min disp_y_um disp_z_um")
@@ -138,13 +130,7 @@ def test_a_new_page_has_the_parts_that_thermometers_name(
         ),
     ],
 )
-def test_where_a_new_page_has_its_thermometers(
-    columns: str,
-    placed: dict[str, str],
-    waiting: list[str],
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_where_a_new_page_has_its_thermometers(columns, placed, waiting, tmp_path, capsys):
     run = run_of(tmp_path, f"hall_degC {columns}")
     path = tmp_path / "mine.toml"
     assert main(["new-machine", "-o", str(path), *BELT, "--from-run", str(run)]) == 0
@@ -157,9 +143,7 @@ def test_where_a_new_page_has_its_thermometers(
     assert found == placed
 
 
-def test_a_column_that_a_page_cannot_name_is_told(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_column_that_a_page_cannot_name_is_told(tmp_path, capsys):
     run = run_of(tmp_path, "hall_degC front_degC Gehäuse_vorn_degC 3.Lager_degC")
     path = tmp_path / "mine.toml"
     assert main(["new-machine", "-o", str(path), *BELT, "--from-run", str(run)]) == 0
@@ -167,9 +151,7 @@ def test_a_column_that_a_page_cannot_name_is_told(
     assert "left out: Gehäuse_vorn_degC, 3.Lager_degC: a thermometer's name has letters" in told
 
 
-def test_a_new_page_knows_german_names_and_names_the_option_that_is_wrong(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_new_page_knows_german_names_and_names_the_option_that_is_wrong(tmp_path, capsys):
     run, path = tmp_path / "lauf.csv", tmp_path / "mine.toml"
     names = ("Umgebung", "Kuehlmittel_Vorlauf", "Lager_vorn", "Lager_hinten", "Spindelkasten")
     rows = ["time_s,speed_rpm," + ",".join(f"{name}_degC" for name in names)]
@@ -198,9 +180,7 @@ def test_a_new_page_knows_german_names_and_names_the_option_that_is_wrong(
         (("--title", 'a "b"'), "--title: must be one line without quotes"),
     ],
 )
-def test_answers_that_cannot_be(
-    options: tuple[str, ...], problem: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_answers_that_cannot_be(options, problem, tmp_path, capsys):
     path = tmp_path / "mine.toml"
     assert main(["new-machine", "-o", str(path), *ANSWERS, *options]) == 2
     (line,) = capsys.readouterr().err.splitlines()
@@ -208,9 +188,7 @@ def test_answers_that_cannot_be(
     assert not path.exists()
 
 
-def test_what_is_missing_or_there_already_is_said(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_is_missing_or_there_already_is_said(tmp_path, capsys, monkeypatch):
     path = tmp_path / "mine.toml"
     motor = ["new-machine", "-o", str(path), "--bearing", "7010", "--speed", "9000"]
     assert main(motor) == 2
@@ -235,9 +213,7 @@ def test_what_is_missing_or_there_already_is_said(
 
 
 @pytest.mark.parametrize("name", shipped_machines())
-def test_every_shipped_machine_is_shown(
-    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_every_shipped_machine_is_shown(name, tmp_path, capsys):
     path = tmp_path / "page.html"
     assert main(["show-machine", name, "-o", str(path)]) == 0
     assert f"wrote {path}" in capsys.readouterr().out
@@ -255,7 +231,7 @@ def test_every_shipped_machine_is_shown(
             assert f"<td>numbers.{number}</td>" in text
 
 
-def test_a_page_is_drawn_with_what_it_names(tmp_path: Path) -> None:
+def test_a_page_is_drawn_with_what_it_names(tmp_path):
     path = tmp_path / "page.html"
     show_machine("jig_borer", path)
     text = path.read_text(encoding="utf-8")
@@ -266,7 +242,7 @@ def test_a_page_is_drawn_with_what_it_names(tmp_path: Path) -> None:
     assert len(re.findall(r"<title>(?:front|rear): [\d.]+ degC inside", section)) == 16
 
 
-def test_cells_and_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_cells_and_json(tmp_path, capsys):
     path = tmp_path / "page.html"
     assert main(["show-machine", "belt_spindle", "--cells", "--json", "-o", str(path)]) == 0
     table = json.loads(capsys.readouterr().out)
@@ -277,9 +253,7 @@ def test_cells_and_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert "is in lumps: only a page" in capsys.readouterr().err
 
 
-def test_a_first_page_says_how_warm_its_bearings_run(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_first_page_says_how_warm_its_bearings_run(tmp_path, capsys):
     path = tmp_path / "fast.toml"
     fast = ["--bearing", "7014", "--speed", "20000", "--power", "20"]
     assert main(["new-machine", "-o", str(path), *fast]) == 0
@@ -290,9 +264,7 @@ def test_a_first_page_says_how_warm_its_bearings_run(
     assert "oil-air makes less friction than grease" in capsys.readouterr().out
 
 
-def test_a_belts_power_is_not_asked_but_heeded_and_it_has_no_jackets_unless_told(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_belts_power_is_not_asked_but_heeded_and_it_has_no_jackets_unless_told(tmp_path, capsys):
     path = tmp_path / "belt.toml"
     belt = ["new-machine", "--bearing", "7014", "--speed", "8000", "--drive", "belt"]
     losses = []

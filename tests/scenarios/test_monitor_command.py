@@ -1,7 +1,5 @@
 """``spindle-drift update`` and ``spindle-drift monitor``."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path
@@ -37,8 +35,8 @@ def new_run(tmp_path: Path) -> Path:
 
 
 def test_an_update_writes_a_file_and_shows_the_old_one_s_errors(
-    compensator: Path, new_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    compensator, new_run, tmp_path, capsys
+):
     before = compensator.read_bytes()
     out = tmp_path / "d.json"
     assert main(["update", str(compensator), str(new_run), "-o", str(out)]) == 0
@@ -50,9 +48,7 @@ def test_an_update_writes_a_file_and_shows_the_old_one_s_errors(
     assert compensator.read_bytes() == before
 
 
-def test_an_update_does_not_replace_the_old_file_unasked(
-    compensator: Path, new_run: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_update_does_not_replace_the_old_file_unasked(compensator, new_run, capsys):
     before = compensator.read_bytes()
     assert main(["update", str(compensator), str(new_run), "-o", str(compensator)]) == 2
     assert "is an input of this command" in capsys.readouterr().err
@@ -60,8 +56,8 @@ def test_an_update_does_not_replace_the_old_file_unasked(
 
 
 def test_an_update_of_a_file_of_a_version_before_is_refused_in_a_line(
-    compensator: Path, new_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    compensator, new_run, tmp_path, capsys
+):
     compensator.write_text(compensator.read_text().replace('"format": 3', '"format": 2'))
     capsys.readouterr()
     assert main(["update", str(compensator), str(new_run), "-o", str(tmp_path / "x.json")]) == 2
@@ -71,9 +67,7 @@ def test_an_update_of_a_file_of_a_version_before_is_refused_in_a_line(
     assert not (tmp_path / "x.json").exists()
 
 
-def test_the_first_line_of_monitor_is_the_verdict(
-    compensator: Path, new_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_first_line_of_monitor_is_the_verdict(compensator, new_run, tmp_path, capsys):
     capsys.readouterr()
     out = tmp_path / "watched"
     assert main(["monitor", str(compensator), str(new_run), "--out", str(out)]) == 0
@@ -86,9 +80,7 @@ def test_the_first_line_of_monitor_is_the_verdict(
     assert (out / "monitor.png").stat().st_size > 10_000
 
 
-def test_monitor_as_json_is_one_document(
-    compensator: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_monitor_as_json_is_one_document(compensator, tmp_path, capsys):
     frame = make_run("silent", 60, hours=2.0).frame
     frame = frame[[name for name in frame if not str(name).endswith("_um")]]
     silent = write_run(Run("silent", frame), tmp_path / "silent.csv")
@@ -99,9 +91,7 @@ def test_monitor_as_json_is_one_document(
     assert report["runs"][0]["errors"] == []
 
 
-def test_monitor_names_what_a_run_lacks(
-    compensator: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_monitor_names_what_a_run_lacks(compensator, tmp_path, capsys):
     frame = make_run("lost", 61, hours=1.0).frame.drop(columns="T1_degC")
     lost = write_run(Run("lost", frame), tmp_path / "lost.csv")
     assert main(["monitor", str(compensator), str(lost)]) == 2

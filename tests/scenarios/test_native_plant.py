@@ -1,11 +1,7 @@
 """A scenario takes the plant in C where it can be had, and gives the same."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
-
-import pytest
 
 import build_fmu
 from scenarios import fmu_files
@@ -14,9 +10,7 @@ from scenarios.replay import model_of
 from scenarios.views import rig_of
 
 
-def test_the_twin_beside_the_plant_is_taken_and_a_path_means_that_file(
-    shipped_in_c: Path, tmp_path: Path
-) -> None:
+def test_the_twin_beside_the_plant_is_taken_and_a_path_means_that_file(shipped_in_c, tmp_path):
     def found(name: str, native: bool = True) -> Path:
         return find_fmu(name, shipped_in_c, tmp_path, tmp_path, native=native)
 
@@ -26,7 +20,7 @@ def test_the_twin_beside_the_plant_is_taken_and_a_path_means_that_file(
     assert rig_of(shipped_in_c / "plant_native.fmu") == rig_of(shipped_in_c / "plant.fmu")
 
 
-def test_a_compensator_has_a_twin_too(shipped_in_c: Path, tmp_path: Path) -> None:
+def test_a_compensator_has_a_twin_too(shipped_in_c, tmp_path):
     for file in ("compensator.fmu", "compensator_native.fmu"):
         shutil.copy(shipped_in_c / file, tmp_path)
     work = tmp_path / "work"
@@ -43,7 +37,7 @@ def test_a_compensator_has_a_twin_too(shipped_in_c: Path, tmp_path: Path) -> Non
     assert model_of(built).table == model_of(python).table
 
 
-def test_what_is_no_twin_is_not_taken(shipped_in_c: Path, tmp_path: Path) -> None:
+def test_what_is_no_twin_is_not_taken(shipped_in_c, tmp_path):
     other, work = tmp_path / "dist", tmp_path / "work"
     work.mkdir()
     assert (
@@ -56,12 +50,7 @@ def test_what_is_no_twin_is_not_taken(shipped_in_c: Path, tmp_path: Path) -> Non
     assert find_fmu("plant.fmu", other, tmp_path, work, native=True) == found
 
 
-def test_without_a_compiler_python_does_it_with_a_word(
-    shipped_in_c: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_without_a_compiler_python_does_it_with_a_word(shipped_in_c, tmp_path, monkeypatch, capsys):
     shutil.copy(shipped_in_c / "plant.fmu", tmp_path)
     monkeypatch.setenv("CC", "no-such-compiler")
     fmu_files._say_once.cache_clear()

@@ -1,7 +1,5 @@
 """No command writes over an input, a file of somebody else's, or into a folder made in silence."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import os
@@ -52,7 +50,7 @@ def is_a_path(action: argparse.Action) -> bool:
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_every_argument_that_is_a_path_is_registered_once(command: str) -> None:
+def test_every_argument_that_is_a_path_is_registered_once(command):
     module, actions = module_of(command), actions_of(command)
     paths = {action.dest for action in actions if is_a_path(action)} - OPTIONS_THAT_TAKE_MORE
     reads, writes = set(module.READS), set(module.WRITES)
@@ -94,12 +92,8 @@ def never_run(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 @pytest.mark.parametrize(("command", "written"), WRITERS)
 def test_an_input_a_foreign_file_and_a_missing_folder_are_refused_and_forced(
-    command: str,
-    written: str,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    never_run: list[str],
-) -> None:
+    command, written, tmp_path, capsys, never_run
+):
     kind = module_of(command).WRITES[written]
     source = tmp_path / "in" / "q1.csv"
     foreign = tmp_path / "thesis" / "chapter.tex"
@@ -143,7 +137,7 @@ def archive(path: Path, name: str, text: str) -> Path:
     return path
 
 
-def test_what_a_former_run_made_is_known_by_its_content(tmp_path: Path) -> None:
+def test_what_a_former_run_made_is_known_by_its_content(tmp_path):
     ours = tmp_path / "ours"
     made = marked("format = 1\n")
     for kind, text, other in (
@@ -167,7 +161,7 @@ def test_what_a_former_run_made_is_known_by_its_content(tmp_path: Path) -> None:
     assert all(refused(ours, kind) for kind in outputs.KINDS)
 
 
-def test_an_input_behind_a_link_is_an_input(tmp_path: Path) -> None:
+def test_an_input_behind_a_link_is_an_input(tmp_path):
     model, link = tmp_path / "c.json", tmp_path / "link.json"
     model.write_text('{"kind": "spindle-drift compensator"}')
     link.symlink_to(model)
@@ -185,9 +179,7 @@ def results(
         write_table([], {}, new, to_come=())
 
 
-def test_a_folder_is_replaced_by_the_same_command_only_and_never_with_an_input(
-    tmp_path: Path,
-) -> None:
+def test_a_folder_is_replaced_by_the_same_command_only_and_never_with_an_input(tmp_path):
     folder = tmp_path / "out"
     results(folder, "run")
     results(folder, "run")
@@ -206,9 +198,7 @@ def test_a_folder_is_replaced_by_the_same_command_only_and_never_with_an_input(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["out"]
 
 
-def test_a_pipe_as_an_input_is_refused_by_every_command_that_reads(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], never_run: list[str]
-) -> None:
+def test_a_pipe_as_an_input_is_refused_by_every_command_that_reads(tmp_path, capsys, never_run):
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     readers = {command for command in COMMANDS if module_of(command).READS}
@@ -224,6 +214,6 @@ def test_a_pipe_as_an_input_is_refused_by_every_command_that_reads(
 @pytest.mark.parametrize(
     "kind", [outputs.COMPENSATOR_FILE, FOLDER, FOLDER_OF_RUNS, FOLDER_THAT_GOES_ON]
 )
-def test_a_place_that_takes_no_files_is_refused_before_the_work(kind: str) -> None:
+def test_a_place_that_takes_no_files_is_refused_before_the_work(kind):
     with pytest.raises(BadInput, match=r"^/proc/results: cannot be written: "):
         check_output(Path("/proc/results"), kind)

@@ -1,7 +1,5 @@
 """The studies' ways as presets of `points`, `fit`, `compare` and the API."""
 
-from __future__ import annotations
-
 import json
 from math import pi
 from pathlib import Path
@@ -36,9 +34,7 @@ def fitted(runs: list[str], tmp_path: Path, *more: str) -> dict:
     return load_model(out).table
 
 
-def test_points_as_a_study_has_them_keep_the_air_and_say_what_the_api_says(
-    runs: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_points_as_a_study_has_them_keep_the_air_and_say_what_the_api_says(runs, capsys):
     assert main(["points", runs[0], "--as", "ts", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found == sd.points(runs[0], study="TS").details
@@ -50,9 +46,7 @@ def test_points_as_a_study_has_them_keep_the_air_and_say_what_the_api_says(
     assert len(named.combinations) == 3
 
 
-def test_the_time_series_study_says_order_tests_and_correlations(
-    runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_time_series_study_says_order_tests_and_correlations(runs, tmp_path, capsys):
     table = fitted(
         runs, tmp_path, "--as", "TS", "--option", "order=1", "--out", str(tmp_path / "figures")
     )
@@ -66,9 +60,7 @@ def test_the_time_series_study_says_order_tests_and_correlations(
     assert (tmp_path / "figures" / "correlations.png").stat().st_size > 10_000
 
 
-def test_the_hybrid_study_says_weights_and_what_its_parts_found(
-    runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_hybrid_study_says_weights_and_what_its_parts_found(runs, tmp_path, capsys):
     fitted(runs, tmp_path, "--as", "VAC", "--points", "T1,T4")
     text = capsys.readouterr().out
     tau = time_constant(**EQUATION_8)
@@ -82,8 +74,8 @@ def test_the_hybrid_study_says_weights_and_what_its_parts_found(
 
 
 def test_an_option_after_a_preset_overrides_and_another_model_has_its_own_options(
-    runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    runs, tmp_path, capsys
+):
     table = fitted(runs, tmp_path, "--as", "TS", "--model", "mlr", "--points", "T1,T4")
     assert (table["error_model"]["kind"], table["chosen"]) == ("mlr", ["T1", "T4"])
     text = capsys.readouterr().out
@@ -91,9 +83,7 @@ def test_an_option_after_a_preset_overrides_and_another_model_has_its_own_option
     assert ", T4 " in text
 
 
-def test_the_network_study_trains_without_decay_on_points_chosen_its_way(
-    runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_network_study_trains_without_decay_on_points_chosen_its_way(runs, tmp_path, capsys):
     table = fitted(runs, tmp_path, "--as", "GA", *QUICK)
     options = table["provenance"]["options"]
     assert options["decay"] == TRAINED["decay"] == 0.0
@@ -107,9 +97,7 @@ def test_the_network_study_trains_without_decay_on_points_chosen_its_way(
     )
 
 
-def test_a_comparison_takes_options_of_models_and_of_the_choice(
-    runs: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_comparison_takes_options_of_models_and_of_the_choice(runs, capsys):
     given = ["compare", "--train", runs[0], "--validate", runs[1], "--as", "TS", "--json"]
     quick = ["--models", "mlr,bp", "--option", "bp.iterations=3", "--option", "bp.hidden=[4]"]
     assert main([*given, *quick]) == 0
@@ -120,9 +108,7 @@ def test_a_comparison_takes_options_of_models_and_of_the_choice(
     assert "fem" in capsys.readouterr().err
 
 
-def test_what_is_no_study_is_refused_in_one_line(
-    runs: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_is_no_study_is_refused_in_one_line(runs, capsys):
     assert main(["points", *runs, "--as", "XY"]) == 2
     assert "--as: invalid choice: 'XY' (choose from" in capsys.readouterr().err
     with pytest.raises(sd.BadInput, match="GA, TS, VAC"):
@@ -149,8 +135,8 @@ def lathe_runs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
 
 @pytest.mark.parametrize("study", ["GA", "TS"])
 def test_a_study_scores_by_what_grows_along_the_spindle_where_there_is_no_tilt(
-    lathe_runs: list[str], tmp_path: Path, study: str
-) -> None:
+    lathe_runs, tmp_path, study
+):
     assert sd.points(lathe_runs, study=study).survey.target == "disp_z"
     assert sd.points(lathe_runs).survey.target == "disp_z"
     quick = QUICK if study == "GA" else ["--option", "order=1"]
@@ -158,9 +144,7 @@ def test_a_study_scores_by_what_grows_along_the_spindle_where_there_is_no_tilt(
     assert table["provenance"]["options"]["target"] == "growth"
 
 
-def test_what_a_study_takes_by_name_is_asked_for_where_it_is_not_recorded(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_a_study_takes_by_name_is_asked_for_where_it_is_not_recorded(tmp_path, capsys):
     run = make_run("a", 0, hours=1.0)
     path = str(write_run(run, tmp_path / "a.csv"))
     words = "front bearing, rear bearing and air: name yours"
@@ -174,9 +158,7 @@ def test_what_a_study_takes_by_name_is_asked_for_where_it_is_not_recorded(
         sd.compare([path], study="VAC")
 
 
-def test_pure_rotation_says_what_it_leaves_out(
-    runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_pure_rotation_says_what_it_leaves_out(runs, tmp_path, capsys):
     left_out = "pure rotation leaves out the radial drift at the gauge line: RMS X "
     fitted(runs, tmp_path, "--model", "mlr", "--form", "pure_rotation")
     assert left_out in capsys.readouterr().out
@@ -185,8 +167,8 @@ def test_pure_rotation_says_what_it_leaves_out(
 
 
 def test_a_network_draws_its_convergence_and_a_regression_says_that_it_draws_nothing(
-    runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    runs, tmp_path, capsys
+):
     quick = ["--option", "iterations=3", "--option", "hidden=4"]
     fitted(runs, tmp_path, "--model", "bp", *quick, "--out", str(tmp_path / "bp"))
     assert (tmp_path / "bp" / "convergence.png").stat().st_size > 10_000
@@ -196,9 +178,7 @@ def test_a_network_draws_its_convergence_and_a_regression_says_that_it_draws_not
     assert not (tmp_path / "mlr").exists()
 
 
-def test_points_of_one_run_say_what_they_cannot_and_refuse_an_unknown_option(
-    runs: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_points_of_one_run_say_what_they_cannot_and_refuse_an_unknown_option(runs, capsys):
     assert main(["points", runs[0], "--clusters", "2"]) == 0
     told = capsys.readouterr().out
     assert "nan" not in told
@@ -212,7 +192,7 @@ def test_points_of_one_run_say_what_they_cannot_and_refuse_an_unknown_option(
         sd.points(runs[0], study="XY")
 
 
-def test_equation_8_is_of_the_turning_parts_of_the_finite_elements() -> None:
+def test_equation_8_is_of_the_turning_parts_of_the_finite_elements():
     spindle = read_description("jig_borer")
     parts = {part.name: part for part in spindle.parts}
     mass = heat = 0.0

@@ -1,16 +1,12 @@
 """A probe cycle in the loop: when it comes, and what it brings."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 
 from scenarios.cosimulation import simulate
 from scenarios.scenario import read_scenario
 
 
-def test_a_probe_cycle_in_the_loop(shipped_in_c: Path) -> None:
+def test_a_probe_cycle_in_the_loop(shipped_in_c):
     frames = {
         case.name: simulate(
             case,

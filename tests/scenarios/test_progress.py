@@ -1,17 +1,11 @@
 """What long work says where standard error is no terminal."""
 
-from __future__ import annotations
-
 import time
-
-import pytest
 
 from scenarios import progress
 
 
-def test_a_line_is_written_as_long_as_it_takes(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_line_is_written_as_long_as_it_takes(monkeypatch, capsys):
     monkeypatch.setattr(progress, "SPEAKS_S", 0.05)
     with progress.spoken() as say:
         say("calibrating")
@@ -29,9 +23,7 @@ def test_a_line_is_written_as_long_as_it_takes(
     assert lines[-1].endswith(" s: screening")
 
 
-def test_quiet_work_says_nothing(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_quiet_work_says_nothing(monkeypatch, capsys):
     monkeypatch.setattr(progress, "SPEAKS_S", 0.01)
     with progress.spoken(quiet=True) as say:
         say("calibrating")

@@ -1,7 +1,5 @@
 """The replay: a compensator FMU against runs whose drift is known."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -77,7 +75,7 @@ def direct_fmu(direct_model: Path, tmp_path_factory: pytest.TempPathFactory) -> 
     return build_compensator(direct_model, tmp_path_factory.mktemp("direct_fmu"))
 
 
-def test_directions_come_from_the_compensator_file(direct_fmu: Path) -> None:
+def test_directions_come_from_the_compensator_file(direct_fmu):
     model = model_of(direct_fmu)
     run = warming("unseen", 9)
     found = replay(direct_fmu, model, run, rig_of_model(model))
@@ -92,7 +90,7 @@ def test_directions_come_from_the_compensator_file(direct_fmu: Path) -> None:
         assert frame[f"error_{axis}_um"].to_numpy() == pytest.approx(total)
 
 
-def test_an_offset_answers_the_row_before(direct_fmu: Path) -> None:
+def test_an_offset_answers_the_row_before(direct_fmu):
     """A jump in the last row's temperatures cannot change the last row's offset."""
     model = model_of(direct_fmu)
     run = warming("unseen", 9)
@@ -108,7 +106,7 @@ def test_an_offset_answers_the_row_before(direct_fmu: Path) -> None:
     assert offsets[0][0] == 0.0
 
 
-def test_the_tilt_counts_at_the_tool_length(tmp_path: Path) -> None:
+def test_the_tilt_counts_at_the_tool_length(tmp_path):
     rig = rig_from_table(FIVE, "rig")
     fmu = build_compensator(built(rig, tmp_path, tool_length_mm=(0.0, 300.0)), tmp_path)
     model = model_of(fmu)
@@ -121,7 +119,7 @@ def test_the_tilt_counts_at_the_tool_length(tmp_path: Path) -> None:
         assert frame["error_X_um"].abs().mean() < 0.15 * frame["drift_X_um"].abs().mean()
 
 
-def test_drift_of_a_tilted_tool_keeps_the_exact_cosine() -> None:
+def test_drift_of_a_tilted_tool_keeps_the_exact_cosine():
     columns = {
         "time_s": [0.0],
         "S1_um": 0.0,
@@ -138,9 +136,7 @@ def test_drift_of_a_tilted_tool_keeps_the_exact_cosine() -> None:
     assert drift["drift_Z_um"][0] == pytest.approx(130e3 * (1.0 - 1.0 / np.hypot(1.0, 0.2)))
 
 
-def test_a_thermometer_that_is_read_rarely_is_held_and_one_that_fails_is_not(
-    direct_fmu: Path,
-) -> None:
+def test_a_thermometer_that_is_read_rarely_is_held_and_one_that_fails_is_not(direct_fmu):
     model = model_of(direct_fmu)
     run = warming("unseen", 9)
     rows = np.arange(len(run.frame))
@@ -152,7 +148,7 @@ def test_a_thermometer_that_is_read_rarely_is_held_and_one_that_fails_is_not(
     assert frames[1]["status_1"].iloc[-1] == 4
 
 
-def test_a_spike_of_the_gauge_does_not_move_the_run(direct_fmu: Path) -> None:
+def test_a_spike_of_the_gauge_does_not_move_the_run(direct_fmu):
     model = model_of(direct_fmu)
     run = warming("unseen", 9)
     values = run.frame["growth_um"].to_numpy() + np.where(np.arange(len(run.frame)) == 0, 80.0, 0.0)
@@ -163,7 +159,7 @@ def test_a_spike_of_the_gauge_does_not_move_the_run(direct_fmu: Path) -> None:
     assert found.frame["error_Z_um"].abs().mean() < 0.15 * found.frame["drift_Z_um"].abs().mean()
 
 
-def test_rows_with_a_frozen_sensor_do_not_count_unless_asked(direct_fmu: Path) -> None:
+def test_rows_with_a_frozen_sensor_do_not_count_unless_asked(direct_fmu):
     model = model_of(direct_fmu)
     run = warming("frozen", 9)
     frame = run.frame.copy()
@@ -178,7 +174,7 @@ def test_rows_with_a_frozen_sensor_do_not_count_unless_asked(direct_fmu: Path) -
 
 
 @pytest.mark.parametrize("form", ["rise", "level"])
-def test_where_a_gauge_starts_is_no_drift(form: str, tmp_path: Path) -> None:
+def test_where_a_gauge_starts_is_no_drift(form, tmp_path):
     """500 um more on the gauge from the first sample on is the same run, whatever the form."""
     fmu = build_compensator(
         built(rig_from_table(DIRECT, "rig"), tmp_path, input_form=form), tmp_path
@@ -191,9 +187,7 @@ def test_where_a_gauge_starts_is_no_drift(form: str, tmp_path: Path) -> None:
     assert other["error_Z_um"].abs().mean() < 0.15 * other["drift_Z_um"].abs().mean()
 
 
-def test_a_compensator_that_never_starts_says_why(
-    direct_model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_compensator_that_never_starts_says_why(direct_model, tmp_path, capsys):
     run = warming("hot", 9)
     hot = {name: run.frame[name] + 90.0 for name in run.frame if str(name).endswith("_degC")}
     path = write_run(Run("hot", run.frame.assign(**hot)), tmp_path / "hot.csv")
@@ -203,21 +197,19 @@ def test_a_compensator_that_never_starts_says_why(
     assert " 0 %" in said
 
 
-def test_a_run_without_a_chosen_temperature_is_refused(direct_fmu: Path) -> None:
+def test_a_run_without_a_chosen_temperature_is_refused(direct_fmu):
     model = model_of(direct_fmu)
     run = Run("poor", warming("unseen", 9).frame.drop(columns="T2_degC"))
     with pytest.raises(BadInput, match="column T2_degC: is missing"):
         replay(direct_fmu, model, run, rig_of_model(model))
 
 
-def test_an_fmu_without_a_compensator_file_is_refused(tiny_compensator: Path) -> None:
+def test_an_fmu_without_a_compensator_file_is_refused(tiny_compensator):
     with pytest.raises(BadInput, match="holds no compensator file"):
         model_of(tiny_compensator)
 
 
-def test_the_command_replays_several_runs(
-    direct_model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_replays_several_runs(direct_model, tmp_path, capsys):
     paths = [write_run(warming(name, seed), tmp_path / f"{name}.csv") for name, seed in RUNS]
     out = tmp_path / "out"
     argv = ["replay", str(direct_model), *map(str, paths), "--out", str(out)]
@@ -236,9 +228,7 @@ def test_the_command_replays_several_runs(
     assert "monday: is the name of two of the runs" in capsys.readouterr().err
 
 
-def test_a_replay_scenario_finds_its_files_beside_it(
-    direct_model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_replay_scenario_finds_its_files_beside_it(direct_model, tmp_path, capsys):
     write_run(warming("monday", 7), tmp_path / "monday.csv")
     (tmp_path / "model.json").write_bytes(direct_model.read_bytes())
     scenario = tmp_path / "again.toml"
@@ -253,9 +243,7 @@ def test_a_replay_scenario_finds_its_files_beside_it(
 
 @pytest.mark.long
 @pytest.mark.real_data
-def test_a_compensator_of_measured_runs_helps_on_runs_it_never_saw(
-    lathe_runs: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_compensator_of_measured_runs_helps_on_runs_it_never_saw(lathe_runs, tmp_path, capsys):
     model, out = tmp_path / "lathe.json", tmp_path / "out"
     training, unseen = lathe_runs[:-6], lathe_runs[-6:]
     few = ["--points", "all"]
@@ -283,7 +271,7 @@ def doubting_fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return build_compensator(built(rig_from_table(DIRECT, "rig"), folder, strange), folder)
 
 
-def test_probes_at_fixed_intervals_correct_what_the_model_lacks(doubting_fmu: Path) -> None:
+def test_probes_at_fixed_intervals_correct_what_the_model_lacks(doubting_fmu):
     model, run = model_of(doubting_fmu), strange("unseen", 9)
     probing = Probing(every_s=900.0)
     found = replay(doubting_fmu, model, run, rig_of_model(model), probing=probing)
@@ -304,7 +292,7 @@ def test_probes_at_fixed_intervals_correct_what_the_model_lacks(doubting_fmu: Pa
     assert again.frame.equals(frame)
 
 
-def test_probes_come_when_the_uncertainty_asks_for_them(doubting_fmu: Path) -> None:
+def test_probes_come_when_the_uncertainty_asks_for_them(doubting_fmu):
     model, run = model_of(doubting_fmu), strange("unseen", 9)
     count = []
     usual = 1000.0
@@ -322,9 +310,7 @@ def test_probes_come_when_the_uncertainty_asks_for_them(doubting_fmu: Path) -> N
     assert 0 == count[0] < count[1] < count[2]
 
 
-def test_one_probe_that_is_100_um_off_does_no_harm(
-    doubting_fmu: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_one_probe_that_is_100_um_off_does_no_harm(doubting_fmu, monkeypatch):
     model, run = model_of(doubting_fmu), strange("unseen", 9)
     probing = Probing(every_s=900.0, noise_um=0.2)
     good = replay(doubting_fmu, model, run, rig_of_model(model), probing=probing)
@@ -333,7 +319,7 @@ def test_one_probe_that_is_100_um_off_does_no_harm(
     def chipped(self: ProbedRun, *args: Any) -> None:
         usual(self, *args)
         self.targets = self.targets.copy()
-        self.targets[good.probes[3]] += 100.0  # type: ignore[index]
+        self.targets[good.probes[3]] += 100.0
 
     monkeypatch.setattr(ProbedRun, "__init__", chipped)
     bad = replay(doubting_fmu, model, run, rig_of_model(model), probing=probing)
@@ -345,9 +331,7 @@ def test_one_probe_that_is_100_um_off_does_no_harm(
         assert mean[1] < mean[0] + 1.0
 
 
-def test_the_command_shows_probes_beside_none_and_the_last_one_held(
-    doubting_fmu: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_shows_probes_beside_none_and_the_last_one_held(doubting_fmu, tmp_path, capsys):
     paths = [tmp_path / f"{name}.csv" for name, _ in RUNS]
     for path, (name, seed) in zip(paths, RUNS, strict=True):
         write_run(strange(name, seed).frame, path)
@@ -372,9 +356,7 @@ def test_the_command_shows_probes_beside_none_and_the_last_one_held(
         (["--seed", "-1"], "--seed: -1 is not allowed: 0 to "),
     ],
 )
-def test_probes_that_cannot_be_are_refused(
-    options: list[str], told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_probes_that_cannot_be_are_refused(options, told, tmp_path, capsys):
     out = ["--out", str(tmp_path / "out")]
     assert main(["replay", "model.json", "run.csv", *options, *out]) == 2
     error = capsys.readouterr().err

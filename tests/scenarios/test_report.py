@@ -1,12 +1,9 @@
 """The report in a browser: figures drawn, nothing to complain about, nothing fetched."""
 
-from __future__ import annotations
-
 import base64
 import re
 import shutil
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -34,7 +31,7 @@ def report(
     return folder / "out" / "report.html"
 
 
-def test_the_report_names_what_a_reader_needs(report: Path) -> None:
+def test_the_report_names_what_a_reader_needs(report):
     text = report.read_text(encoding="utf-8")
     page = re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL)
     for needed in ("A tiny scenario", "No compensation", "GUID", "SHA-256", "run.csv", "µm"):
@@ -47,9 +44,7 @@ def test_the_report_names_what_a_reader_needs(report: Path) -> None:
 
 @pytest.mark.browser
 @pytest.mark.parametrize("width", [1280, 390])
-def test_the_report_draws_its_figures_without_complaint(
-    report: Path, browser: Any, width: int
-) -> None:
+def test_the_report_draws_its_figures_without_complaint(report, browser, width):
     metrics = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
     browser.get(report.as_uri())

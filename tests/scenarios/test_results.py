@@ -1,7 +1,5 @@
 """The results folder: whole or not at all, and never somebody else's."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -33,7 +31,7 @@ def names(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
-def test_a_folder_appears_whole(tmp_path: Path) -> None:
+def test_a_folder_appears_whole(tmp_path):
     target = tmp_path / "deep" / "results"
     with results_folder(target) as folder:
         fill(folder)
@@ -43,14 +41,14 @@ def test_a_folder_appears_whole(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
-def test_a_failure_half_way_leaves_nothing(tmp_path: Path, error: type[BaseException]) -> None:
+def test_a_failure_half_way_leaves_nothing(tmp_path, error):
     target = tmp_path / "results"
     with pytest.raises(error):
         write_half(target, error)
     assert names(tmp_path) == []
 
 
-def test_a_failure_half_way_leaves_what_was_there(tmp_path: Path) -> None:
+def test_a_failure_half_way_leaves_what_was_there(tmp_path):
     target = tmp_path / "results"
     with results_folder(target) as folder:
         fill(folder, "old")
@@ -60,7 +58,7 @@ def test_a_failure_half_way_leaves_what_was_there(tmp_path: Path) -> None:
     assert names(tmp_path) == ["results"]
 
 
-def test_a_foreign_folder_or_a_file_is_refused(tmp_path: Path) -> None:
+def test_a_foreign_folder_or_a_file_is_refused(tmp_path):
     (tmp_path / "thesis.tex").write_text("x")
     with pytest.raises(BadInput, match="holds files and no results"):
         check_folder(tmp_path)
@@ -75,9 +73,7 @@ def test_a_foreign_folder_or_a_file_is_refused(tmp_path: Path) -> None:
     assert (tmp_path / "thesis.tex").read_text() == "x"
 
 
-def test_a_scenario_leaves_everything_it_promises(
-    tmp_path: Path, tiny_scenario: Path, tiny_folder: Path
-) -> None:
+def test_a_scenario_leaves_everything_it_promises(tmp_path, tiny_scenario, tiny_folder):
     text = tiny_scenario.read_text() + (
         '\n[[variants]]\nname = "on"\ntitle = "On"\n'
         '[[variants]]\nname = "off"\nset = { "compensator.enabled" = false }\n'
@@ -119,11 +115,8 @@ def test_a_scenario_leaves_everything_it_promises(
 
 
 def test_a_failure_while_writing_leaves_no_folder(
-    tmp_path: Path,
-    tiny_scenario: Path,
-    tiny_folder: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    tmp_path, tiny_scenario, tiny_folder, monkeypatch
+):
     def fail(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
@@ -134,9 +127,7 @@ def test_a_failure_while_writing_leaves_no_folder(
     assert names(tmp_path) == ["fmus", "tiny.toml"]
 
 
-def test_the_same_scenario_gives_the_same_bytes(
-    tmp_path: Path, tiny_scenario: Path, tiny_folder: Path
-) -> None:
+def test_the_same_scenario_gives_the_same_bytes(tmp_path, tiny_scenario, tiny_folder):
     fault = '\n[[faults]]\nsensor = "T1"\nkind = "missing"\nstart_s = 5\nend_s = 8\n'
     tiny_scenario.write_text(tiny_scenario.read_text() + fault)
     found = []

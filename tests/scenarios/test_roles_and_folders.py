@@ -1,7 +1,5 @@
 """What a plant and a compensator must offer, and that no unpacked FMU stays behind."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal
@@ -40,9 +38,7 @@ def line_of(argv: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     return line
 
 
-def test_fmus_in_the_wrong_place_are_refused(
-    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_fmus_in_the_wrong_place_are_refused(tiny_scenario, tiny_folder, tmp_path, capsys):
     plant, compensator = str(tiny_folder / "plant.fmu"), str(tiny_folder / "compensator.fmu")
     common = ["run", str(tiny_scenario), "--out", str(tmp_path / "out"), "--quiet"]
     line = line_of([*common, "--plant", plant, "--compensator", plant], capsys)
@@ -52,9 +48,7 @@ def test_fmus_in_the_wrong_place_are_refused(
     assert not (tmp_path / "out").exists()
 
 
-def test_a_plant_without_the_error_that_is_left_is_refused(
-    tiny_scenario: Path, tmp_path: Path
-) -> None:
+def test_a_plant_without_the_error_that_is_left_is_refused(tiny_scenario, tmp_path):
     source = PLANT.replace('("drift", "offset", "error")', '("drift", "offset")', 2)
     plant = build_tiny(source.replace("error_", "hidden_"), "BlindPlant", tmp_path / "blind")
     (case,) = read_scenario(tiny_scenario).cases
@@ -62,9 +56,7 @@ def test_a_plant_without_the_error_that_is_left_is_refused(
         simulate(case, plant, None, quiet=True)
 
 
-def test_a_compensator_whose_status_is_no_number_is_refused(
-    tiny_scenario: Path, tiny_plant: Path, tmp_path: Path
-) -> None:
+def test_a_compensator_whose_status_is_no_number_is_refused(tiny_scenario, tiny_plant, tmp_path):
     source = COMPENSATOR.replace('("status", "status_sensor")', '("status_sensor",)')
     other = build_tiny(source, "MuteCompensator", tmp_path / "mute")
     (case,) = read_scenario(tiny_scenario).cases
@@ -73,8 +65,8 @@ def test_a_compensator_whose_status_is_no_number_is_refused(
 
 
 def test_a_good_run_and_a_failed_start_leave_nothing_unpacked(
-    tiny_scenario: Path, tiny_plant: Path, tmp_path: Path, temporary: Path
-) -> None:
+    tiny_scenario, tiny_plant, tmp_path, temporary
+):
     (case,) = read_scenario(tiny_scenario).cases
     simulate(case, tiny_plant, None, quiet=True)
     # The builder makes an instance of its own, and that one must work.
@@ -87,8 +79,8 @@ def test_a_good_run_and_a_failed_start_leave_nothing_unpacked(
 
 
 def test_a_damaged_fmu_is_refused_and_leaves_nothing_unpacked(
-    tiny_scenario: Path, tiny_plant: Path, tmp_path: Path, temporary: Path
-) -> None:
+    tiny_scenario, tiny_plant, tmp_path, temporary
+):
     damaged = tmp_path / "damaged.fmu"
     shutil.copy(tiny_plant, damaged)
     with zipfile.ZipFile(damaged) as archive:
@@ -103,9 +95,7 @@ def test_a_damaged_fmu_is_refused_and_leaves_nothing_unpacked(
     assert list(temporary.iterdir()) == []
 
 
-def test_what_a_killed_process_left_is_removed_and_what_is_in_use_is_not(
-    tiny_plant: Path, temporary: Path
-) -> None:
+def test_what_a_killed_process_left_is_removed_and_what_is_in_use_is_not(tiny_plant, temporary):
     code = (
         "import sys, time; from pathlib import Path; from scenarios.unpacking import Unpacked; "
         "print(Unpacked(Path(sys.argv[1])).folder, flush=True); time.sleep(3600)"
@@ -128,9 +118,7 @@ def test_what_a_killed_process_left_is_removed_and_what_is_in_use_is_not(
     assert list(temporary.iterdir()) == []
 
 
-def test_a_folder_that_an_fmu_cannot_read_from_a_uri_is_refused(
-    tiny_plant: Path, temporary: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_folder_that_an_fmu_cannot_read_from_a_uri_is_refused(tiny_plant, temporary, monkeypatch):
     folder = temporary / "ü"
     folder.mkdir()
     monkeypatch.setenv("TMPDIR", str(folder))
@@ -141,8 +129,8 @@ def test_a_folder_that_an_fmu_cannot_read_from_a_uri_is_refused(
 
 
 def test_a_run_that_is_terminated_leaves_nothing_unpacked(
-    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path, temporary: Path
-) -> None:
+    tiny_scenario, tiny_folder, tmp_path, temporary
+):
     command = [sys.executable, "-m", "scenarios.cli", "run", str(tiny_scenario)]
     command += ["--fmu-dir", str(tiny_folder), "--out", str(tmp_path / "out")]
     command += ["--set", "duration_s=1000000", "--set", "signals.speed=0.0"]
@@ -160,7 +148,7 @@ def test_a_run_that_is_terminated_leaves_nothing_unpacked(
     assert not (tmp_path / "out").exists()
 
 
-def test_what_another_kernel_unpacked_is_left_alone(tiny_plant: Path, temporary: Path) -> None:
+def test_what_another_kernel_unpacked_is_left_alone(tiny_plant, temporary):
     mine = Unpacked(tiny_plant)
     theirs = temporary / f"{unpacking.PREFIX}another0-abc"
     theirs.mkdir()

@@ -1,7 +1,5 @@
 """Scenario files: what is read, and that anything wrong is one line."""
 
-from __future__ import annotations
-
 import copy
 import tomllib
 from pathlib import Path
@@ -58,7 +56,7 @@ def read(text: str = TEXT, *overrides: tuple[str, Any]) -> Scenario:
     return scenario_from_text(text, PATH, overrides)
 
 
-def test_variants_change_only_what_they_name() -> None:
+def test_variants_change_only_what_they_name():
     one, two = read().cases
     assert (one.name, one.title) == ("one", "One")
     assert (two.name, two.title) == ("two", "two")
@@ -71,13 +69,13 @@ def test_variants_change_only_what_they_name() -> None:
     assert one.settings.plant.parameters == {"links.front.conductance": 3.0}
 
 
-def test_a_scenario_without_variants_is_one_case() -> None:
+def test_a_scenario_without_variants_is_one_case():
     text = TEXT[: TEXT.index("[[variants]]")]
     (case,) = read(text).cases
     assert (case.name, case.title, case.settings.steps) == ("main", "A small one", 20)
 
 
-def test_overrides_reach_every_variant_unless_it_says_otherwise() -> None:
+def test_overrides_reach_every_variant_unless_it_says_otherwise():
     one, two = read(TEXT, ("duration_s", 40), ("compensator.enabled", True)).cases
     assert (one.settings.steps, two.settings.steps) == (40, 40)
     assert one.settings.compensator.enabled
@@ -106,7 +104,7 @@ def test_overrides_reach_every_variant_unless_it_says_otherwise() -> None:
         ("[[faults]]", "[replay]\n[[faults]]", "faults: has no meaning beside"),
     ],
 )
-def test_a_mistake_is_one_line_that_names_the_place(old: str, new: str, message: str) -> None:
+def test_a_mistake_is_one_line_that_names_the_place(old, new, message):
     assert old in TEXT
     text = TEXT.replace(old, new, 1)
     if "replay" in new:
@@ -117,7 +115,7 @@ def test_a_mistake_is_one_line_that_names_the_place(old: str, new: str, message:
     assert "\n" not in str(caught.value)
 
 
-def test_a_replay_needs_nothing_else() -> None:
+def test_a_replay_needs_nothing_else():
     head = TEXT[: TEXT.index("[plant]")]
     found = read(head + '[replay]\nruns = ["a.csv"]\n')
     assert found.cases == ()
@@ -125,14 +123,14 @@ def test_a_replay_needs_nothing_else() -> None:
     assert found.settings.replay.runs == ["a.csv"]
 
 
-def test_a_typo_is_told_the_nearest_name() -> None:
+def test_a_typo_is_told_the_nearest_name():
     with pytest.raises(BadInput, match="did you mean step_speed"):
         scenario_path("step_sped")
     with pytest.raises(BadInput, match="neither a file nor"):
         scenario_path("\0")
 
 
-def test_a_folder_or_a_binary_file_is_refused(tmp_path: Path) -> None:
+def test_a_folder_or_a_binary_file_is_refused(tmp_path):
     with pytest.raises(BadInput, match="neither a file nor"):
         read_scenario(tmp_path)
     (tmp_path / "b.toml").write_bytes(b"\xff\xfe")
@@ -141,7 +139,7 @@ def test_a_folder_or_a_binary_file_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", library(), ids=lambda path: path.stem)
-def test_every_shipped_scenario_reads_and_is_named_like_its_file(path: Path) -> None:
+def test_every_shipped_scenario_reads_and_is_named_like_its_file(path):
     assert read_scenario(path.stem).settings.name == path.stem
 
 
@@ -160,7 +158,7 @@ ODD = st.one_of(
 
 def places(table: object, at: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     found = [at] if at else []
-    items = table.items() if isinstance(table, dict) else enumerate(table)  # type: ignore[arg-type]
+    items = table.items() if isinstance(table, dict) else enumerate(table)
     for key, value in items:
         if isinstance(value, dict | list):
             found += places(value, (*at, key))
@@ -194,9 +192,7 @@ def refusal_of(text: str, *overrides: tuple[str, Any]) -> str | None:
 
 
 @given(place=st.sampled_from(places(TABLE)), odd=ODD)
-def test_any_mangled_field_is_read_or_refused_in_one_line(
-    place: tuple[Any, ...], odd: object
-) -> None:
+def test_any_mangled_field_is_read_or_refused_in_one_line(place, odd):
     table: Any = copy.deepcopy(TABLE)
     inner = table
     for step in place[:-1]:
@@ -208,13 +204,13 @@ def test_any_mangled_field_is_read_or_refused_in_one_line(
 
 
 @given(st.text(max_size=200))
-def test_any_text_is_refused_in_one_line(text: str) -> None:
+def test_any_text_is_refused_in_one_line(text):
     with pytest.raises(BadInput) as caught:
         read(text)
     assert "\n" not in str(caught.value)
 
 
 @given(key=st.text(max_size=20), value=ODD)
-def test_any_override_is_taken_or_refused_in_one_line(key: str, value: object) -> None:
+def test_any_override_is_taken_or_refused_in_one_line(key, value):
     refusal = refusal_of(TEXT, (key, value))
     assert refusal is None or refusal.startswith("small.toml")

@@ -1,7 +1,5 @@
 """The compensator that ships is the one that its recipe makes."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
@@ -14,7 +12,7 @@ SHIPPED = ROOT / "fmu_compensator" / "library" / "jig_borer.json"
 
 
 @pytest.mark.long
-def test_make_compensator_gives_the_shipped_file(tmp_path: Path) -> None:
+def test_make_compensator_gives_the_shipped_file(tmp_path):
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     training = re.search(r"^TRAINING := (.+)$", makefile, re.MULTILINE)
     options = re.search(r"spindle-drift fit .*?\\\n\s+(.+?)-o ", makefile, re.DOTALL)

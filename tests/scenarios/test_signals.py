@@ -1,7 +1,5 @@
 """Signals: values worked out by hand, and refusals."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +22,7 @@ def values(entry: object, times: np.ndarray = TIMES) -> list[float]:
     return list(build(entry, setting()).values(times, setting()))
 
 
-def test_a_scaled_signal_is_a_factor_times_another() -> None:
+def test_a_scaled_signal_is_a_factor_times_another():
     inner = {"kind": "ramp", "start": 2.0, "end": 6.0, "end_s": 100.0}
     scaled = values({"kind": "scaled", "signal": inner, "factor": -0.5})
     assert scaled == [-0.5 * value for value in values(inner)]
@@ -32,42 +30,42 @@ def test_a_scaled_signal_is_a_factor_times_another() -> None:
         build({"kind": "scaled", "signal": {"kind": "rmap"}, "factor": 1.0}, setting())
 
 
-def test_a_bare_number_is_a_constant() -> None:
+def test_a_bare_number_is_a_constant():
     assert values(21) == [21.0] * 7
 
 
-def test_steps_jump_at_their_times_and_hold_before_the_first() -> None:
+def test_steps_jump_at_their_times_and_hold_before_the_first():
     steps = {"kind": "steps", "times_s": [5, 10], "values": [1, 2]}
     assert values(steps) == [1, 1, 1, 1, 2, 2, 2]
 
 
-def test_steps_repeat() -> None:
+def test_steps_repeat():
     steps = {"kind": "steps", "times_s": [0, 5], "values": [1, 2], "repeat_s": 10}
     assert values(steps) == [1, 1, 2, 2, 1, 1, 1]
 
 
-def test_ramp_is_straight_and_level_outside() -> None:
+def test_ramp_is_straight_and_level_outside():
     ramp = {"kind": "ramp", "start": 0, "end": 8, "start_s": 1, "end_s": 9}
     assert values(ramp) == [0, 0, 4, 8, 8, 8, 8]
 
 
-def test_sine_has_mean_amplitude_and_phase() -> None:
+def test_sine_has_mean_amplitude_and_phase():
     sine = {"kind": "sine", "mean": 20, "amplitude": 2, "period_s": 40, "phase_deg": 90}
     assert values(sine, np.array([0.0, 10.0, 20.0])) == pytest.approx([22, 20, 18])
 
 
-def test_first_order_has_done_63_percent_after_its_time_constant() -> None:
+def test_first_order_has_done_63_percent_after_its_time_constant():
     rise = {"kind": "first_order", "start": 10, "end": 20, "time_constant_s": 5, "start_s": 5}
     found = values(rise, np.array([0.0, 5.0, 10.0]))
     assert found == pytest.approx([10, 10, 10 + 10 * (1 - np.exp(-1))])
 
 
-def test_sum_adds_its_parts() -> None:
+def test_sum_adds_its_parts():
     parts = [1, {"kind": "steps", "times_s": [0, 5], "values": [0, 2]}]
     assert values({"kind": "sum", "parts": parts}) == [1, 1, 3, 3, 3, 3, 3]
 
 
-def test_table_holds_commands_and_interpolates_measurements(tmp_path: Path) -> None:
+def test_table_holds_commands_and_interpolates_measurements(tmp_path):
     (tmp_path / "run.csv").write_text(
         "time_s,speed_rpm,T5_degC\n100,1000,20\n104,2000,22\n108,,26\n", encoding="utf-8"
     )
@@ -87,7 +85,7 @@ RANDOM = {"kind": "random_steps", "low": 100, "high": 900, "dwell_s": [10, 60], 
 
 
 @given(seed=st.integers(0, 2**31 - 1), stops=st.floats(0.0, 1.0))
-def test_random_steps_stay_in_range_and_dwell_long_enough(seed: int, stops: float) -> None:
+def test_random_steps_stay_in_range_and_dwell_long_enough(seed, stops):
     signal = build({**RANDOM, "stops": stops}, setting())
     times = np.arange(0.0, 2000.0)
     found = signal.values(times, setting(seed=seed))
@@ -99,14 +97,14 @@ def test_random_steps_stay_in_range_and_dwell_long_enough(seed: int, stops: floa
     assert np.array_equal(found, again)
 
 
-def test_random_steps_of_a_longer_scenario_begin_as_those_of_a_shorter_one() -> None:
+def test_random_steps_of_a_longer_scenario_begin_as_those_of_a_shorter_one():
     signal = build(RANDOM, setting())
     short = signal.values(np.arange(0.0, 500.0), setting())
     long = signal.values(np.arange(0.0, 5000.0), setting())
     assert np.array_equal(short, long[:500])
 
 
-def test_random_steps_differ_between_seeds_and_between_signals() -> None:
+def test_random_steps_differ_between_seeds_and_between_signals():
     signal, times = build(RANDOM, setting()), np.arange(0.0, 5000.0)
     found = [
         signal.values(times, setting()),
@@ -137,13 +135,13 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("entry", "message"), REFUSED)
-def test_refusals_name_the_place(entry: object, message: str) -> None:
+def test_refusals_name_the_place(entry, message):
     with pytest.raises(BadInput, match=message) as caught:
         build(entry, setting())
     assert str(caught.value).startswith("scenario.toml: signals.speed")
 
 
-def test_sums_nest_only_so_deep() -> None:
+def test_sums_nest_only_so_deep():
     entry: object = 1.0
     for _ in range(10_000):
         entry = {"kind": "sum", "parts": [entry]}

@@ -1,7 +1,5 @@
 """`spindle-drift ssp`: what is in the file; tests/masters runs it in other tools."""
 
-from __future__ import annotations
-
 import io
 import json
 import shutil
@@ -19,7 +17,6 @@ from fmpy.ssp.ssd import Component, SystemStructureDescription, read_ssd
 from fmpy.validation import validate_fmu
 from pyssp_standard.standard import ModelicaStandard
 
-from fmu_packaging.native.compilers import Compiler
 from measurement.errors import BadInput
 from measurement.files import sha256_of
 from scenarios.cli import main
@@ -56,7 +53,7 @@ def starts(ssd: SystemStructureDescription, name: str) -> dict[str, float]:
     return found
 
 
-def test_equal_names_are_connected(tiny_scenario: Path, tiny_folder: Path, tmp_path: Path) -> None:
+def test_equal_names_are_connected(tiny_scenario, tiny_folder, tmp_path):
     ssd = packed(tiny_scenario, tiny_folder, tmp_path / "a.ssp")
     assert wires(ssd) == {
         "plant.T1>compensator.T1",
@@ -71,9 +68,7 @@ def test_equal_names_are_connected(tiny_scenario: Path, tiny_folder: Path, tmp_p
     assert {"speed", "error_X", "drift_Z"} <= connectors
 
 
-def test_the_file_holds_the_fmus_as_they_are(
-    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path
-) -> None:
+def test_the_file_holds_the_fmus_as_they_are(tiny_scenario, tiny_folder, tmp_path):
     packed(tiny_scenario, tiny_folder, tmp_path / "a.ssp")
     packed(tiny_scenario, tiny_folder, tmp_path / "b.ssp")
     assert (tmp_path / "a.ssp").read_bytes() == (tmp_path / "b.ssp").read_bytes()
@@ -86,18 +81,14 @@ def test_the_file_holds_the_fmus_as_they_are(
     assert '<osp:FixedStepAlgorithm baseStepSize="1.0" />' in text
 
 
-def test_the_signals_fmu_validates_and_plays_the_scenario(
-    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path
-) -> None:
+def test_the_signals_fmu_validates_and_plays_the_scenario(tiny_scenario, tiny_folder, tmp_path):
     packed(tiny_scenario, tiny_folder, tmp_path / "a.ssp")
     with zipfile.ZipFile(tmp_path / "a.ssp") as archive:
         archive.extract("resources/signals.fmu", tmp_path)
     plays_the_scenario(tmp_path / "resources" / "signals.fmu")
 
 
-def test_the_signals_fmu_in_c_does_the_same(
-    tiny_scenario: Path, tiny_plant: Path, c_compiler: Compiler, tmp_path: Path
-) -> None:
+def test_the_signals_fmu_in_c_does_the_same(tiny_scenario, tiny_plant, c_compiler, tmp_path):
     made = [c_compiler]
     (case,) = read_scenario(tiny_scenario, [("compensator.enabled", False)]).cases
     data = ssp_bytes(case, tiny_plant, None, made)
@@ -149,9 +140,7 @@ def speed_by_a_clock_of_single_precision(fmu: str) -> float:
     return float(shown)
 
 
-def test_version_2_is_valid_by_its_schema(
-    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path
-) -> None:
+def test_version_2_is_valid_by_its_schema(tiny_scenario, tiny_folder, tmp_path):
     out = tmp_path / "a.ssp"
     arguments = ["ssp", str(tiny_scenario), "--fmu-dir", str(tiny_folder), "-o", str(out)]
     assert main([*arguments, "--ssp", "2", "--set", "plant.parameters.gain=0.5"]) == 0
@@ -166,9 +155,7 @@ def test_version_2_is_valid_by_its_schema(
         xmlschema.validate(text, str(schemas["ssd"]))
 
 
-def test_parameters_and_the_seed_are_start_values(
-    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path
-) -> None:
+def test_parameters_and_the_seed_are_start_values(tiny_scenario, tiny_folder, tmp_path):
     out = tmp_path / "a.ssp"
     gain = ["--set", "plant.parameters.gain=0.5", "--set", "seed=7"]
     ssd = packed(tiny_scenario, tiny_folder, out, *gain)
@@ -180,9 +167,7 @@ def test_parameters_and_the_seed_are_start_values(
     assert float(starts(ssd, "plant")["noise_seed"]) == 0.0
 
 
-def test_a_blind_compensator_is_told_a_constant(
-    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path
-) -> None:
+def test_a_blind_compensator_is_told_a_constant(tiny_scenario, tiny_folder, tmp_path):
     override = ["--set", "compensator.tool_length_mm=30.0"]
     ssd = packed(tiny_scenario, tiny_folder, tmp_path / "a.ssp", *override)
     assert "signals.tool_length>compensator.tool_length" not in wires(ssd)
@@ -192,9 +177,7 @@ def test_a_blind_compensator_is_told_a_constant(
     }
 
 
-def test_without_a_compensator_only_the_signals_are_connected(
-    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path
-) -> None:
+def test_without_a_compensator_only_the_signals_are_connected(tiny_scenario, tiny_folder, tmp_path):
     ssd = packed(
         tiny_scenario, tiny_folder, tmp_path / "a.ssp", "--set", "compensator.enabled=false"
     )
@@ -202,9 +185,7 @@ def test_without_a_compensator_only_the_signals_are_connected(
     assert wires(ssd) == {"signals.speed>plant.speed", "signals.tool_length>plant.tool_length"}
 
 
-def test_json_names_the_file_as_it_is(
-    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_json_names_the_file_as_it_is(tiny_scenario, tiny_folder, tmp_path, capsys):
     out = tmp_path / "a.ssp"
     packed(tiny_scenario, tiny_folder, out, "--json")
     found = json.loads(capsys.readouterr().out)
@@ -212,7 +193,7 @@ def test_json_names_the_file_as_it_is(
     assert (found["file"], found["variant"], found["step_s"]) == (str(out), "main", 1.0)
 
 
-def test_only_changes_are_kept_with_every_digit() -> None:
+def test_only_changes_are_kept_with_every_digit():
     time_s = np.arange(5.0)
     values = np.array([0.1, 0.1, 1 / 3, 1 / 3, 0.1])
     steady = np.full(5, 2.0)
@@ -235,13 +216,8 @@ def test_only_changes_are_kept_with_every_digit() -> None:
     ],
 )
 def test_what_cannot_be_packed_is_refused_in_one_line(
-    tiny_scenario: Path,
-    tiny_folder: Path,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    more: list[str],
-    message: str,
-) -> None:
+    tiny_scenario, tiny_folder, tmp_path, capsys, more, message
+):
     out = tmp_path / "a.ssp"
     arguments = ["ssp", str(tiny_scenario), "--fmu-dir", str(tiny_folder), "-o", str(out)]
     assert main([*arguments, *more]) == 2
@@ -250,14 +226,12 @@ def test_what_cannot_be_packed_is_refused_in_one_line(
     assert not out.exists()
 
 
-def test_a_replay_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_replay_is_refused(capsys):
     assert main(["ssp", "replay"]) == 2
     assert "replay: has no plant to put into an .ssp" in capsys.readouterr().err
 
 
-def test_a_blind_compensator_without_the_signal_is_refused(
-    tiny_scenario: Path, tiny_plant: Path, tmp_path: Path
-) -> None:
+def test_a_blind_compensator_without_the_signal_is_refused(tiny_scenario, tiny_plant, tmp_path):
     source = COMPENSATOR.replace(', ("tool_length", "mm")]', "]")
     other = build_tiny(source, "ShortCompensator", tmp_path)
     override = [("compensator.tool_length_mm", 30.0)]

@@ -1,7 +1,5 @@
 """A whole sweep: what it computes, that it goes on after a kill, and what it refuses."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal
@@ -73,7 +71,7 @@ def closed(tiny_folder: Path, tmp_path: Path) -> Path:
     return path
 
 
-def test_the_table_holds_what_the_plant_does(sweep: Any, tmp_path: Path) -> None:
+def test_the_table_holds_what_the_plant_does(sweep, tmp_path):
     found = sweep("out", "gain=1e-3,2e-3", "speed=1000,500")
     table = pd.read_csv(tmp_path / "out" / "sweep.csv", keep_default_na=False)
     assert len(table) == 4 * 3
@@ -99,7 +97,7 @@ def test_the_table_holds_what_the_plant_does(sweep: Any, tmp_path: Path) -> None
     assert found["files"] == ["sweep.csv", "sweep.parquet", "percentiles.csv", "percentiles.png"]
 
 
-def test_any_number_of_workers_gives_the_same_files(sweep: Any, tmp_path: Path) -> None:
+def test_any_number_of_workers_gives_the_same_files(sweep, tmp_path):
     for workers in (1, 2):
         sweep(str(workers), "gain=1e-3..2e-3", "tool_length=1,2", workers=workers, repeat=3)
     for name in SAME:
@@ -118,8 +116,8 @@ def nobody_is_left(process: subprocess.Popen[str]) -> bool:
 
 @pytest.mark.long
 def test_a_killed_sweep_ends_with_its_workers_and_goes_on_and_comes_to_the_same(
-    tiny_scenario: Path, tiny_folder: Path, closed: Path, tmp_path: Path
-) -> None:
+    tiny_scenario, tiny_folder, closed, tmp_path
+):
     more = ["--vary", "speed=1000,2000,8500,8600", "--quiet"]
     words = arguments(tiny_scenario, tiny_folder, tmp_path / "out", "--workers", "2", *more)
     first = in_a_process(*words)
@@ -146,8 +144,8 @@ def test_a_killed_sweep_ends_with_its_workers_and_goes_on_and_comes_to_the_same(
 @pytest.mark.long
 @pytest.mark.parametrize("workers", ["1", "2"])
 def test_an_interrupted_sweep_says_how_to_go_on(
-    tiny_scenario: Path, tiny_folder: Path, closed: Path, tmp_path: Path, workers: str
-) -> None:
+    tiny_scenario, tiny_folder, closed, tmp_path, workers
+):
     more = ["--vary", "speed=1000,8500,8600", "--workers", workers]
     process = in_a_process(*arguments(tiny_scenario, tiny_folder, tmp_path / "out", *more))
     until_recorded(tmp_path / "out", 1, process)
@@ -169,7 +167,7 @@ OTHERWISE: dict[str, dict[str, Any]] = {
 }
 
 
-def test_another_sweep_does_not_go_into_the_same_folder(sweep: Any, tmp_path: Path) -> None:
+def test_another_sweep_does_not_go_into_the_same_folder(sweep, tmp_path):
     sweep("out", "gain=1,2", repeat=2)
     before = {path: path.stat().st_mtime_ns for path in (tmp_path / "out").rglob("*")}
     for message, change in OTHERWISE.items():
@@ -182,9 +180,7 @@ def test_another_sweep_does_not_go_into_the_same_folder(sweep: Any, tmp_path: Pa
     assert before == {path: path.stat().st_mtime_ns for path in (tmp_path / "out").rglob("*")}
 
 
-def test_other_fmus_or_another_text_are_another_sweep(
-    sweep: Any, tiny_scenario: Path, tiny_folder: Path, tmp_path: Path
-) -> None:
+def test_other_fmus_or_another_text_are_another_sweep(sweep, tiny_scenario, tiny_folder, tmp_path):
     sweep("out")
     (tiny_folder / "plant.fmu").write_bytes(
         build_tiny(PLANT, "OtherPlant", tmp_path / "other").read_bytes()
@@ -196,7 +192,7 @@ def test_other_fmus_or_another_text_are_another_sweep(
         sweep("out")
 
 
-def test_a_folder_of_something_else_is_left_alone(sweep: Any, tmp_path: Path) -> None:
+def test_a_folder_of_something_else_is_left_alone(sweep, tmp_path):
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "thesis.txt").write_text("years of work")
     with pytest.raises(BadInput, match="holds files and no sweep"):
@@ -207,7 +203,7 @@ def test_a_folder_of_something_else_is_left_alone(sweep: Any, tmp_path: Path) ->
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["thesis.txt"]
 
 
-def test_a_damaged_case_is_run_again(sweep: Any, tmp_path: Path) -> None:
+def test_a_damaged_case_is_run_again(sweep, tmp_path):
     sweep("out", "gain=1,2")
     case, table = tmp_path / "out" / "cases" / "000001.json", tmp_path / "out" / "sweep.csv"
     whole, rows = case.read_bytes(), table.read_bytes()
@@ -218,8 +214,8 @@ def test_a_damaged_case_is_run_again(sweep: Any, tmp_path: Path) -> None:
 
 
 def test_a_case_that_fails_is_told_and_the_others_count(
-    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    tiny_scenario, tiny_folder, tmp_path, capsys
+):
     words = arguments(tiny_scenario, tiny_folder, tmp_path / "out", "--vary", "speed=1000,9500,500")
     assert main([*words, "--workers", "1", "--json"]) == 1
     said = capsys.readouterr()
@@ -234,9 +230,7 @@ def test_a_case_that_fails_is_told_and_the_others_count(
 
 
 @pytest.mark.long
-def test_a_case_that_takes_its_process_down_loses_no_other(
-    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path
-) -> None:
+def test_a_case_that_takes_its_process_down_loses_no_other(tiny_scenario, tiny_folder, tmp_path):
     stop = "if self.speed > 8000.0:\n            os._exit(9)"
     deadly = "import os\n" + PLANT.replace("if self.speed > 9000.0:", stop)
     (tiny_folder / "plant.fmu").write_bytes(
@@ -250,7 +244,7 @@ def test_a_case_that_takes_its_process_down_loses_no_other(
     assert sorted(table.dropna(subset="before_max_um")["speed"].unique()) == [500, 1000, 2000]
 
 
-def test_what_drives_the_error_is_named(sweep: Any) -> None:
+def test_what_drives_the_error_is_named(sweep):
     found = sweep("out", "gain=1e-3..2e-3", "noise_seed=1..9:2", "speed=1000", repeat=20)
     axis = found["variants"]["main"]["axes"]["X"]
     assert axis["rank_correlation"] == {"gain": 1.0}
@@ -268,13 +262,8 @@ def test_what_drives_the_error_is_named(sweep: Any) -> None:
     ],
 )
 def test_the_command_refuses_in_one_line(
-    tiny_scenario: Path,
-    tiny_folder: Path,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    words: list[str],
-    message: str,
-) -> None:
+    tiny_scenario, tiny_folder, tmp_path, capsys, words, message
+):
     assert main(arguments(tiny_scenario, tiny_folder, tmp_path / "out", *words)) == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1
@@ -282,6 +271,6 @@ def test_the_command_refuses_in_one_line(
     assert not (tmp_path / "out").exists()
 
 
-def test_a_replay_cannot_be_swept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_replay_cannot_be_swept(tmp_path, capsys):
     assert main(["sweep", "replay", "--out", str(tmp_path / "out")]) == 2
     assert "replay: cannot be swept" in capsys.readouterr().err

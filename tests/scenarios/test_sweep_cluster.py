@@ -1,7 +1,5 @@
 """A sweep on a real Dask scheduler with workers of its own, on this computer."""
 
-from __future__ import annotations
-
 import os
 import signal
 import socket
@@ -87,12 +85,8 @@ def ended(out: Path) -> int:
 
 @pytest.mark.long
 def test_a_worker_that_is_killed_loses_nothing_and_nothing_counts_twice(
-    cluster: Cluster,
-    tiny_scenario: Path,
-    tiny_folder: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    cluster, tiny_scenario, tiny_folder, tmp_path, monkeypatch
+):
     from scenarios.sweep.store import Store
 
     victim, _ = cluster.worker(), cluster.worker()
@@ -123,7 +117,7 @@ def test_a_worker_that_is_killed_loses_nothing_and_nothing_counts_twice(
         assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "local" / name).read_bytes()
 
 
-def test_no_scheduler_is_one_line(tiny_scenario: Path, tiny_folder: Path, tmp_path: Path) -> None:
+def test_no_scheduler_is_one_line(tiny_scenario, tiny_folder, tmp_path):
     for address in ("tcp://127.0.0.1:1", "nonsense"):
         no_answer = pytest.raises(
             BadInput, match=f"^--cluster: {address}: no Dask scheduler answers"
@@ -134,12 +128,7 @@ def test_no_scheduler_is_one_line(tiny_scenario: Path, tiny_folder: Path, tmp_pa
             )
 
 
-def test_a_scheduler_without_workers_is_one_line(
-    cluster: Cluster,
-    tiny_scenario: Path,
-    tiny_folder: Path,
-    tmp_path: Path,
-) -> None:
+def test_a_scheduler_without_workers_is_one_line(cluster, tiny_scenario, tiny_folder, tmp_path):
     def it_has_started() -> bool:
         with dask.config.set(PATIENCE), pytest.raises(BadInput) as refused:
             run_sweep(

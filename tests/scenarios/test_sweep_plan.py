@@ -1,7 +1,5 @@
 """The cases of a sweep: names, ranges, variants, seeds."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 from typing import Any
@@ -36,7 +34,7 @@ def planned(tiny_scenario: Path, tiny_folder: Path, tmp_path: Path) -> Any:
     return make
 
 
-def test_a_grid_times_draws_times_repeats(planned: Any) -> None:
+def test_a_grid_times_draws_times_repeats(planned):
     found = planned("tool_length=100,200", "gain=1e-3..2e-3", "speed=x1,2", repeat=3)
     assert [job.number for job in found.jobs] == list(range(12))
     points = [
@@ -52,7 +50,7 @@ def test_a_grid_times_draws_times_repeats(planned: Any) -> None:
         assert settings.signals["tool_length"] == job.values["tool_length"]
 
 
-def test_a_scaled_signal_is_the_scenarios_times_the_factor(planned: Any) -> None:
+def test_a_scaled_signal_is_the_scenarios_times_the_factor(planned):
     job = planned("speed=x0.5").jobs[0]
     case = job.case
     moments = np.array([0.0, 15.0])
@@ -60,7 +58,7 @@ def test_a_scaled_signal_is_the_scenarios_times_the_factor(planned: Any) -> None
     assert values.tolist() == [500.0, 1000.0]
 
 
-def test_a_factor_multiplies_the_scenario_and_else_the_plant(planned: Any) -> None:
+def test_a_factor_multiplies_the_scenario_and_else_the_plant(planned):
     (job,) = planned("gain=x3", "tool_length=x0.5", overrides=(("seed", 5),)).jobs
     assert job.case.settings.plant.parameters["gain"] == pytest.approx(3e-3)
     assert job.case.settings.signals["tool_length"] == 50.0
@@ -68,7 +66,7 @@ def test_a_factor_multiplies_the_scenario_and_else_the_plant(planned: Any) -> No
     assert job.case.settings.plant.parameters["gain"] == 6.0
 
 
-def test_the_first_repeat_has_the_scenarios_seed_and_the_others_their_own(planned: Any) -> None:
+def test_the_first_repeat_has_the_scenarios_seed_and_the_others_their_own(planned):
     seeds = [job.case.settings.seed for job in planned(repeat=4).jobs]
     assert seeds[0] == 1
     assert len(set(seeds)) == 4
@@ -77,7 +75,7 @@ def test_the_first_repeat_has_the_scenarios_seed_and_the_others_their_own(planne
     assert [job.case.settings.seed for job in planned("seed=3,4").jobs] == [3, 4]
 
 
-def test_variants_are_all_run_or_those_that_are_named(planned: Any, tiny_scenario: Path) -> None:
+def test_variants_are_all_run_or_those_that_are_named(planned, tiny_scenario):
     with tiny_scenario.open("a", encoding="utf-8") as file:
         file.write(VARIANTS)
     found = planned("gain=1,2", repeat=2)
@@ -92,7 +90,7 @@ def test_variants_are_all_run_or_those_that_are_named(planned: Any, tiny_scenari
         planned(variants=("wide",))
 
 
-def test_a_pattern_means_every_parameter_that_it_fits(planned: Any) -> None:
+def test_a_pattern_means_every_parameter_that_it_fits(planned):
     found = planned("g*n=1..2", "noise_???d=5")
     assert [entry.label for entry in found.variations] == ["gain", "noise_seed"]
 
@@ -121,17 +119,13 @@ def test_a_pattern_means_every_parameter_that_it_fits(planned: Any) -> None:
         ((), {"seed": -1}, "--seed: -1 is not allowed"),
     ],
 )  # fmt: skip
-def test_what_does_not_fit_is_refused_before_anything_runs(
-    planned: Any, vary: tuple[str, ...], more: dict[str, Any], message: str
-) -> None:
+def test_what_does_not_fit_is_refused_before_anything_runs(planned, vary, more, message):
     with pytest.raises(BadInput) as refused:
         planned(*vary, **more)
     assert message in str(refused.value)
 
 
-def test_a_value_outside_the_parameters_range_is_refused(
-    shipped_in_c: Path, tmp_path: Path
-) -> None:
+def test_a_value_outside_the_parameters_range_is_refused(shipped_in_c, tmp_path):
     def refused(*vary: str) -> str:
         work = tmp_path / vary[0].replace("/", "_")
         work.mkdir()

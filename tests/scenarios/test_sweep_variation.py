@@ -1,7 +1,5 @@
 """What ``--vary`` says: grids, ranges, distributions, and what it refuses."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -23,14 +21,14 @@ from scenarios.sweep.variation import variation
         ('a=500,{ kind = "constant" }', (500, {"kind": "constant"})),
     ],
 )
-def test_a_grid(text: str, values: tuple[object, ...]) -> None:
+def test_a_grid(text, values):
     found = variation(text)
     assert found.values == values
     assert not found.is_drawn
     assert not found.relative
 
 
-def test_an_x_makes_factors_of_the_values() -> None:
+def test_an_x_makes_factors_of_the_values():
     found = variation("gap=x0.9,1.1")
     assert (found.name, found.relative, found.label) == ("gap", True, "gap_factor")
     assert found.values == (0.9, 1.1)
@@ -43,19 +41,19 @@ def draws(text: str, low: float = -math.inf, high: float = math.inf) -> np.ndarr
     return np.array([found.drawn(7, repeat, low, high) for repeat in range(2000)])
 
 
-def test_a_uniform_draw_fills_its_range_evenly() -> None:
+def test_a_uniform_draw_fills_its_range_evenly():
     values = draws("a=10..20")
     assert 10.0 <= values.min() < 10.1
     assert 19.9 < values.max() <= 20.0
     assert values.mean() == pytest.approx(15.0, abs=0.2)
 
 
-def test_a_logarithmic_draw_has_as_much_in_every_decade() -> None:
+def test_a_logarithmic_draw_has_as_much_in_every_decade():
     values = draws("a=1..1000:log")
     assert np.histogram(values, [1.0, 10.0, 100.0, 1000.0])[0] == pytest.approx(667, abs=70)
 
 
-def test_a_normal_draw_has_its_mean_and_deviation_and_keeps_to_the_limits() -> None:
+def test_a_normal_draw_has_its_mean_and_deviation_and_keeps_to_the_limits():
     values = draws("a=100+-5")
     assert (values.mean(), values.std()) == pytest.approx((100.0, 5.0), abs=0.4)
     cut = draws("a=100+-5", 99.0, 200.0)
@@ -66,7 +64,7 @@ def test_a_normal_draw_has_its_mean_and_deviation_and_keeps_to_the_limits() -> N
     assert far.max() <= 1.0
 
 
-def test_a_draw_belongs_to_its_seed_name_and_repeat_alone() -> None:
+def test_a_draw_belongs_to_its_seed_name_and_repeat_alone():
     one, other = variation("a=0..1"), variation("b=0..1")
     value = one.drawn(1, 2, -math.inf, math.inf)
     assert value == one.drawn(1, 2, -math.inf, math.inf)
@@ -94,7 +92,7 @@ def test_a_draw_belongs_to_its_seed_name_and_repeat_alone() -> None:
         ("speed=1e999..2e999", "is no range"),
     ],
 )
-def test_what_says_nothing_is_refused(text: str, message: str) -> None:
+def test_what_says_nothing_is_refused(text, message):
     with pytest.raises(BadInput, match=r"^--vary: ") as refused:
         variation(text)
     assert message in str(refused.value)

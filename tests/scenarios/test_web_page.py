@@ -1,7 +1,5 @@
 """The spindle in a web page: the FMUs' numbers, its controls, and what cannot be made."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import math
@@ -109,9 +107,7 @@ def rows_of(path: Path) -> list[list[float]]:
 @pytest.mark.long
 @pytest.mark.browser
 @pytest.mark.parametrize("role", ["plant", "compensator"])
-def test_the_numbers_are_those_of_the_fmu(
-    page: Path, browser: Any, shipped_in_c: Path, role: str
-) -> None:
+def test_the_numbers_are_those_of_the_fmu(page, browser, shipped_in_c, role):
     path = shipped_in_c / f"{role}_native.fmu"
     rows = rows_of(path)
     expected = np.array(of_the_fmu(path, rows, 10.0))
@@ -138,7 +134,7 @@ def opened(browser: Any) -> None:
 @pytest.mark.long
 @pytest.mark.browser
 @pytest.mark.parametrize("width", [1280, 390])
-def test_the_page_runs_and_shows_what_its_controls_do(page: Path, browser: Any, width: int) -> None:
+def test_the_page_runs_and_shows_what_its_controls_do(page, browser, width):
     metrics = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
     browser.get(page.as_uri())
@@ -188,7 +184,7 @@ def test_the_page_runs_and_shows_what_its_controls_do(page: Path, browser: Any, 
 
 
 @pytest.mark.long
-def test_the_page_needs_nothing_else(page: Path) -> None:
+def test_the_page_needs_nothing_else(page):
     text = page.read_text(encoding="utf-8")
     assert not re.findall(r'(?:src|href)="(?!data:)[^"]*"', text)
     assert not re.search(r"\b(?:fetch|XMLHttpRequest|import)\s*\(", text)
@@ -199,9 +195,7 @@ def test_the_page_needs_nothing_else(page: Path) -> None:
     ("machine", "problem"),
     [("lathe", "neither an output of the plant nor a signal"), ("mill", "mill")],
 )
-def test_what_does_not_belong_together_is_refused(
-    machine: str, problem: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_does_not_belong_together_is_refused(machine, problem, tmp_path, capsys):
     path = tmp_path / "page.html"
     assert main(["web", machine, str(DEFAULT_MODEL), "-o", str(path)]) == 2
     said = capsys.readouterr().err
@@ -210,9 +204,7 @@ def test_what_does_not_belong_together_is_refused(
     assert not path.exists()
 
 
-def test_without_its_compiler_nothing_is_written(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_its_compiler_nothing_is_written(tmp_path, monkeypatch, capsys):
     find = importlib.util.find_spec
     monkeypatch.setattr(
         importlib.util, "find_spec", lambda name: None if name == "ziglang" else find(name)
@@ -224,9 +216,7 @@ def test_without_its_compiler_nothing_is_written(
 
 
 @pytest.mark.long
-def test_a_scenario_links_the_page_of_its_machine_and_compensator(
-    page: Path, shipped: Path, tmp_path: Path
-) -> None:
+def test_a_scenario_links_the_page_of_its_machine_and_compensator(page, shipped, tmp_path):
     out = tmp_path / "out"
     options = ["--set", "duration_s=60", "--fmu-dir", str(shipped), "--quiet", "--live"]
     assert main(["run", "step_speed", *options, "--out", str(out)]) == 0

@@ -1,7 +1,5 @@
 """Two FMUs small enough to compute by hand, built with pythonfmu alone."""
 
-from __future__ import annotations
-
 import warnings
 from pathlib import Path
 

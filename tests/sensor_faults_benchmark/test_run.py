@@ -1,18 +1,16 @@
 """The benchmark of broken sensors counts what it says it counts."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
 from benchmarks.sensor_faults import run as benchmark
-from benchmarks.sensor_faults.breaking import BREAKAGES, Breakage, planted
+from benchmarks.sensor_faults.breaking import BREAKAGES, planted
 from measurement.faults import Fault
 from tests.measurement.faults.test_broken import SOUND
 
 
 @pytest.mark.parametrize("how", BREAKAGES, ids=lambda how: how.name)
-def test_every_breakage_changes_its_span_alone(how: Breakage) -> None:
+def test_every_breakage_changes_its_span_alone(how):
     column = "T6_degC" if how.unit == "degC" else "disp_z_um"
     broken, (start, end) = planted(SOUND, column, how, np.random.default_rng(3))
     changed = (broken.frame[column] != SOUND.frame[column]).to_numpy()
@@ -21,7 +19,7 @@ def test_every_breakage_changes_its_span_alone(how: Breakage) -> None:
     assert broken.frame.drop(columns=column).equals(SOUND.frame.drop(columns=column))
 
 
-def test_a_fault_counts_as_found_where_it_covers_half_of_the_span() -> None:
+def test_a_fault_counts_as_found_where_it_covers_half_of_the_span():
     def found(start: float, end: float, column: str = "T1_degC") -> tuple[bool, float]:
         fault = Fault("r", column, "frozen", start, end, "")
         return benchmark.judge([fault], 0, "T1_degC", (600.0, 1800.0))
@@ -33,9 +31,7 @@ def test_a_fault_counts_as_found_where_it_covers_half_of_the_span() -> None:
     assert found(1900.0, 2800.0)[0] is False
 
 
-def test_the_command_counts(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_command_counts(capsys, monkeypatch):
     few = tuple(how for how in BREAKAGES if how.name in ("level +30 K", "step +10 um"))
     monkeypatch.setattr(benchmark, "BREAKAGES", few)
     assert benchmark.main(["setting", "--cases", "1"]) == 0

@@ -1,7 +1,5 @@
 """Regression in which the run is the unit."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -19,7 +17,7 @@ def blocks_of(count: int, seed: int = 0, wander: float = 0.0, rows: int = 60) ->
     return blocks
 
 
-def test_without_walk_and_trust_it_is_plain_ridge() -> None:
+def test_without_walk_and_trust_it_is_plain_ridge():
     blocks = blocks_of(3)
     found = NormalEquations(blocks, 0.0).solve(0, 1e-3, robust=False)
     x = np.concatenate([block.features for block in blocks])
@@ -30,7 +28,7 @@ def test_without_walk_and_trust_it_is_plain_ridge() -> None:
     assert found.coefficients == pytest.approx(b)
 
 
-def test_left_out_errors_are_those_of_fits_without_the_run() -> None:
+def test_left_out_errors_are_those_of_fits_without_the_run():
     blocks = blocks_of(4)
     found = NormalEquations(blocks, 0.5).solve(0, 1e-6, robust=False)
     for out in range(4):
@@ -40,7 +38,7 @@ def test_left_out_errors_are_those_of_fits_without_the_run() -> None:
         assert found.left_out_rms[out] == pytest.approx(np.sqrt(np.mean(missed**2)), rel=1e-3)
 
 
-def test_a_walk_in_the_noise_is_whitened() -> None:
+def test_a_walk_in_the_noise_is_whitened():
     errors: dict[float, list[float]] = {0.0: [], 5.0: []}
     for seed in range(20):
         blocks = blocks_of(3, seed, wander=1.5)
@@ -50,7 +48,7 @@ def test_a_walk_in_the_noise_is_whitened() -> None:
     assert np.mean(errors[5.0]) < 0.7 * np.mean(errors[0.0])
 
 
-def test_a_noisy_first_sample_is_whitened() -> None:
+def test_a_noisy_first_sample_is_whitened():
     errors: dict[bool, list[float]] = {False: [], True: []}
     for seed in range(20):
         blocks = []
@@ -63,7 +61,7 @@ def test_a_noisy_first_sample_is_whitened() -> None:
     assert np.mean(errors[True]) < 0.7 * np.mean(errors[False])
 
 
-def test_an_odd_run_loses_trust() -> None:
+def test_an_odd_run_loses_trust():
     blocks = blocks_of(6)
     odd = Block(blocks[5].hours, blocks[5].features, -blocks[5].targets)
     found = NormalEquations([*blocks[:5], odd], 0.0).solve(0, 1e-6)
@@ -71,7 +69,7 @@ def test_an_odd_run_loses_trust() -> None:
     assert found.coefficients == pytest.approx([2.0, -1.0], abs=0.1)
 
 
-def test_one_run_has_nothing_left_out() -> None:
+def test_one_run_has_nothing_left_out():
     found = NormalEquations(blocks_of(1), 0.0).solve(0, 1e-6)
     assert np.isnan(found.left_out_rms).all()
     assert found.coefficients == pytest.approx([2.0, -1.0], abs=0.2)

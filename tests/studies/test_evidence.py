@@ -1,7 +1,5 @@
 """Regression and Gaussian process of the runs, against scikit-learn and scipy."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
@@ -28,7 +26,7 @@ def made(seed: int = 1) -> tuple[list[np.ndarray], list[np.ndarray]]:
     return features, targets
 
 
-def test_the_weights_are_those_of_scikit_learns_ridge() -> None:
+def test_the_weights_are_those_of_scikit_learns_ridge():
     features, targets = made()
     found = posterior(features, targets)
     ridge = Ridge(alpha=found.ratio, fit_intercept=False)
@@ -37,7 +35,7 @@ def test_the_weights_are_those_of_scikit_learns_ridge() -> None:
     assert found.weights == pytest.approx(ridge.coef_.T)
 
 
-def test_the_evidence_is_the_marginal_likelihood_of_the_samples() -> None:
+def test_the_evidence_is_the_marginal_likelihood_of_the_samples():
     """With as many rows a run as it counts for, it is a multivariate t in the limit of no prior."""
     random = np.random.default_rng(2)
     count = int(SAMPLES_PER_RUN)
@@ -54,7 +52,7 @@ def test_the_evidence_is_the_marginal_likelihood_of_the_samples() -> None:
     assert posterior(features, targets).ratio == pytest.approx(max(ratios, key=exact))
 
 
-def test_the_process_is_scikit_learns_where_every_sample_has_a_bump() -> None:
+def test_the_process_is_scikit_learns_where_every_sample_has_a_bump():
     runs = []
     for turns in (1.0, 2.0, 3.0):
         x = 5.0 * np.sin(np.linspace(0.0, 2.0 * np.pi * turns, ROWS))[:, None]

@@ -1,7 +1,5 @@
 """The natural exponential, its numbers from runs or from finite elements."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -22,7 +20,7 @@ def exponential_run(seed: int) -> TrainingRun:
     )
 
 
-def test_the_natural_exponential_is_found_again() -> None:
+def test_the_natural_exponential_is_found_again():
     fitted = NaturalExponential.fit(task_of([exponential_run(seed) for seed in range(3)]))
     assert fitted.tau_s == pytest.approx([1500.0], rel=0.02)
     assert fitted.speeds_rpm.tolist() == [3000.0, 6000.0, 12000.0]
@@ -31,7 +29,7 @@ def test_the_natural_exponential_is_found_again() -> None:
     assert rms(unseen.targets - fitted.predict(unseen)) < 0.02 * rms(unseen.targets)
 
 
-def test_a_restart_goes_on_from_where_it_stands() -> None:
+def test_a_restart_goes_on_from_where_it_stands():
     fitted = NaturalExponential(
         np.array([1000.0]), np.array([[10.0]]), np.array([600.0]), np.array([1200.0])
     )
@@ -46,7 +44,7 @@ def test_a_restart_goes_on_from_where_it_stands() -> None:
         assert drift[time == moment] == pytest.approx([wanted], rel=1e-12)
 
 
-def test_the_natural_exponential_needs_a_speed() -> None:
+def test_the_natural_exponential_needs_a_speed():
     run = exponential_run(0)
     without = run_of(run.inputs, run.targets)
     with pytest.raises(BadInput, match="speed_rpm: is missing"):
@@ -56,7 +54,7 @@ def test_the_natural_exponential_needs_a_speed() -> None:
         NaturalExponential.fit(task_of([still]))
 
 
-def test_the_time_constant_follows_from_mass_heat_film_and_surface() -> None:
+def test_the_time_constant_follows_from_mass_heat_film_and_surface():
     runs = [exponential_run(seed) for seed in range(3)]
     body = {"mass_kg": 10.0, "specific_heat": 470.0, "film": 25.0, "surface_m2": 0.1}
     fitted = NaturalExponential.fit(task_of(runs), **body)
@@ -75,7 +73,7 @@ def test_the_time_constant_follows_from_mass_heat_film_and_surface() -> None:
         NaturalExponential.fit(task_of(runs), tau_s="slow")
 
 
-def test_steady_growth_and_time_constants_come_from_finite_elements() -> None:
+def test_steady_growth_and_time_constants_come_from_finite_elements():
     spindle = FiniteElementSpindle()
     time = 60.0 * np.arange(300)
     speed = steps(3)

@@ -1,7 +1,5 @@
 """BP, GA-BP, their training, and the genetic algorithm."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np
@@ -25,7 +23,7 @@ def bent_task(seed: int = 0, rows: int = 240):
 
 
 @pytest.mark.parametrize("nodes", [(4, 10, 3), (2, 3, 4, 1), (1, 2, 2)])
-def test_the_jacobian_equals_finite_differences(nodes: tuple[int, ...]) -> None:
+def test_the_jacobian_equals_finite_differences(nodes):
     shape, random = Shape(nodes), np.random.default_rng(1)
     theta, x = random.standard_normal(shape.size), random.standard_normal((5, nodes[0]))
     outputs, slopes = shape.jacobian(theta, x)
@@ -37,12 +35,12 @@ def test_the_jacobian_equals_finite_differences(nodes: tuple[int, ...]) -> None:
         assert slopes[:, :, k] == pytest.approx(numeric, abs=1e-7)
 
 
-def test_a_4_10_3_network_has_83_genes() -> None:
+def test_a_4_10_3_network_has_83_genes():
     # 4 x 10 + 10 x 3 weights and 10 + 3 thresholds; the study's own sum says 110.
     assert Shape((4, 10, 3)).size == 70 + 13
 
 
-def test_a_population_is_computed_as_its_members_are() -> None:
+def test_a_population_is_computed_as_its_members_are():
     shape, random = Shape((3, 4, 2)), np.random.default_rng(2)
     people, x = random.standard_normal((7, shape.size)), random.standard_normal((9, 3))
     together = shape.outputs(people, x)
@@ -51,7 +49,7 @@ def test_a_population_is_computed_as_its_members_are() -> None:
         assert values == pytest.approx(shape.outputs(person, x))
 
 
-def test_training_only_goes_down_and_notes_the_goal() -> None:
+def test_training_only_goes_down_and_notes_the_goal():
     shape, random = Shape((1, 6, 1)), np.random.default_rng(3)
     x = np.linspace(-1, 1, 60)[:, None]
     y = np.sin(3 * x)
@@ -73,7 +71,7 @@ def test_training_only_goes_down_and_notes_the_goal() -> None:
 
 
 @pytest.mark.parametrize(("decay", "seed"), [(0.0, 0), (0.0, 1), (1e-3, 0), (1e-3, 1)])
-def test_from_where_the_training_ends_scipy_gains_nothing(decay: float, seed: int) -> None:
+def test_from_where_the_training_ends_scipy_gains_nothing(decay, seed):
     shape = Shape((1, 4, 1))
     x = np.linspace(-1.0, 1.0, 80)[:, None]
     y = np.sin(4.0 * x) + 0.3 * x
@@ -93,7 +91,7 @@ def test_from_where_the_training_ends_scipy_gains_nothing(decay: float, seed: in
     assert further == pytest.approx(ended, rel=1e-3)
 
 
-def test_bp_bends_where_a_line_cannot() -> None:
+def test_bp_bends_where_a_line_cannot():
     task = bent_task()
     fitted = BackPropagation.fit(task, decay=1e-4)
     missed = task.runs[0].targets - fitted.predict(task.runs[0])
@@ -102,21 +100,19 @@ def test_bp_bends_where_a_line_cannot() -> None:
     assert fitted.report()["nodes"] == [4, 10, 3]
 
 
-def test_decay_keeps_the_network_smooth() -> None:
+def test_decay_keeps_the_network_smooth():
     task = bent_task()
     free, pulled = (BackPropagation.fit(task, decay=decay) for decay in (0.0, 1.0))
     assert np.linalg.norm(pulled.training.theta) < 0.5 * np.linalg.norm(free.training.theta)
 
 
-def test_two_hidden_layers_as_in_the_time_series_study() -> None:
+def test_two_hidden_layers_as_in_the_time_series_study():
     fitted = BackPropagation.fit(bent_task(), hidden=(5, 5), iterations=3)
     assert fitted.report()["nodes"] == [4, 5, 5, 3]
     assert fitted.report()["weights_and_thresholds"] == 4 * 5 + 5 + 5 * 5 + 5 + 5 * 3 + 3
 
 
-def test_ga_bp_4_10_3_trains_with_little_work_from_a_better_start(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_ga_bp_4_10_3_trains_with_little_work_from_a_better_start(monkeypatch):
     task = bent_task(rows=1000)
     worked = {"outputs": 0, "jacobian": 0}  # rows of data that went through the network
 
@@ -145,7 +141,7 @@ def test_ga_bp_4_10_3_trains_with_little_work_from_a_better_start(
     assert genetic.training.curve[0] < plain.training.curve[0]
 
 
-def test_the_genetic_algorithm_chooses_the_number_of_nodes() -> None:
+def test_the_genetic_algorithm_chooses_the_number_of_nodes():
     fitted = GeneticBackPropagation.fit(
         bent_task(), population=10, generations=3, iterations=3, seed=4
     )
@@ -155,7 +151,7 @@ def test_the_genetic_algorithm_chooses_the_number_of_nodes() -> None:
     assert fitted.report()["nodes"][1] == max(tried, key=lambda n: tried[n])
 
 
-def test_data_left_out_choose_fewer_nodes_than_the_error_in_training() -> None:
+def test_data_left_out_choose_fewer_nodes_than_the_error_in_training():
     # A straight line with noise: more nodes fit it better and predict it worse.
     random = np.random.default_rng(3)
     x = np.cumsum(random.standard_normal((160, 2)), axis=0)
@@ -174,14 +170,14 @@ def test_data_left_out_choose_fewer_nodes_than_the_error_in_training() -> None:
         GeneticBackPropagation.fit(task, nodes_by="luck")
 
 
-def test_rows_are_thinned_as_asked() -> None:
+def test_rows_are_thinned_as_asked():
     task = bent_task(rows=1000)
     assert [len(Samples.of(task, rows).x) for rows in (0, 100, 800)] == [1000, 100, 500]
     whole, thin = (BackPropagation.fit(task, rows=rows, iterations=3) for rows in (0, 100))
     assert not np.allclose(whole.training.theta, thin.training.theta)
 
 
-def test_evolution_finds_a_peak_and_keeps_the_best() -> None:
+def test_evolution_finds_a_peak_and_keeps_the_best():
     random = np.random.default_rng(0)
     target = np.array([0.5, -0.25, 0.75])
 
@@ -207,7 +203,7 @@ def test_evolution_finds_a_peak_and_keeps_the_best() -> None:
         ({"goal": "low"}, "goal: 'low' is not allowed"),
     ],
 )
-def test_wrong_options_are_refused(options: dict, told: str) -> None:
+def test_wrong_options_are_refused(options, told):
     with pytest.raises(BadInput, match=told):
         BackPropagation.fit(bent_task(), **options)
     if "hidden" not in options:
@@ -215,7 +211,7 @@ def test_wrong_options_are_refused(options: dict, told: str) -> None:
             GeneticBackPropagation.fit(bent_task(), hidden=4, **options)
 
 
-def test_constant_columns_are_refused() -> None:
+def test_constant_columns_are_refused():
     x = np.random.default_rng(0).standard_normal((80, 2))
     x[:, 1] = 3.0
     with pytest.raises(BadInput, match="T2: is constant"):

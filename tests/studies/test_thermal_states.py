@@ -1,7 +1,5 @@
 """Models on lags of the temperatures: thermal states, ridge, LASSO."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
@@ -42,7 +40,7 @@ def hysteresis_run(seed: int, *, start: float = 20.0, gain: float = 1.0) -> Trai
     return run_of(levels, (drift - drift[0])[:, None], speed=speed, name=f"r{seed}")
 
 
-def test_thermal_states_follow_what_a_static_map_cannot() -> None:
+def test_thermal_states_follow_what_a_static_map_cannot():
     runs = [hysteresis_run(seed) for seed in range(8)]
     fitted = ThermalStates.fit(task_of(runs, "level"))
     unseen = [hysteresis_run(seed) for seed in (20, 21)]
@@ -54,7 +52,7 @@ def test_thermal_states_follow_what_a_static_map_cannot() -> None:
     assert missed < 0.3 * static_missed
 
 
-def test_what_is_solved_for_is_what_runs() -> None:
+def test_what_is_solved_for_is_what_runs():
     """The regressors are the fit's own; the runtime's equation must weigh the same."""
     fitted = ThermalStates.fit(task_of([hysteresis_run(seed) for seed in range(8)], "level"))
     run = hysteresis_run(3)
@@ -62,7 +60,7 @@ def test_what_is_solved_for_is_what_runs() -> None:
     assert fitted.predict(run) == pytest.approx(wanted, abs=1e-9)
 
 
-def test_a_sensor_that_reads_high_in_a_new_run_does_no_harm() -> None:
+def test_a_sensor_that_reads_high_in_a_new_run_does_no_harm():
     fitted = ThermalStates.fit(task_of([hysteresis_run(seed) for seed in range(8)], "level"))
     unseen = hysteresis_run(20)
     jumped = unseen.inputs.copy()
@@ -74,7 +72,7 @@ def test_a_sensor_that_reads_high_in_a_new_run_does_no_harm() -> None:
     assert fitted.predict(fine) == pytest.approx(fitted.predict(unseen), abs=1e-6)
 
 
-def test_a_run_that_the_others_do_not_explain_is_trusted_less() -> None:
+def test_a_run_that_the_others_do_not_explain_is_trusted_less():
     runs = [hysteresis_run(seed) for seed in range(7)] + [hysteresis_run(7, gain=4.0)]
     unseen = hysteresis_run(30)
     robust, plain = (
@@ -87,7 +85,7 @@ def test_a_run_that_the_others_do_not_explain_is_trusted_less() -> None:
 
 
 @pytest.mark.parametrize("kind", [ThermalStates, Bayes])
-def test_trust_is_told_by_the_runs_it_is_of(kind: type[ThermalStates]) -> None:
+def test_trust_is_told_by_the_runs_it_is_of(kind):
     """One of two rows makes no block, and gives its name to none."""
     runs = [hysteresis_run(seed) for seed in range(4)]
     short = replace(runs[0], name="short")
@@ -99,7 +97,7 @@ def test_trust_is_told_by_the_runs_it_is_of(kind: type[ThermalStates]) -> None:
     assert names == [run.name for run in runs if len(run.time_s) > 2]
 
 
-def test_rows_without_targets_still_count_as_history() -> None:
+def test_rows_without_targets_still_count_as_history():
     run = hysteresis_run(20)
     gap = run.targets.copy()
     gap[100:200] = np.nan
@@ -122,7 +120,7 @@ def test_rows_without_targets_still_count_as_history() -> None:
         ({"walk": -1.0}, "walk: -1 is not allowed"),
     ],
 )
-def test_wrong_options_are_refused(options: dict[str, Any], told: str) -> None:
+def test_wrong_options_are_refused(options, told):
     with pytest.raises(BadInput, match=told):
         ThermalStates.fit(task_of([hysteresis_run(0)], "level"), **options)
 
@@ -141,7 +139,7 @@ def copies_run(seed: int) -> TrainingRun:
 
 
 @pytest.mark.parametrize("kind", [Ridge, Lasso])
-def test_a_regression_on_lags_finds_the_lagged_sensor(kind: type[ThermalStates]) -> None:
+def test_a_regression_on_lags_finds_the_lagged_sensor(kind):
     fitted = kind.fit(task_of([copies_run(seed) for seed in range(5)]))
     unseen = copies_run(30)
     assert rms(unseen.targets - fitted.predict(unseen)) < 0.05 * rms(unseen.targets)
@@ -150,7 +148,7 @@ def test_a_regression_on_lags_finds_the_lagged_sensor(kind: type[ThermalStates])
     assert not np.any(table["level_lags"])
 
 
-def test_lasso_solves_its_own_problem() -> None:
+def test_lasso_solves_its_own_problem():
     # Where a weight is not zero, its slope is the penalty; elsewhere it is smaller.
     run = copies_run(3)
     options = {"lags_s": (2400.0,), "penalty": 0.05}
@@ -167,7 +165,7 @@ def test_lasso_solves_its_own_problem() -> None:
     assert (np.abs(slope[~active]) <= 0.05 * largest * 1.001).all()
 
 
-def test_the_shares_of_the_average_fall_with_the_error() -> None:
+def test_the_shares_of_the_average_fall_with_the_error():
     found = [
         LagChoice((1.0,), False, 0.0, False, 1.0, Solution(np.zeros(1), np.ones(2), rms))
         for rms in (np.full(2, 1.0), np.full(2, 1.1), np.full(2, 3.0))

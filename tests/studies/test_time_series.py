@@ -1,7 +1,5 @@
 """Time series: ARX and ARMAX with inputs, ARMA without."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -27,7 +25,7 @@ def arx_run(seed: int) -> TrainingRun:
 
 
 @pytest.mark.parametrize("estimator", ["simulation", "prediction"])
-def test_arx_finds_the_memory(estimator: str) -> None:
+def test_arx_finds_the_memory(estimator):
     fitted = AutoregressiveExogenous.fit(
         task_of([arx_run(seed) for seed in range(4)]), estimator=estimator
     )
@@ -38,7 +36,7 @@ def test_arx_finds_the_memory(estimator: str) -> None:
     assert rms(unseen.targets - static.predict(unseen)) > 0.2 * rms(unseen.targets)
 
 
-def test_a_measurement_takes_the_place_of_arx_own_prediction() -> None:
+def test_a_measurement_takes_the_place_of_arx_own_prediction():
     fitted = AutoregressiveExogenous.fit(task_of([arx_run(seed) for seed in range(4)]))
     unseen = arx_run(12)
     shifted = unseen.targets + 5.0
@@ -57,7 +55,7 @@ def noisy_arx_run(seed: int) -> TrainingRun:
     return run_of(run.inputs, run.targets + noise, speed=run.speed, name=run.name)
 
 
-def test_armax_takes_off_what_sensor_noise_does_to_the_memory() -> None:
+def test_armax_takes_off_what_sensor_noise_does_to_the_memory():
     # With white noise v on the drift, y(k) = a y(k-1) + ... + v(k) - a v(k-1): an ARMAX.
     task = task_of([noisy_arx_run(seed) for seed in range(8)])
     plain, armax = (
@@ -92,7 +90,7 @@ class Armax(MLEModel):
         self["state_intercept"] = np.array([now * self.ahead, np.zeros(len(self.ahead))])
 
 
-def test_armax_is_that_of_the_largest_likelihood() -> None:
+def test_armax_is_that_of_the_largest_likelihood():
     draw = np.random.default_rng(3).standard_normal
     x, error = lfilter([1.0], [1.0, -0.9], draw(3000)), draw(3000)
     y = lfilter([1.0], [1.0, -0.8], 0.5 * x + lfilter([1.0, -0.6], [1.0], error))
@@ -114,7 +112,7 @@ def before_run(seed: int, now: float, before: float) -> TrainingRun:
 
 
 @pytest.mark.parametrize("runs", [1, 4])
-def test_the_order_of_the_inputs_is_chosen(runs: int) -> None:
+def test_the_order_of_the_inputs_is_chosen(runs):
     with_past, without = (
         AutoregressiveExogenous.fit(
             task_of([before_run(seed, 2.0, before) for seed in range(runs)]), lags="choose"
@@ -127,7 +125,7 @@ def test_the_order_of_the_inputs_is_chosen(runs: int) -> None:
     assert with_past.before == pytest.approx(np.array([[1.0]]), abs=0.05)
 
 
-def test_an_unknown_estimator_or_order_is_refused() -> None:
+def test_an_unknown_estimator_or_order_is_refused():
     with pytest.raises(BadInput, match="'luck' is not allowed: simulation, prediction, armax"):
         AutoregressiveExogenous.fit(task_of([arx_run(0)]), estimator="luck")
     with pytest.raises(BadInput, match="lags: 7 is not allowed: 0, 1, choose"):
@@ -145,7 +143,7 @@ def integrated_ar(seed: int, rows: int = 1200, phi: float = 0.7) -> TrainingRun:
     return run_of(random.standard_normal((rows, 1)), np.cumsum(w)[:, None])
 
 
-def test_arma_differences_once_and_finds_the_coefficient() -> None:
+def test_arma_differences_once_and_finds_the_coefficient():
     fitted = AutoregressiveMovingAverage.fit(task_of([integrated_ar(0)]))
     series = fitted.series[0]
     assert series.differences == 1
@@ -160,7 +158,7 @@ def test_arma_differences_once_and_finds_the_coefficient() -> None:
     assert impulse[:4] == pytest.approx([1.0, 0.7, 0.49, 0.343], abs=0.1)
 
 
-def test_the_report_has_the_correlations_that_tell_the_kind_of_series() -> None:
+def test_the_report_has_the_correlations_that_tell_the_kind_of_series():
     fitted = AutoregressiveMovingAverage.fit(task_of([integrated_ar(0)]))
     [report] = fitted.report()["targets"].values()
     # An AR(1) of 0.7: the autocorrelation tails away as 0.7^k, the partial one breaks off after 1.
@@ -172,7 +170,7 @@ def test_the_report_has_the_correlations_that_tell_the_kind_of_series() -> None:
     assert report["aic"] == min(report["aic_by_order"].values())
 
 
-def test_every_row_counts_in_a_series() -> None:
+def test_every_row_counts_in_a_series():
     # The first 600 rows are one series, the rest another: only all of them tell.
     first, rest = integrated_ar(1, rows=600, phi=0.1), integrated_ar(2, rows=2400, phi=0.9)
     joined = np.concatenate([first.targets, first.targets[-1] + rest.targets])
@@ -181,7 +179,7 @@ def test_every_row_counts_in_a_series() -> None:
     assert report["acf"][1] > 0.8
 
 
-def test_one_step_ahead_beats_persistence_and_says_nothing_of_a_free_run() -> None:
+def test_one_step_ahead_beats_persistence_and_says_nothing_of_a_free_run():
     fitted = AutoregressiveMovingAverage.fit(task_of([integrated_ar(0)]))
     unseen = integrated_ar(5)
     ahead = rms(unseen.targets - fitted.predict(unseen, unseen.targets))
@@ -191,7 +189,7 @@ def test_one_step_ahead_beats_persistence_and_says_nothing_of_a_free_run() -> No
     assert free > 10 * ahead
 
 
-def test_a_forecast_uses_no_measurement_of_its_own_row_or_later() -> None:
+def test_a_forecast_uses_no_measurement_of_its_own_row_or_later():
     fitted = AutoregressiveMovingAverage.fit(task_of([integrated_ar(0)]))
     unseen = integrated_ar(7, rows=200)
     changed = unseen.targets.copy()

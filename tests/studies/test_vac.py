@@ -1,7 +1,5 @@
 """The hybrid: weights by vector angle cosine, its least-squares twin, adaptive weights."""
 
-from __future__ import annotations
-
 from itertools import product
 from typing import Any
 
@@ -24,7 +22,7 @@ def cosine(a: Any, b: Any) -> float:
     return float(a @ b / np.linalg.norm(a) / np.linalg.norm(b))
 
 
-def test_no_weights_on_a_grid_have_a_larger_cosine() -> None:
+def test_no_weights_on_a_grid_have_a_larger_cosine():
     run, parts = made()
     rows = _Rows([run], [parts])
     weights, prior = rows.combined("cosine")
@@ -45,7 +43,7 @@ def test_no_weights_on_a_grid_have_a_larger_cosine() -> None:
     assert rows.cosines(weights["steady"])[0] == pytest.approx(found, abs=1e-5)
 
 
-def test_the_cosine_does_not_see_a_common_factor_and_least_squares_does() -> None:
+def test_the_cosine_does_not_see_a_common_factor_and_least_squares_does():
     run, parts = made()
     wrong = _Rows([run], [0.5 * parts])
     by_cosine, _ = wrong.combined("cosine")
@@ -74,7 +72,7 @@ def two_condition_task(seeds: range) -> Any:
     return task_of(runs)
 
 
-def test_weights_adapt_to_the_condition() -> None:
+def test_weights_adapt_to_the_condition():
     task = two_condition_task(range(4))
     unseen = two_condition_task(range(8, 10)).runs
     errors = {}
@@ -85,7 +83,7 @@ def test_weights_adapt_to_the_condition() -> None:
     assert errors["adaptive"] < 0.9 * errors["least_squares"]
 
 
-def test_measurements_move_the_weights_to_the_model_that_is_right() -> None:
+def test_measurements_move_the_weights_to_the_model_that_is_right():
     task = two_condition_task(range(4))
     members = VectorAngleCosine.fit(task, models=["mlr", "ne"]).models
     half = dict.fromkeys(("stopped", "changing", "steady"), np.full((1, 2), 0.5))
@@ -98,14 +96,14 @@ def test_measurements_move_the_weights_to_the_model_that_is_right() -> None:
     assert hybrid.uses_measured
 
 
-def test_a_hybrid_of_models_that_cannot_use_measurements_says_so() -> None:
+def test_a_hybrid_of_models_that_cannot_use_measurements_says_so():
     fitted = VectorAngleCosine.fit(two_condition_task(range(3)), models="mlr,ne")
     assert not fitted.uses_measured
     assert fitted.report()["judged_on_runs_left_out"]
     assert set(fitted.report()["weights"]) == {"steady"}
 
 
-def test_constituents_have_options_of_their_own() -> None:
+def test_constituents_have_options_of_their_own():
     task = two_condition_task(range(2))
     options = {"models": "mlr,ne", "parts": {"ne": {"tau_s": 900.0}, "mlr": {"subset": False}}}
     hybrid = VectorAngleCosine.fit(task, **options)
@@ -119,7 +117,7 @@ def test_constituents_have_options_of_their_own() -> None:
         VectorAngleCosine.fit(task, models="mlr,ne", parts={"ne": {"speed": 1.0}})
 
 
-def test_conditions_go_by_the_speed() -> None:
+def test_conditions_go_by_the_speed():
     speed = np.concatenate([np.zeros(10), np.full(100, 5000.0), np.full(10, 5040.0), [np.nan] * 3])
     run = run_of(np.zeros((len(speed), 1)), np.zeros((len(speed), 1)), speed=speed)
     found = conditions(run)
@@ -137,6 +135,6 @@ def test_conditions_go_by_the_speed() -> None:
         ({"combination": "best"}, "'best' is not allowed: cosine, least_squares, adaptive"),
     ],
 )
-def test_wrong_options_are_refused(options: dict[str, Any], told: str) -> None:
+def test_wrong_options_are_refused(options, told):
     with pytest.raises(BadInput, match=told):
         VectorAngleCosine.fit(two_condition_task(range(1)), **options)

@@ -1,7 +1,5 @@
 """The tables of docs/trust.md, from answers made up."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from benchmarks.trust.judge import CHOICE, PROTOTYPE
@@ -23,7 +21,7 @@ def answer(question: str, model: str, rmse: float, *, unlike: bool) -> dict[str,
     }
 
 
-def test_like_and_unlike_splits_are_told_apart_and_the_worst_is_shown() -> None:
+def test_like_and_unlike_splits_are_told_apart_and_the_worst_is_shown():
     found = [
         answer("every fifth run", CHOICE, 2.0, unlike=False),
         answer("cold", CHOICE, 4.0, unlike=True),
@@ -36,7 +34,7 @@ def test_like_and_unlike_splits_are_told_apart_and_the_worst_is_shown() -> None:
     assert "1.5 times the promise, in every axis, in 2 of 3 splits." in tables(found)
 
 
-def test_single_models_stand_beside_the_choice_and_refusals_nowhere() -> None:
+def test_single_models_stand_beside_the_choice_and_refusals_nowhere():
     found = [
         answer("cold", CHOICE, 4.0, unlike=True),
         answer("cold", PROTOTYPE, 15.0, unlike=True),

@@ -1,7 +1,5 @@
 """Training runs with known answers."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,9 +1,6 @@
 """Models with a memory inside the compensator, and inside the FMU."""
 
-from __future__ import annotations
-
 import json
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -52,7 +49,7 @@ def outputs(
     return found
 
 
-def test_the_fmu_takes_measurements_and_continues_from_a_state(text: str, tmp_path: Path) -> None:
+def test_the_fmu_takes_measurements_and_continues_from_a_state(text, tmp_path):
     model = tmp_path / "model.json"
     model.write_text(text)
     arguments = ["--only", "compensator", "--model", str(model), "--out", str(tmp_path)]
@@ -78,7 +75,7 @@ show(found)
     assert found == [row[:9] for row in expected]
 
 
-def test_options_of_a_model_reach_it_and_wrong_ones_do_not(text: str) -> None:
+def test_options_of_a_model_reach_it_and_wrong_ones_do_not(text):
     table = fit_compensator(RUNS[:1], RIG, "bp", hidden=(3,), iterations=5)
     assert len(table["error_model"]["layers"][0]["biases"]) == 3
     assert table["input_form"] == "rise"

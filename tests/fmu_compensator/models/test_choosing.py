@@ -1,7 +1,5 @@
 """Clustering, correlation, all subsets, and the survey that puts them together."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -24,13 +22,13 @@ def two_families(noise: float = 0.05):
     return np.column_stack([c + noise * random.standard_normal(60) for c in columns])
 
 
-def test_hierarchical_clustering_groups_what_is_close() -> None:
+def test_hierarchical_clustering_groups_what_is_close():
     assert hierarchical(two_families(), 2) == [[0, 2], [1, 3, 4]]
     assert hierarchical(two_families(), 1) == [[0, 1, 2, 3, 4]]
     assert hierarchical(two_families()[:, :1], 3) == [[0]]
 
 
-def test_an_inverted_tree_is_still_cut() -> None:
+def test_an_inverted_tree_is_still_cut():
     # Three corners of a nearly equilateral triangle: the last merge lies below the first.
     points = np.array([[0.0, 1.0, 0.5], [0.0, 0.0, 0.9]])
     tree = centroid_linkage(points)
@@ -38,7 +36,7 @@ def test_an_inverted_tree_is_still_cut() -> None:
     assert len(hierarchical(points, 2)) <= 2
 
 
-def test_fuzzy_memberships_sum_to_one_and_find_the_families() -> None:
+def test_fuzzy_memberships_sum_to_one_and_find_the_families():
     found = fuzzy_c_means(two_families(), 2)
     assert found.membership.sum(axis=1) == pytest.approx(np.ones(5))
     assert found.groups == [[0, 2], [1, 3, 4]]
@@ -47,7 +45,7 @@ def test_fuzzy_memberships_sum_to_one_and_find_the_families() -> None:
     assert harder.membership.max(axis=1).min() > found.membership.max(axis=1).min()
 
 
-def test_fuzzy_centres_solve_their_own_equation() -> None:
+def test_fuzzy_centres_solve_their_own_equation():
     series = two_families()
     found = fuzzy_c_means(series, 2)
     weights = found.membership**2
@@ -56,12 +54,12 @@ def test_fuzzy_centres_solve_their_own_equation() -> None:
 
 
 @pytest.mark.parametrize(("clusters", "fuzziness"), [(0, 2.0), (6, 2.0), (2, 1.0)])
-def test_impossible_partitions_are_refused(clusters: int, fuzziness: float) -> None:
+def test_impossible_partitions_are_refused(clusters, fuzziness):
     with pytest.raises(ValueError, match="not allowed"):
         fuzzy_c_means(two_families(), clusters, fuzziness=fuzziness)
 
 
-def test_pearson_is_numpys_and_undefined_for_a_constant() -> None:
+def test_pearson_is_numpys_and_undefined_for_a_constant():
     random = np.random.default_rng(1)
     x, y = random.standard_normal((50, 2)), random.standard_normal(50)
     x[:, 1] = 4.0
@@ -70,7 +68,7 @@ def test_pearson_is_numpys_and_undefined_for_a_constant() -> None:
     assert np.isnan(r[1])
 
 
-def test_all_subsets_against_plain_regressions() -> None:
+def test_all_subsets_against_plain_regressions():
     random = np.random.default_rng(2)
     runs = []
     for _ in range(3):
@@ -99,7 +97,7 @@ def test_all_subsets_against_plain_regressions() -> None:
         assert one.held_out_rmse == pytest.approx(np.sqrt(np.mean(np.concatenate(missed) ** 2)))
 
 
-def test_plain_r_never_falls_and_adjusted_r2_does() -> None:
+def test_plain_r_never_falls_and_adjusted_r2_does():
     random = np.random.default_rng(3)
     x = random.standard_normal((60, 3))
     found = {one.columns: one for one in all_subsets([(x, x[:, 0] + random.standard_normal(60))])}
@@ -109,7 +107,7 @@ def test_plain_r_never_falls_and_adjusted_r2_does() -> None:
 
 
 @pytest.mark.parametrize("grouping", ["hierarchical", "fuzzy"])
-def test_the_other_clusterings_choose_points_too(grouping: str) -> None:
+def test_the_other_clusterings_choose_points_too(grouping):
     prepared = prepare(RUNS, RIG)
     choice = choose_points(prepared.runs, prepared.candidates, grouping=grouping, clusters=2)
     assert choice.groups == [[0, 1], [3]]
@@ -118,7 +116,7 @@ def test_the_other_clusterings_choose_points_too(grouping: str) -> None:
         choose_points(prepared.runs, prepared.candidates, grouping=grouping, clusters=9)
 
 
-def test_a_survey_holds_every_way_to_choose() -> None:
+def test_a_survey_holds_every_way_to_choose():
     found = survey(RUNS, RIG, clusters=2)
     assert found.sensors == ["T1", "T2", "T4"]  # T3 shows noise only
     assert list(found.groupings.values()) == [[[0, 1], [2]]] * 3

@@ -1,9 +1,6 @@
 """All models on the same runs."""
 
-from __future__ import annotations
-
 import json
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -26,7 +23,7 @@ def one_split() -> Split:
     return Split("new runs", RUNS[:3], RUNS[3:])
 
 
-def test_the_json_form_and_the_ranking() -> None:
+def test_the_json_form_and_the_ranking():
     steps: list[str] = []
     entrants = contestants(["mlr", "arma"], options={"arma": QUICK["arma"]})
     found = compare([one_split()], RIG, entrants, on_step=steps.append)
@@ -64,7 +61,7 @@ def test_the_json_form_and_the_ranking() -> None:
     assert one_step < 0.05 * rows["persistence"]["validate"]["elongation"]["rmse"]
 
 
-def test_the_figures_are_those_of_the_rows() -> None:
+def test_the_figures_are_those_of_the_rows():
     found = compare([one_split()], RIG, contestants(["mlr"]))
     row = next(row for row in found.rows if row.name == "mlr")
     measured = np.concatenate([one.measured[:, 0] for one in row.validate])
@@ -76,7 +73,7 @@ def test_the_figures_are_those_of_the_rows() -> None:
     assert measured == pytest.approx(truth.to_numpy())
 
 
-def test_the_interval_that_each_promises_is_judged() -> None:
+def test_the_interval_that_each_promises_is_judged():
     found = compare([one_split()], RIG, contestants(["mlr", "gaussian"]))
     rows = {row["name"]: row for row in found.to_dict()["models"]}
     for name in ("mlr", "gaussian"):
@@ -89,7 +86,7 @@ def test_the_interval_that_each_promises_is_judged() -> None:
     assert "interval" not in rows["no_model"]
 
 
-def test_any_displacement_columns_serve() -> None:
+def test_any_displacement_columns_serve():
     def renamed(run: Run) -> Run:
         frame = run.frame.rename(columns={"S1_um": "probe_a_um", "S5_um": "probe_b_um"})
         return Run(run.name, frame.drop(columns=["S2_um", "S3_um", "S4_um"]))
@@ -103,14 +100,14 @@ def test_any_displacement_columns_serve() -> None:
     assert targets_of(RUNS, RIG.model_dump()) == RIG
 
 
-def test_what_a_simulation_adds_is_no_target() -> None:
+def test_what_a_simulation_adds_is_no_target():
     frame = RUNS[0].frame.assign(drift_X_um=1.0, error_X_um=1.0, offset_X_um=0.0)
     assert targets_of([Run("s", frame)], None).columns == [f"S{k}_um" for k in range(1, 6)]
     with pytest.raises(BadInput, match="share no displacement column"):
         targets_of([Run("t", RUNS[0].frame[["time_s", "T1_degC"]])], None)
 
 
-def test_a_model_that_cannot_be_fitted_is_left_out_with_a_reason() -> None:
+def test_a_model_that_cannot_be_fitted_is_left_out_with_a_reason():
     runs = [Run(run.name, run.frame.drop(columns="speed_rpm")) for run in RUNS]
     split = Split("x", runs[:3], runs[3:])
     found = compare([split], RIG, contestants(["mlr", "ne"]))
@@ -121,7 +118,7 @@ def test_a_model_that_cannot_be_fitted_is_left_out_with_a_reason() -> None:
         compare([split], RIG, contestants(["ne"]))
 
 
-def test_runs_left_out_in_turn_are_each_judged_once() -> None:
+def test_runs_left_out_in_turn_are_each_judged_once():
     splits = leave_out(RUNS[:3], "run")
     assert [split.name for split in splits] == ["a", "b", "c"]
     assert all(split.validate[0] not in split.train for split in splits)
@@ -131,7 +128,7 @@ def test_runs_left_out_in_turn_are_each_judged_once() -> None:
     assert len(row.train) == 6
 
 
-def test_runs_of_the_same_speeds_are_left_out_together() -> None:
+def test_runs_of_the_same_speeds_are_left_out_together():
     def at(name: str, *speeds: float) -> Run:
         run = make_run(name, len(name), hours=1.0)
         return Run(name, run.frame.assign(speed_rpm=np.resize(speeds, len(run.frame))))
@@ -145,13 +142,13 @@ def test_runs_of_the_same_speeds_are_left_out_together() -> None:
         leave_out([runs[1], runs[3]], "speeds")
 
 
-def test_a_sensor_that_the_judged_runs_lack_is_named() -> None:
+def test_a_sensor_that_the_judged_runs_lack_is_named():
     lacking = [Run(run.name, run.frame.drop(columns="T4_degC")) for run in RUNS[3:]]
     with pytest.raises(BadInput, match="T4"):
         compare([Split("x", RUNS[:3], lacking)], RIG, contestants(["mlr"]))
 
 
-def test_all_models_and_variants_take_part_by_default() -> None:
+def test_all_models_and_variants_take_part_by_default():
     entrants = {one.name: one for one in contestants(None)}
     assert {
         "no_model", "persistence", "mlr", "bp", "bp_5_5", "ga_bp", "arma", "arx", "ne", "fem",
@@ -167,6 +164,6 @@ def test_all_models_and_variants_take_part_by_default() -> None:
 @pytest.mark.parametrize(
     ("names", "told"), [(["magic"], "'magic' is not allowed"), (["mlr", "mlr"], "given twice")]
 )
-def test_wrong_names_are_refused(names: Any, told: str) -> None:
+def test_wrong_names_are_refused(names, told):
     with pytest.raises(BadInput, match=told):
         contestants(names)

@@ -1,7 +1,5 @@
 """Whether a compensator still fits: each verdict, on a machine whose truth is known."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -61,7 +59,7 @@ def warmed_from_outside(frame: pd.DataFrame) -> None:
     frame["T3_degC"] += rise
 
 
-def test_runs_like_the_training_fit(model: Model) -> None:
+def test_runs_like_the_training_fit(model):
     report = monitor(model, NEW)
     assert report.verdict == FITS
     assert [one.verdict for one in report.runs] == [FITS] * 3
@@ -69,7 +67,7 @@ def test_runs_like_the_training_fit(model: Model) -> None:
     assert all(error.left < 0.2 * error.none for one in report.runs for error in one.errors)
 
 
-def test_a_thermometer_that_wanders_is_named(model: Model) -> None:
+def test_a_thermometer_that_wanders_is_named(model):
     report = monitor(model, [NEW[0], changed(NEW[1], wandering)])
     assert report.verdict == SENSOR
     assert [one.verdict for one in report.runs] == [FITS, SENSOR]
@@ -77,7 +75,7 @@ def test_a_thermometer_that_wanders_is_named(model: Model) -> None:
     assert "T1" in report.runs[1].reasons[0]
 
 
-def test_a_machine_that_moves_further_has_changed_and_by_how_much(model: Model) -> None:
+def test_a_machine_that_moves_further_has_changed_and_by_how_much(model):
     report = monitor(model, [changed(run, moving_more) for run in NEW])
     assert report.verdict == CHANGED
     gains = {gain.axis: gain for gain in report.gains}
@@ -85,13 +83,13 @@ def test_a_machine_that_moves_further_has_changed_and_by_how_much(model: Model) 
     assert "half width" in report.runs[0].reasons[0]
 
 
-def test_one_run_that_moves_further_may_be_chance(model: Model) -> None:
+def test_one_run_that_moves_further_may_be_chance(model):
     report = monitor(model, [changed(NEW[0], moving_more), *NEW[1:]])
     assert report.verdict == UNUSUAL
     assert report.runs[0].verdict == CHANGED
 
 
-def test_other_conditions_are_outside(model: Model) -> None:
+def test_other_conditions_are_outside(model):
     def no_displacements(frame: pd.DataFrame) -> None:
         warmed_from_outside(frame)
         frame[DISPLACEMENTS] = np.nan
@@ -101,7 +99,7 @@ def test_other_conditions_are_outside(model: Model) -> None:
     assert report.runs[0].outside > 0.25
 
 
-def test_without_a_measurement_it_does_not_say_that_the_drift_fits(model: Model) -> None:
+def test_without_a_measurement_it_does_not_say_that_the_drift_fits(model):
     def only_temperatures(frame: pd.DataFrame) -> None:
         frame[DISPLACEMENTS] = np.nan
 
@@ -110,7 +108,7 @@ def test_without_a_measurement_it_does_not_say_that_the_drift_fits(model: Model)
     assert "measure" in report.advice
 
 
-def test_a_few_probes_are_enough_to_see_a_change(model: Model) -> None:
+def test_a_few_probes_are_enough_to_see_a_change(model):
     def probed(frame: pd.DataFrame) -> None:
         moving_more(frame)
         rows = np.arange(len(frame)) % 80 != 0
@@ -119,7 +117,7 @@ def test_a_few_probes_are_enough_to_see_a_change(model: Model) -> None:
     assert monitor(model, [changed(run, probed) for run in NEW]).verdict == CHANGED
 
 
-def test_a_broken_thermometer_is_a_fault_of_the_sensor_not_of_the_machine(model: Model) -> None:
+def test_a_broken_thermometer_is_a_fault_of_the_sensor_not_of_the_machine(model):
     def stops(frame: pd.DataFrame) -> None:
         frame.loc[len(frame) // 3 :, "T1_degC"] = np.nan
 
@@ -127,18 +125,18 @@ def test_a_broken_thermometer_is_a_fault_of_the_sensor_not_of_the_machine(model:
     assert (told.verdict, told.sensor) == (SENSOR, "T1")
 
 
-def test_it_says_what_a_file_without_runs_left_out_cannot_tell() -> None:
+def test_it_says_what_a_file_without_runs_left_out_cannot_tell():
     report = monitor(fitted(judge=False), NEW, RIG)
     assert report.verdict == FITS
     assert any("runs left out of training differed" in note for note in report.notes)
 
 
-def test_a_run_without_a_thermometer_in_use_is_refused(model: Model) -> None:
+def test_a_run_without_a_thermometer_in_use_is_refused(model):
     with pytest.raises(BadInput, match="T4_degC: is missing"):
         monitor(model, [Run("x", NEW[0].frame.drop(columns="T4_degC"))])
 
 
-def test_the_bound_holds_for_one_more_of_the_same() -> None:
+def test_the_bound_holds_for_one_more_of_the_same():
     random = np.random.default_rng(1)
     passed = [
         values[-1] > upper_bound(values[:-1].tolist(), 0.05)

@@ -1,9 +1,5 @@
 """Broken sensors that must be seen, and sound ones that must not be called broken."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -44,16 +40,16 @@ def broken(*others: Run, **changes: FloatArray) -> list[tuple[str, str, float, f
     ]
 
 
-def test_a_sound_run_alone_has_no_fault() -> None:
+def test_a_sound_run_alone_has_no_fault():
     assert find_faults([SOUND]) == []
 
 
 @pytest.mark.parametrize("off", [30.0, -30.0])
-def test_a_level_that_is_off_from_the_first_sample_on_is_seen_in_one_run(off: float) -> None:
+def test_a_level_that_is_off_from_the_first_sample_on_is_seen_in_one_run(off):
     assert broken(T3_degC=reading("T3_degC") + off) == [("never_right", "T3_degC", 0.0, 360.0)]
 
 
-def test_the_others_tell_that_a_coarse_sensor_froze() -> None:
+def test_the_others_tell_that_a_coarse_sensor_froze():
     runs = [run_of(n, T5_degC=np.round(run_of(n).frame["T5_degC"])) for n in (2, 3)]
     values = np.round(reading("T5_degC"))
     assert broken(*runs, T5_degC=values) == []
@@ -64,7 +60,7 @@ def test_the_others_tell_that_a_coarse_sensor_froze() -> None:
 
 
 @pytest.mark.parametrize("level", [0.0, 85.0])
-def test_a_thermometer_that_drops_to_a_constant_is_dead_even_at_a_switch(level: float) -> None:
+def test_a_thermometer_that_drops_to_a_constant_is_dead_even_at_a_switch(level):
     values = np.where(MINUTE >= 180.0, level, reading("T4_degC"))
     speed = np.where(MINUTE >= 180.0, 0.0, 3000.0)
     found = broken(T4_degC=values, speed_rpm=speed)
@@ -75,20 +71,20 @@ def test_a_thermometer_that_drops_to_a_constant_is_dead_even_at_a_switch(level: 
     ("column", "size", "row"),
     [("T2_degC", 5.0, 0), ("disp_z_um", -80.0, 200), ("disp_z_um", 50.0, 360)],
 )
-def test_a_spike_costs_one_reading_wherever_it_is(column: str, size: float, row: int) -> None:
+def test_a_spike_costs_one_reading_wherever_it_is(column, size, row):
     values = reading(column)
     values[row] += size
     assert broken(**{column: values}) == [("spikes", column, float(row), float(row))]
 
 
-def test_two_readings_that_leap_away_and_back_are_two_spikes() -> None:
+def test_two_readings_that_leap_away_and_back_are_two_spikes():
     values = reading("T2_degC")
     values[100:102] -= 12.0
     wanted = [("spikes", "T2_degC", float(row), float(row)) for row in (100, 101)]
     assert broken(T2_degC=values) == wanted
 
 
-def test_a_first_reading_before_a_switch_is_no_spike() -> None:
+def test_a_first_reading_before_a_switch_is_no_spike():
     """At rest in the first sample, running in the second: centrifugal force moves the shaft."""
     values = reading("disp_z_um")
     values[0] -= 60.0
@@ -97,12 +93,12 @@ def test_a_first_reading_before_a_switch_is_no_spike() -> None:
 
 
 @pytest.mark.parametrize(("column", "size"), [("T2_degC", -20.0), ("disp_z_um", 60.0)])
-def test_a_step_that_is_put_right_is_bad_until_then(column: str, size: float) -> None:
+def test_a_step_that_is_put_right_is_bad_until_then(column, size):
     values = reading(column) + np.where((MINUTE >= 100.0) & (MINUTE < 160.0), size, 0.0)
     assert broken(**{column: values}) == [("step", column, 100.0, 159.0)]
 
 
-def test_a_runaway_that_comes_back_is_bad_until_then() -> None:
+def test_a_runaway_that_comes_back_is_bad_until_then():
     away = np.interp(MINUTE, [120.0, 140.0, 200.0, 220.0], [0.0, 25.0, 25.0, 0.0])
     ((kind, column, start, end),) = broken(T3_degC=reading("T3_degC") + away)
     assert (kind, column) == ("runaway", "T3_degC")
@@ -110,25 +106,25 @@ def test_a_runaway_that_comes_back_is_bad_until_then() -> None:
     assert end == pytest.approx(214.0, abs=4.0)
 
 
-def test_a_part_that_warms_its_neighbours_is_hot_and_not_broken() -> None:
+def test_a_part_that_warms_its_neighbours_is_hot_and_not_broken():
     """Nobody recorded the load that came on at two hours."""
     heat = 30.0 * (1.0 - np.exp(-np.clip(TIME - 7200.0, 0.0, None) / 1200.0))
     changes = {"T6_degC": reading("T6_degC") + heat, "T7_degC": reading("T7_degC") + 0.4 * heat}
     assert broken(**changes) == []
 
 
-def test_a_bearing_that_is_hot_in_one_run_alone_is_not_broken() -> None:
+def test_a_bearing_that_is_hot_in_one_run_alone_is_not_broken():
     hot = reading("T6_degC") + 25.0 * (1.0 - np.exp(-TIME / 1500.0))
     assert broken(*(run_of(n) for n in range(2, 6)), T6_degC=hot) == []
 
 
-def test_a_machine_that_is_warm_from_the_first_sample_on_is_sound() -> None:
+def test_a_machine_that_is_warm_from_the_first_sample_on_is_sound():
     """Parts of a running spindle spread widely: the hottest is far from the middle for good."""
     spread = {f"T{n}_degC": reading(f"T{n}_degC") + 5.0 * (n - 1) for n in range(1, 8)}
     assert broken(**spread) == []
 
 
-def test_the_hottest_part_of_a_record_that_begins_warm_is_sound() -> None:
+def test_the_hottest_part_of_a_record_that_begins_warm_is_sound():
     """Most thermometers sit near the coolant; two are warm, and the rear bearing is hot."""
     warm = {"T5_degC": 6.0, "T6_degC": 9.0, "T7_degC": 25.0}
     changes = {f"T{n}_degC": 22.0 + 0.3 * n + 0.1 * np.sin(MINUTE / 9.0 + n) for n in range(1, 8)}
@@ -138,9 +134,7 @@ def test_the_hottest_part_of_a_record_that_begins_warm_is_sound() -> None:
 
 
 @pytest.mark.real_data
-def test_the_electric_spindle_s_rear_bearing_is_hot_and_not_broken(
-    electric_spindle_run: Path,
-) -> None:
+def test_the_electric_spindle_s_rear_bearing_is_hot_and_not_broken(electric_spindle_run):
     whole = read_run(electric_spindle_run)
     later = Run("later", whole.frame.iloc[1500:])
     for run in (whole, later):

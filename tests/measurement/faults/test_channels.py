@@ -1,7 +1,5 @@
 """Single channels that are grossly wrong, and real effects that must not be taken for it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -55,12 +53,12 @@ def the_fault(runs: list[Run]) -> tuple[str, str, str, float, float]:
 
 
 @pytest.mark.parametrize("every", [1, 2, 4])
-def test_good_runs_keep_everything_however_coarsely_they_are_sampled(every: int) -> None:
+def test_good_runs_keep_everything_however_coarsely_they_are_sampled(every):
     coarse = [Run(run.name, run.frame.iloc[::every]) for run in GOOD]
     assert unusable(find_faults(coarse)) == []
 
 
-def test_a_channel_that_jumps_about_is_not_used_at_all() -> None:
+def test_a_channel_that_jumps_about_is_not_used_at_all():
     rows = np.random.default_rng(5).choice(np.arange(40, 200), 30, replace=False)
     runs = broken("T3_degC", {int(row): 30.0 for row in rows})
     assert the_fault(runs) == ("spikes", "run1", "T3_degC", 0.0, 299.0)
@@ -69,12 +67,12 @@ def test_a_channel_that_jumps_about_is_not_used_at_all() -> None:
 @pytest.mark.parametrize(
     ("column", "size"), [("T3_degC", 4.0), ("disp_x_um", -60.0), ("disp_z_um", 45.0)]
 )
-def test_a_probe_that_slips_is_bad_from_there_on(column: str, size: float) -> None:
+def test_a_probe_that_slips_is_bad_from_there_on(column, size):
     runs = broken(column, np.where(TIME >= 120 * 60.0, size, 0.0))
     assert the_fault(runs) == ("step", "run1", column, 120.0, 299.0)
 
 
-def test_a_dead_thermometer_in_one_run_and_in_all() -> None:
+def test_a_dead_thermometer_in_one_run_and_in_all():
     dead = np.full(len(TIME), 17.0)
     one = [GOOD[0], run_of(1, T3_degC=dead), *GOOD[2:]]
     assert the_fault(one) == ("dead", "run1", "T3_degC", 0.0, 299.0)
@@ -85,7 +83,7 @@ def test_a_dead_thermometer_in_one_run_and_in_all() -> None:
 
 
 @pytest.mark.parametrize("error", [3.0, -3.0])
-def test_small_errors_and_drifts_are_left_for_physics(error: float) -> None:
+def test_small_errors_and_drifts_are_left_for_physics(error):
     for change in (np.full(len(TIME), error), error * TIME / TIME[-1]):
         assert unusable(find_faults(broken("T3_degC", change))) == []
 
@@ -93,9 +91,7 @@ def test_small_errors_and_drifts_are_left_for_physics(error: float) -> None:
 @pytest.mark.parametrize(
     ("order", "bad"), [((0, 1, 2, 3), (2, 3)), ((0, 1, 2, 3), (1, 2, 3)), ((3, 1, 0, 2), (0,))]
 )
-def test_the_wrong_level_is_the_one_far_from_all_others(
-    order: tuple[int, ...], bad: tuple[int, ...]
-) -> None:
+def test_the_wrong_level_is_the_one_far_from_all_others(order, bad):
     runs = [
         run_of(n, T3_degC=GOOD[n].frame["T3_degC"].to_numpy() + (31.0 if n in bad else 0.0))
         for n in order

@@ -1,9 +1,5 @@
 """What is wrong with a set of runs."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -31,7 +27,7 @@ def changed(run: Run, column: str, values: np.ndarray) -> Run:
     return Run(run.name, run.frame.assign(**{column: values}))
 
 
-def test_a_sensor_that_jumps_between_runs_is_named_in_each() -> None:
+def test_a_sensor_that_jumps_between_runs_is_named_in_each():
     later = [changed(run, "T3_degC", run.frame["T3_degC"].to_numpy() + 31.0) for run in GOOD[4:]]
     first, last = find_faults([*GOOD[:4], *later])
     assert (first.kind, first.column) == ("level_jump", "T3_degC")
@@ -41,12 +37,12 @@ def test_a_sensor_that_jumps_between_runs_is_named_in_each() -> None:
     assert "T3_degC, level_jump in run4, run5; " in faults_text([first, last])
 
 
-def test_runs_that_are_alike_to_the_last_digit_are_no_trouble() -> None:
+def test_runs_that_are_alike_to_the_last_digit_are_no_trouble():
     assert "nothing" in faults_text([])
     assert find_faults([Run(name, GOOD[0].frame) for name in "abc"]) == []
 
 
-def test_a_run_is_judged_alike_alone_and_among_others() -> None:
+def test_a_run_is_judged_alike_alone_and_among_others():
     odd = changed(GOOD[2], "T3_degC", GOOD[2].frame["T3_degC"].to_numpy() - 20.0)
     runs = looked_over([*GOOD[:2], odd, *GOOD[3:]])
     (fault,) = find_faults(runs[2:4])
@@ -54,7 +50,7 @@ def test_a_run_is_judged_alike_alone_and_among_others() -> None:
     assert find_faults([runs[0]]) == []
 
 
-def test_what_is_not_to_be_used_is_taken_out_and_nothing_else() -> None:
+def test_what_is_not_to_be_used_is_taken_out_and_nothing_else():
     values = GOOD[0].frame["T2_degC"].to_numpy().copy()
     values[100] += 30.0
     runs = [GOOD[1], changed(GOOD[0], "T2_degC", values)]
@@ -64,14 +60,14 @@ def test_what_is_not_to_be_used_is_taken_out_and_nothing_else() -> None:
     assert left[1].frame.drop(columns="T2_degC").notna().all(axis=None)
 
 
-def test_a_staircase() -> None:
+def test_a_staircase():
     values = np.floor(GOOD[0].frame["disp_z_um"].to_numpy() / 2.0) * 2.0
     found = find_faults([changed(GOOD[0], "disp_z_um", values), *GOOD[1:]])
     assert "staircase" in [fault.kind for fault in found]
     assert any("steps of 2 um" in fault.text for fault in found)
 
 
-def test_missing_values_are_gathered_over_runs() -> None:
+def test_missing_values_are_gathered_over_runs():
     holes = [
         changed(run, "T1_degC", run.frame["T1_degC"].mask(np.arange(240) // 30 == 3))
         for run in GOOD[:4]
@@ -82,7 +78,7 @@ def test_missing_values_are_gathered_over_runs() -> None:
     assert "missing 4 times" in faults_text(faults)
 
 
-def test_a_sensor_that_is_read_rarely_misses_nothing() -> None:
+def test_a_sensor_that_is_read_rarely_misses_nothing():
     slow = changed(
         GOOD[0], "T1_degC", np.where(np.arange(240) % 10, np.nan, GOOD[0].frame["T1_degC"])
     )
@@ -94,7 +90,7 @@ def test_a_sensor_that_is_read_rarely_misses_nothing() -> None:
 
 @pytest.mark.long
 @pytest.mark.real_data
-def test_the_known_faults_of_the_lathe(lathe_runs: list[Path]) -> None:
+def test_the_known_faults_of_the_lathe(lathe_runs):
     faults = find_faults([read_run(path) for path in lathe_runs])
     found: dict[tuple[str, str], list[str]] = {}
     for fault in faults:

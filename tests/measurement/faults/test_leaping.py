@@ -1,7 +1,5 @@
 """One score for leaps, with the error rate that it names."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -14,7 +12,7 @@ MADE = np.random.default_rng(4)
 @pytest.mark.parametrize(
     "kind", ["white", "walk", "coarse", "walk whose moves are Laplace's", "warming"]
 )
-def test_a_sound_record_has_a_leap_as_seldom_as_is_said(kind: str) -> None:
+def test_a_sound_record_has_a_leap_as_seldom_as_is_said(kind):
     noise = MADE.standard_normal((400, 300))
     records = {
         "white": noise,
@@ -27,7 +25,7 @@ def test_a_sound_record_has_a_leap_as_seldom_as_is_said(kind: str) -> None:
     assert alarms <= 2.0 * WRONG * len(records)
 
 
-def test_size_is_told_against_the_channel_s_own_moves() -> None:
+def test_size_is_told_against_the_channel_s_own_moves():
     values = MADE.standard_normal(300)
     values[150:] += 30.0
     odds = leap_odds(values, 0.0)
@@ -38,7 +36,7 @@ def test_size_is_told_against_the_channel_s_own_moves() -> None:
     assert not (leap_odds(switched, 0.0) > 0.0).any()
 
 
-def test_a_reading_that_is_held_moves_when_it_is_read() -> None:
+def test_a_reading_that_is_held_moves_when_it_is_read():
     read = np.cumsum(MADE.standard_normal(40))
     held = np.repeat(read, 15)
     assert not (leap_odds(held, 0.0) > 0.0).any()

@@ -1,9 +1,6 @@
 """Data that looks wrong is said to."""
 
-from __future__ import annotations
-
 import math
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -37,7 +34,7 @@ def warm_up(**changes: object) -> pd.DataFrame:
     return pd.DataFrame(columns | changes)
 
 
-def test_a_channel_that_freezes_while_others_go_on() -> None:
+def test_a_channel_that_freezes_while_others_go_on():
     frozen = warm_up()["S1_um"].to_numpy().copy()
     frozen[30:60] = frozen[30]
     finding, back = find_faults([Run("r", warm_up(S1_um=frozen))])
@@ -50,39 +47,39 @@ def test_a_channel_that_freezes_while_others_go_on() -> None:
     assert finding.line().endswith("; this time of the channel is left out")
 
 
-def test_other_displacements_tell_too_where_there_are_no_temperatures() -> None:
+def test_other_displacements_tell_too_where_there_are_no_temperatures():
     frame = warm_up(S1_um=0.0).drop(columns=["T1_degC", "T2_degC"])
     (finding,) = find_faults([Run("r", frame)])
     assert (finding.kind, finding.column) == ("frozen", "S1_um")
     assert "while S2 moved by" in finding.text
 
 
-def test_a_channel_at_rest_with_all_others_is_not_frozen() -> None:
+def test_a_channel_at_rest_with_all_others_is_not_frozen():
     still = {name: np.full(MINUTES, 20.0) for name in ("T1_degC", "T2_degC", "S1_um", "S2_um")}
     assert found(warm_up(**still)) == []
 
 
-def test_a_short_standstill_and_an_offset_that_is_not_sent_are_no_findings() -> None:
+def test_a_short_standstill_and_an_offset_that_is_not_sent_are_no_findings():
     short = warm_up()["S1_um"].to_numpy().copy()
     short[30:45] = short[30]  # 14 min
     assert found(warm_up(S1_um=short)) == []
     assert found(warm_up(offset_X_um=0.0)) == []
 
 
-def test_missing_samples_within_a_standstill_do_not_hide_it() -> None:
+def test_missing_samples_within_a_standstill_do_not_hide_it():
     frozen = warm_up()["S1_um"].to_numpy().copy()
     frozen[30:60] = frozen[30]
     frozen[40:42] = np.nan
     assert found(warm_up(S1_um=frozen)) == [("frozen", "S1_um")]
 
 
-def test_a_drift_that_runs_into_the_end_of_the_range_is_saturated() -> None:
+def test_a_drift_that_runs_into_the_end_of_the_range_is_saturated():
     clipped = np.minimum(GROWTH + NOISE[1], 20.0)
     assert found(warm_up(S1_um=clipped)) == [("saturated", "S1_um")]
     assert found(warm_up(S2_um=-clipped)) == [("saturated", "S2_um")]
 
 
-def test_a_channel_that_freezes_in_a_stop_is_at_its_extreme_by_chance() -> None:
+def test_a_channel_that_freezes_in_a_stop_is_at_its_extreme_by_chance():
     frame = warm_up()
     stopped = np.arange(MINUTES) >= 200
     cooling = frame["T1_degC"][200] - (TIME - TIME[200]) / 600.0
@@ -92,7 +89,7 @@ def test_a_channel_that_freezes_in_a_stop_is_at_its_extreme_by_chance() -> None:
     assert found(frame) == [("frozen", "S1_um")]
 
 
-def test_gaps_that_are_not_bridged_are_said() -> None:
+def test_gaps_that_are_not_bridged_are_said():
     holed = warm_up()["T1_degC"].to_numpy().copy()
     holed[:3] = np.nan
     assert found(warm_up(T1_degC=holed)) == []
@@ -105,7 +102,7 @@ def test_gaps_that_are_not_bridged_are_said() -> None:
     assert found(warm_up(T1_degC=math.nan)) == [("missing", "T1_degC")]
 
 
-def test_pauses_of_the_record_are_counted() -> None:
+def test_pauses_of_the_record_are_counted():
     time = TIME + np.where(np.arange(MINUTES) >= 100, 600.0, 0.0)
     time += np.where(np.arange(MINUTES) >= 200, 1200.0, 0.0)
     (finding,) = find_faults([Run("r", warm_up(time_s=time))])
@@ -115,7 +112,7 @@ def test_pauses_of_the_record_are_counted() -> None:
     assert finding.start_s == 209 * 60.0
 
 
-def test_all_temperatures_jumping_at_once_is_a_seam() -> None:
+def test_all_temperatures_jumping_at_once_is_a_seam():
     later = np.arange(MINUTES) >= 150
     frame = warm_up()
     jumped = {name: frame[name] + np.where(later, 5.0, 0.0) for name in ("T1_degC", "T2_degC")}
@@ -127,9 +124,7 @@ def test_all_temperatures_jumping_at_once_is_a_seam() -> None:
 
 @pytest.mark.long
 @pytest.mark.real_data
-def test_the_known_faults_of_the_measured_runs(
-    lathe_runs: list[Path], electric_spindle_run: Path
-) -> None:
+def test_the_known_faults_of_the_measured_runs(lathe_runs, electric_spindle_run):
     findings = {path.stem: unusable(find_faults([read_run(path)])) for path in lathe_runs}
     saturated = {
         (run, f.column) for run, fs in findings.items() for f in fs if f.kind == "saturated"

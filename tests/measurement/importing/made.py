@@ -1,7 +1,5 @@
 """Logs as recorders write them, for the importer's tests."""
 
-from __future__ import annotations
-
 import datetime as dt
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The same log in every form that recorders and spreadsheets give it."""
 
-from __future__ import annotations
-
 import datetime as dt
 import json
 from pathlib import Path
@@ -30,7 +28,7 @@ LOCAL, ISO = "%d.%m.%Y %H:%M:%S", "%Y-%m-%dT%H:%M:%S"
 
 
 def imported(path: Path, **options: object) -> Imported:
-    return import_files([path], **options)  # type: ignore[arg-type]
+    return import_files([path], **options)
 
 
 def check(found: Imported, step_s: float = 60.0) -> None:
@@ -102,14 +100,14 @@ DAY_OR_MONTH = {"month first": Mapping(time=TimeRule(day_first=False))}
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252", "utf-16"])
-def test_every_encoding(encoding: str, tmp_path: Path) -> None:
+def test_every_encoding(encoding, tmp_path):
     path = tmp_path / "log.csv"
     path.write_bytes(SECONDS.replace("\n", "\r\n").encode(encoding))
     check(imported(path))
 
 
 @pytest.mark.parametrize("form", TEXTS)
-def test_every_form_of_a_text_table(form: str, tmp_path: Path) -> None:
+def test_every_form_of_a_text_table(form, tmp_path):
     path = tmp_path / "log.csv"
     path.write_text(TEXTS[form], encoding="utf-8")
     check(imported(path, mapping=DAY_OR_MONTH.get(form)))
@@ -121,7 +119,7 @@ def rows_of(clock: list[object]) -> list[list[object]]:
 
 
 @pytest.mark.parametrize("ending", [".xlsx", ".xls"])
-def test_a_workbook_with_a_cover_and_two_sheets(ending: str, tmp_path: Path) -> None:
+def test_a_workbook_with_a_cover_and_two_sheets(ending, tmp_path):
     clock: list[object] = [START + dt.timedelta(minutes=n) for n in range(40)]
     rows = rows_of(clock)
     parts = {
@@ -132,7 +130,7 @@ def test_a_workbook_with_a_cover_and_two_sheets(ending: str, tmp_path: Path) -> 
     check(imported(workbook(tmp_path / f"log{ending}", parts)))
 
 
-def test_a_wire_that_broke_is_missing_and_told(tmp_path: Path) -> None:
+def test_a_wire_that_broke_is_missing_and_told(tmp_path):
     values = signals()
     values[15:, 1] = -999.0
     path = tmp_path / "log.csv"
@@ -146,7 +144,7 @@ def test_a_wire_that_broke_is_missing_and_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("sign", ["****", "+OVER", "?", "-1.#IND", "BURNOUT", "#NV"])
-def test_signs_of_no_value(sign: str, tmp_path: Path) -> None:
+def test_signs_of_no_value(sign, tmp_path):
     path = tmp_path / "log.csv"
     path.write_text(SECONDS.replace(";20,75;", f";{sign};"), encoding="utf-8")
     assert np.isnan(imported(path).runs[0].frame["T_hinten_degC"][0])
@@ -154,8 +152,8 @@ def test_signs_of_no_value(sign: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("decimal", [",", "."])
 def test_thousands_are_set_apart_further_down_than_the_decimal_mark_is_looked_for(
-    decimal: str, tmp_path: Path
-) -> None:
+    decimal, tmp_path
+):
     values = signals(500)
     values[:490, 3] = 0.0
     path = tmp_path / "log.csv"
@@ -166,7 +164,7 @@ def test_thousands_are_set_apart_further_down_than_the_decimal_mark_is_looked_fo
 
 
 @pytest.mark.parametrize("names", [("Zeit", "Zeit"), ("t [s]", "t2 [s]")])
-def test_blocks_side_by_side_have_their_own_clocks(names: tuple[str, str], tmp_path: Path) -> None:
+def test_blocks_side_by_side_have_their_own_clocks(names, tmp_path):
     local = names[0] == "Zeit"
     clock = [START + dt.timedelta(minutes=n) if local else 60.0 * n for n in range(40)]
     head = [names[0], HEADER[0], None, names[1], HEADER[4]]
@@ -179,7 +177,7 @@ def test_blocks_side_by_side_have_their_own_clocks(names: tuple[str, str], tmp_p
     assert frame["z_um"].tolist() == (frame["time_s"] / 60.0).tolist() == list(range(0, 40, 2))
 
 
-def test_an_axis_makes_a_displacement_of_a_position(tmp_path: Path) -> None:
+def test_an_axis_makes_a_displacement_of_a_position(tmp_path):
     path, header = tmp_path / "log.csv", "Pos Z [mm]"
     text = table(elapsed(), clock="t [s]", header=[*HEADER[:4], header], values=signals() * MM)
     path.write_text(text, encoding="utf-8")
@@ -187,7 +185,7 @@ def test_an_axis_makes_a_displacement_of_a_position(tmp_path: Path) -> None:
     np.testing.assert_allclose(frame["Pos_Z_um"], -signals()[:, 4], atol=1e-9)
 
 
-def test_a_log_without_values_in_a_column_does_not_speak_for_the_others(tmp_path: Path) -> None:
+def test_a_log_without_values_in_a_column_does_not_speak_for_the_others(tmp_path):
     for day, cell in ((1, "7,5"), (2, "")):
         lines = [f"0{day}.03.2026 06:0{minute};21,5;21,0;{cell}" for minute in range(3)]
         text = "\n".join(["Zeit;T1 [°C];T2 [°C];z [µm]", *lines])
@@ -198,7 +196,7 @@ def test_a_log_without_values_in_a_column_does_not_speak_for_the_others(tmp_path
     assert found.notes == (f"{tmp_path / 'day2.csv'}: column z [µm] holds no value",)
 
 
-def test_fahrenheit(tmp_path: Path) -> None:
+def test_fahrenheit(tmp_path):
     values = signals()
     values[:, :3] = values[:, :3] * 1.8 + 32.0
     header = [name.replace("°C", "°F").replace("degC", "degF") for name in HEADER]
@@ -208,7 +206,7 @@ def test_fahrenheit(tmp_path: Path) -> None:
     np.testing.assert_allclose(run.frame[NAMES[1:]], signals(), atol=1e-3)
 
 
-def test_rows_of_whole_seconds_are_spread_and_told(tmp_path: Path) -> None:
+def test_rows_of_whole_seconds_are_spread_and_told(tmp_path):
     clock = [(START + dt.timedelta(seconds=n // 4)).strftime(LOCAL) for n in range(40)]
     path = tmp_path / "log.csv"
     path.write_text(table(clock), encoding="utf-8")
@@ -217,7 +215,7 @@ def test_rows_of_whole_seconds_are_spread_and_told(tmp_path: Path) -> None:
     assert "30 rows share a time stamp" in found.notes[0]
 
 
-def test_clocks_set_back_are_undone_with_a_zone(tmp_path: Path) -> None:
+def test_clocks_set_back_are_undone_with_a_zone(tmp_path):
     begin = pd.Timestamp("2026-10-25 01:30", tz="Europe/Berlin")
     local = [(begin + pd.Timedelta(minutes=5 * n)).strftime(LOCAL) for n in range(40)]
     path = tmp_path / "log.csv"
@@ -225,14 +223,14 @@ def test_clocks_set_back_are_undone_with_a_zone(tmp_path: Path) -> None:
     check(imported(path, mapping=Mapping(time=TimeRule(timezone="Europe/Berlin"))), 300.0)
 
 
-def test_a_night_is_passed_by_times_of_day(tmp_path: Path) -> None:
+def test_a_night_is_passed_by_times_of_day(tmp_path):
     clock = [f"{(22 + n // 2) % 24:02d}:{30 * (n % 2):02d}:00" for n in range(40)]
     path = tmp_path / "log.csv"
     path.write_text(table(clock, clock="Uhrzeit"), encoding="utf-8")
     check(imported(path, mapping=Mapping(pause_s=7200.0)), 1800.0)
 
 
-def test_tdms(tmp_path: Path) -> None:
+def test_tdms(tmp_path):
     nptdms = pytest.importorskip("nptdms")
     path, units = tmp_path / "log.tdms", ["°C", "degC", "°C", "1/min", "µm"]
     names = ["Temp. Lager vorn", "T hinten", "Halle", "Drehzahl", "z"]
@@ -247,7 +245,7 @@ def test_tdms(tmp_path: Path) -> None:
     check(imported(path))
 
 
-def test_a_c_that_several_names_end_in_is_their_unit_in_every_kind_of_log(tmp_path: Path) -> None:
+def test_a_c_that_several_names_end_in_is_their_unit_in_every_kind_of_log(tmp_path):
     """Each channel, or each signal of a historian's export, is read on its own."""
     nptdms = pytest.importorskip("nptdms")
     values = {"front_C": np.linspace(20.0, 25.0, 8), "rear_C": np.linspace(20.0, 22.0, 8)}
@@ -265,7 +263,7 @@ def test_a_c_that_several_names_end_in_is_their_unit_in_every_kind_of_log(tmp_pa
         np.testing.assert_allclose(run.frame["rear_degC"], values["rear_C"], atol=1e-9)
 
 
-def test_mdf_with_two_clocks(tmp_path: Path) -> None:
+def test_mdf_with_two_clocks(tmp_path):
     asammdf = pytest.importorskip("asammdf")
     units = ["°C", "degC", "°C", "1/min", "µm"]
     names = ["Temp. Lager vorn", "T hinten", "Halle", "Drehzahl", "z"]
@@ -282,7 +280,7 @@ def test_mdf_with_two_clocks(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("ending", [".tdms", ".mf4", ".xlsx", ".xls", ".ods"])
-def test_a_damaged_file_is_refused_in_one_line(ending: str, tmp_path: Path) -> None:
+def test_a_damaged_file_is_refused_in_one_line(ending, tmp_path):
     from measurement.errors import BadInput
 
     path = tmp_path / f"log{ending}"
@@ -293,7 +291,7 @@ def test_a_damaged_file_is_refused_in_one_line(ending: str, tmp_path: Path) -> N
     assert "\n" not in str(caught.value)
 
 
-def test_one_column_alone_is_a_table(tmp_path: Path) -> None:
+def test_one_column_alone_is_a_table(tmp_path):
     rule = Mapping(time=TimeRule(every_row_s=60.0))
     values = [21.5, 21.75, 22.0, 22.25]
     column = [["T1 [°C]"], *([value] for value in values)]
@@ -307,7 +305,7 @@ def test_one_column_alone_is_a_table(tmp_path: Path) -> None:
     assert [run.name for run in runs] == ["book_day_1", "book_day_2"]
 
 
-def test_tables_of_a_day_are_paired_by_what_tells_their_names_apart(tmp_path: Path) -> None:
+def test_tables_of_a_day_are_paired_by_what_tells_their_names_apart(tmp_path):
     def book(name: str, header: str, titles: list[str]) -> Path:
         sheets = {
             title: [
@@ -333,7 +331,7 @@ def test_tables_of_a_day_are_paired_by_what_tells_their_names_apart(tmp_path: Pa
         import_files([heat, book("other.xlsx", "z [µm]", ["day 1", "day 2"])])
 
 
-def test_a_unit_for_many_leaves_time_and_other_quantities_alone(tmp_path: Path) -> None:
+def test_a_unit_for_many_leaves_time_and_other_quantities_alone(tmp_path):
     text = table(elapsed(), clock="Zeit [s]", header=["T1", "T2", "Speed [rpm]", "z [um]", "q"])
     (tmp_path / "log.csv").write_text(text, encoding="utf-8")
     (run,) = import_files([tmp_path / "log.csv"], units={"*": "degC"}).runs
@@ -341,7 +339,7 @@ def test_a_unit_for_many_leaves_time_and_other_quantities_alone(tmp_path: Path) 
 
 
 @pytest.mark.parametrize("clock", ["One", "Multi", "No"])
-def test_lvm(clock: str, tmp_path: Path) -> None:
+def test_lvm(clock, tmp_path):
     units = ["°C", "degC", "°C", "1/min", "µm"]
     names = [header.partition(" [")[0].partition(" (")[0] for header in HEADER]
     values, times = signals(), [f"{float(time):.6f}" for time in elapsed()]
@@ -371,7 +369,7 @@ def test_lvm(clock: str, tmp_path: Path) -> None:
     assert found.pieces[0].starts == "2026-03-02 07:15:00"
 
 
-def test_an_lvm_file_of_two_segments_is_two_tables(tmp_path: Path) -> None:
+def test_an_lvm_file_of_two_segments_is_two_tables(tmp_path):
     def segment(time: str) -> str:
         rows = "".join(f"{n:.6f}\t{20 + n}\n" for n in range(5))
         head = f"Channels\t1\nDate\t2026/03/02\nTime\t{time}\nY_Unit_Label\tdegC\n"
@@ -385,7 +383,7 @@ def test_an_lvm_file_of_two_segments_is_two_tables(tmp_path: Path) -> None:
     assert run.frame["T1_degC"].tolist() == [20, 21, 22, 23, 24] * 2
 
 
-def test_a_table_with_a_row_for_each_value(tmp_path: Path) -> None:
+def test_a_table_with_a_row_for_each_value(tmp_path):
     lines = ["timestamp;tag;value;unit;quality"]
     units = ["°C", "degC", "°C", "1/min", "µm"]
     for time, row in zip(stamps(LOCAL), signals(), strict=True):
@@ -398,7 +396,7 @@ def test_a_table_with_a_row_for_each_value(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("a_line_each", [True, False])
-def test_json(a_line_each: bool, tmp_path: Path) -> None:
+def test_json(a_line_each, tmp_path):
     """Also the rows of a gateway that sends a value when it changes."""
     rows = [
         {"time": 60.0 * n, "T": {"front [degC]": a, "rear [degC]": b, "bed": [b, a]}}
@@ -430,14 +428,14 @@ def test_json(a_line_each: bool, tmp_path: Path) -> None:
         ('{"a":' * 20_000 + "1" + "}" * 20_000, "is no JSON: maximum recursion|too deep"),
     ],
 )
-def test_json_that_is_no_table_is_refused(text: str, problem: str, tmp_path: Path) -> None:
+def test_json_that_is_no_table_is_refused(text, problem, tmp_path):
     path = tmp_path / "log.json"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(BadInput, match=problem):
         imported(path)
 
 
-def test_a_whole_number_that_no_double_holds_is_no_value(tmp_path: Path) -> None:
+def test_a_whole_number_that_no_double_holds_is_no_value(tmp_path):
     path = tmp_path / "log.jsonl"
     values = [20, 21, 10**400, 23]
     rows = [json.dumps({"t [s]": 60 * n, "T [degC]": value}) for n, value in enumerate(values)]

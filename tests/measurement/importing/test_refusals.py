@@ -1,8 +1,5 @@
 """A table of bad inputs: each is refused in one line that says where, what, and what to do."""
 
-from __future__ import annotations
-
-from pathlib import Path
 from typing import NamedTuple
 
 import pytest
@@ -151,7 +148,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_bad_input_is_refused_in_one_line(case: str, tmp_path: Path) -> None:
+def test_bad_input_is_refused_in_one_line(case, tmp_path):
     paths = []
     for number, text in enumerate(CASES[case].texts):
         paths.append(tmp_path / f"{number}.csv")
@@ -164,13 +161,13 @@ def test_bad_input_is_refused_in_one_line(case: str, tmp_path: Path) -> None:
     assert any(path.stem in said for path in paths)
 
 
-def test_a_workbook_without_a_table_is_refused(tmp_path: Path) -> None:
+def test_a_workbook_without_a_table_is_refused(tmp_path):
     path = workbook(tmp_path / "cover.xlsx", {"Deckblatt": [["Messung 7"], ["Müller", "Halle"]]})
     with pytest.raises(BadInput, match=r"cover\.xlsx: Deckblatt: holds no table"):
         import_files([path])
 
 
-def test_a_column_of_time_that_is_not_there_is_refused(tmp_path: Path) -> None:
+def test_a_column_of_time_that_is_not_there_is_refused(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text(SECONDS, encoding="utf-8")
     rule = TimeRule(columns=["Zeti [s]"])
@@ -178,12 +175,12 @@ def test_a_column_of_time_that_is_not_there_is_refused(tmp_path: Path) -> None:
         import_files([path], Mapping(time=rule))
 
 
-def test_no_file_is_refused() -> None:
+def test_no_file_is_refused():
     with pytest.raises(BadInput, match="import: files: none was given"):
         import_files([])
 
 
-def test_a_unit_for_a_column_that_is_not_there_is_refused(tmp_path: Path) -> None:
+def test_a_unit_for_a_column_that_is_not_there_is_refused(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text(SECONDS, encoding="utf-8")
     with pytest.raises(BadInput, match=r"--unit: no column is called 'Oil\*'"):

@@ -1,7 +1,5 @@
 """A long log becomes runs, and tables of several recorders become one log."""
 
-from __future__ import annotations
-
 import datetime as dt
 from itertools import pairwise
 from pathlib import Path
@@ -55,9 +53,7 @@ def written(frame: pd.DataFrame, path: Path, begin: dt.datetime) -> Path:
     return path
 
 
-def test_a_log_is_cut_at_pauses_and_its_warm_restarts_are_marked(
-    jig_borer_lumps: Machine, tmp_path: Path
-) -> None:
+def test_a_log_is_cut_at_pauses_and_its_warm_restarts_are_marked(jig_borer_lumps, tmp_path):
     log = written(three_days(jig_borer_lumps), tmp_path / "log.csv", DAY0 + dt.timedelta(hours=7))
     found = import_files([log])
     assert [run.name for run in found.runs] == [
@@ -75,9 +71,7 @@ def test_a_log_is_cut_at_pauses_and_its_warm_restarts_are_marked(
     np.testing.assert_array_equal(whole, total["T1_degC"])  # nothing invented, nothing lost
 
 
-def test_a_single_run_and_a_log_that_was_always_warm_stay_untold(
-    jig_borer_lumps: Machine, tmp_path: Path
-) -> None:
+def test_a_single_run_and_a_log_that_was_always_warm_stay_untold(jig_borer_lumps, tmp_path):
     frame = three_days(jig_borer_lumps)
     begin = DAY0 + dt.timedelta(hours=7)
     one = import_files([written(frame.iloc[:200], tmp_path / "one.csv", begin)])
@@ -110,15 +104,13 @@ def nose_and_hall(rises: list[float], rests_h: list[float]) -> list[bool | None]
         ([9.0, 9.0, 9.0], [7.9, 8.0], [None, True, False]),
     ],
 )
-def test_a_warm_start_comes_soon_after_a_run_that_warmed(
-    rises: list[float], rests_h: list[float], told: list[bool | None]
-) -> None:
+def test_a_warm_start_comes_soon_after_a_run_that_warmed(rises, rests_h, told):
     assert nose_and_hall(rises, rests_h) == told
 
 
 @pytest.mark.long
 @pytest.mark.real_data
-def test_every_run_of_the_measured_lathe_warms(lathe_runs: list[Path]) -> None:
+def test_every_run_of_the_measured_lathe_warms(lathe_runs):
     frames = [read_run(path).frame for path in lathe_runs]
     parts = [np.arange(a, b) for a, b in pairwise(np.cumsum([0, *map(len, frames)]))]
     for rest, told in ((18 * 3600.0, False), (3600.0, True)):
@@ -127,7 +119,7 @@ def test_every_run_of_the_measured_lathe_warms(lathe_runs: list[Path]) -> None:
         assert found == [None, *[told] * (len(parts) - 1)]
 
 
-def test_days_and_no_split(jig_borer_lumps: Machine, tmp_path: Path) -> None:
+def test_days_and_no_split(jig_borer_lumps, tmp_path):
     frame = three_days(jig_borer_lumps, rests=False)
     log = written(frame, tmp_path / "log.csv", DAY0 + dt.timedelta(hours=7))
     assert len(import_files([log]).runs) == 1
@@ -154,7 +146,7 @@ def two_recorders(tmp_path: Path) -> list[Path]:
     return [tmp_path / "temperatures.csv", tmp_path / "probe.csv"]
 
 
-def test_two_clocks_are_joined_without_a_row_or_a_value_invented(tmp_path: Path) -> None:
+def test_two_clocks_are_joined_without_a_row_or_a_value_invented(tmp_path):
     found = import_files(two_recorders(tmp_path))
     (run,) = found.runs
     values = signals(40)
@@ -170,14 +162,14 @@ def test_two_clocks_are_joined_without_a_row_or_a_value_invented(tmp_path: Path)
     assert any("--every SECONDS puts all on one grid" in note for note in found.notes)
 
 
-def test_an_even_grid_fills_what_lies_between_and_nothing_else(tmp_path: Path) -> None:
+def test_an_even_grid_fills_what_lies_between_and_nothing_else(tmp_path):
     (run,) = import_files(two_recorders(tmp_path), Mapping(every_s=60.0)).runs
     np.testing.assert_allclose(np.diff(run.time_s), 60.0)
     assert run.frame["z_um"].iloc[1:38].notna().all()
     assert np.isnan(run.frame["z_um"].iloc[0])
 
 
-def test_files_with_the_same_columns_follow_each_other_or_are_runs(tmp_path: Path) -> None:
+def test_files_with_the_same_columns_follow_each_other_or_are_runs(tmp_path):
     paths = []
     for number, start in enumerate(("02.03.2026", "03.03.2026")):
         text = table([f"{start} {time}" for time in stamps("%H:%M:%S")])
@@ -190,7 +182,7 @@ def test_files_with_the_same_columns_follow_each_other_or_are_runs(tmp_path: Pat
     assert [run.name for run in import_files(paths).runs] == ["0", "1"]
 
 
-def test_a_time_of_day_gets_the_date_of_the_table_that_its_name_goes_with(tmp_path: Path) -> None:
+def test_a_time_of_day_gets_the_date_of_the_table_that_its_name_goes_with(tmp_path):
     days = ("02.03.2026", "03.03.2026")
     paths = []
     for number, day in enumerate(days):
@@ -209,7 +201,7 @@ def test_a_time_of_day_gets_the_date_of_the_table_that_its_name_goes_with(tmp_pa
         import_files([paths[0], paths[2], paths[1]])
 
 
-def test_the_mapping_file_round_trips_and_is_followed(tmp_path: Path) -> None:
+def test_the_mapping_file_round_trips_and_is_followed(tmp_path):
     path, mapping = tmp_path / "log.csv", tmp_path / "import.toml"
     header = ["T1", "Druck [bar]", "Halle [°C]", "Drehzahl [1/min]", "z [µm]"]
     path.write_text(table(elapsed(), clock="t [s]", header=header), encoding="utf-8")
@@ -243,9 +235,7 @@ def test_the_mapping_file_round_trips_and_is_followed(tmp_path: Path) -> None:
         ("format = 1", "format = ", "is not TOML"),
     ],
 )
-def test_a_mapping_file_that_will_not_do_is_refused(
-    old: str, new: str, told: str, tmp_path: Path
-) -> None:
+def test_a_mapping_file_that_will_not_do_is_refused(old, new, told, tmp_path):
     path, mapping = tmp_path / "log.csv", tmp_path / "import.toml"
     path.write_text(table(elapsed(), clock="t [s]"), encoding="utf-8")
     text = import_files([path]).mapping_text()
@@ -258,9 +248,7 @@ def test_a_mapping_file_that_will_not_do_is_refused(
 
 
 @pytest.mark.parametrize("dated", [True, False])
-def test_days_with_a_thermometer_more_or_less_follow_each_other(
-    dated: bool, tmp_path: Path
-) -> None:
+def test_days_with_a_thermometer_more_or_less_follow_each_other(dated, tmp_path):
     """No other thermometer is lost for it, and no name has to be changed."""
     paths = []
     for day, header in enumerate((HEADER, HEADER[1:], (*HEADER, "Spindel [°C]"))):

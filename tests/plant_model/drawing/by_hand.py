@@ -3,8 +3,6 @@
 Nothing here uses the expansion: sections, walls and shares are worked out once more, in numbers.
 """
 
-from __future__ import annotations
-
 from math import log, pi
 from typing import Any
 

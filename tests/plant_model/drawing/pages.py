@@ -1,7 +1,5 @@
 """A small page that tests change, and the refusal of a bad one."""
 
-from __future__ import annotations
-
 import copy
 import tomllib
 from typing import Any

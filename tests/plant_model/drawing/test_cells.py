@@ -1,7 +1,5 @@
 """Cells: none lost, none too long, a thermometer in the middle of its own."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import pytest
@@ -14,7 +12,7 @@ places = st.lists(st.floats(-50.0, 350.0), max_size=6)
 
 
 @given(places, st.floats(5.0, 400.0))
-def test_cells_fill_the_stretch_and_none_is_too_long(read_at: list[float], longest: float) -> None:
+def test_cells_fill_the_stretch_and_none_is_too_long(read_at, longest):
     cuts = cuts_between(0.0, 300.0, read_at, longest)
     assert cuts[0] == 0.0
     assert cuts[-1] == 300.0
@@ -24,7 +22,7 @@ def test_cells_fill_the_stretch_and_none_is_too_long(read_at: list[float], longe
 
 
 @given(st.lists(st.floats(SHORTEST, 299.0), min_size=1, max_size=5), st.floats(5.0, 400.0))
-def test_a_thermometer_sits_in_the_middle_of_a_cell(read_at: list[float], longest: float) -> None:
+def test_a_thermometer_sits_in_the_middle_of_a_cell(read_at, longest):
     cells = slices("x", [(0.0, 300.0)], read_at, [], longest)
     kept = [at for at in sorted(read_at) if all(abs(at - o) >= 2 or o == at for o in read_at)]
     for at in kept:

@@ -1,7 +1,5 @@
 """What the sheet of checks says of sound machines, and of machines with a slip in them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -38,7 +36,7 @@ def said_of_the_sound_one() -> list[str]:
 
 
 @pytest.mark.parametrize("name", shipped_machines())
-def test_shipped_machines_look_right_and_their_heat_is_accounted_for(name: str) -> None:
+def test_shipped_machines_look_right_and_their_heat_is_accounted_for(name):
     sheet = check_sheet(read_machine(name))
     assert sheet.wrong == ()
     made = sum(sheet.sources.values())
@@ -51,7 +49,7 @@ def test_shipped_machines_look_right_and_their_heat_is_accounted_for(name: str) 
 
 
 @pytest.mark.parametrize("name", ["jig_borer", "belt_spindle"])
-def test_shipped_pages_fit(name: str) -> None:
+def test_shipped_pages_fit(name):
     assert odd_fits(Drawing(shipped_page(name), name)) == []
 
 
@@ -77,7 +75,7 @@ def test_shipped_pages_fit(name: str) -> None:
         ("thermometers", SPOTS, "T2 and T5 sit on one spot (head) and would read the same; a car"),
     ],
 )
-def test_a_slip_shows(key: str, value: Any, sentence: str) -> None:
+def test_a_slip_shows(key, value, sentence):
     page = changed(small_page(), key, value)
     if key == "jackets":
         page["motor"]["loss"] = 200
@@ -85,7 +83,7 @@ def test_a_slip_shows(key: str, value: Any, sentence: str) -> None:
     assert not any(sentence in line for line in said_of_the_sound_one())
 
 
-def test_what_moves_or_is_used_otherwise_is_not_idle() -> None:
+def test_what_moves_or_is_used_otherwise_is_not_idle():
     still = changed(small_page(), "jackets.0.inlet_side", None)
     for key, value in (
         ("carriers.0.grows.x", -50),
@@ -101,14 +99,14 @@ def test_what_moves_or_is_used_otherwise_is_not_idle() -> None:
     assert not any("Nothing uses" in line for line in said_of(fed))
 
 
-def test_a_running_temperature_that_the_owner_gives_is_believed() -> None:
+def test_a_running_temperature_that_the_owner_gives_is_believed():
     usual = changed(small_page(), "bearings.0.f0", 15)
     assert any("the class's: give it the running_temperature" in line for line in said_of(usual))
     own = changed(usual, "bearings.0.running_temperature", 40)
     assert not any("front runs at" in line and "viscosity" in line for line in said_of(own))
 
 
-def test_lines_that_still_say_check_are_counted() -> None:
+def test_lines_that_still_say_check_are_counted():
     drawing = Drawing(shipped_page("belt_spindle"), "page.toml")
     assert odd_of_page(drawing, "# CHECK: a\nb = 2  # CHECK the mass\n") == [
         "2 lines still say CHECK: what is there is not of your drawing."
@@ -125,7 +123,7 @@ def without_links(machine: Machine, *kept_out: str) -> Machine:
     return replace(machine, items=tuple(items))
 
 
-def test_a_forgotten_link_in_lumps_shows(jig_borer_lumps: Machine) -> None:
+def test_a_forgotten_link_in_lumps_shows(jig_borer_lumps):
     lost = check_sheet(without_links(jig_borer_lumps, "column")).wrong
     assert "column exchanges heat with nothing: a link is missing." in lost
     island = replace(
@@ -144,7 +142,7 @@ def test_a_forgotten_link_in_lumps_shows(jig_borer_lumps: Machine) -> None:
     )
 
 
-def test_numbers_far_from_their_kind_show_once(jig_borer_lumps: Machine) -> None:
+def test_numbers_far_from_their_kind_show_once(jig_borer_lumps):
     films = [name for name in jig_borer_lumps.parameters if name.endswith("ambient.coefficient")]
 
     def unheard_of(item: Any) -> Any:

@@ -1,9 +1,6 @@
 """The expanded machine: equal to one written by hand, closed in energy, settled in its cells."""
 
-from __future__ import annotations
-
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -40,7 +37,7 @@ def driven(hours: float = 4.0) -> pd.DataFrame:
     )
 
 
-def test_equal_to_the_same_machine_by_hand_in_lumps() -> None:
+def test_equal_to_the_same_machine_by_hand_in_lumps():
     ours = machine_of(small_page())
     theirs = machine_from_table(lumps(), "by_hand.toml")
     assert {node.name for node in ours.nodes} == {node.name for node in theirs.nodes}
@@ -57,7 +54,7 @@ def test_equal_to_the_same_machine_by_hand_in_lumps() -> None:
     assert np.ptp(by_hand.temperatures[0, :, theirs.node_index["front_inner"]]) > 10.0
 
 
-def test_half_and_double_the_cells() -> None:
+def test_half_and_double_the_cells():
     half, usual, double, *_ = convergence("jig_borer")
     assert (half.longest_mm, double.longest_mm) == (2 * usual.longest_mm, usual.longest_mm / 2)
     assert half.nodes < usual.nodes < double.nodes
@@ -67,14 +64,12 @@ def test_half_and_double_the_cells() -> None:
     assert double.drift < 0.02
 
 
-def test_lumps_have_no_cells_to_count() -> None:
+def test_lumps_have_no_cells_to_count():
     with pytest.raises(BadInput, match=r"is in lumps: only a page"):
         convergence("jig_borer_lumps")
 
 
-def test_the_page_of_the_jig_borer_measures_what_its_lumps_measure(
-    jig_borer_lumps: Machine,
-) -> None:
+def test_the_page_of_the_jig_borer_measures_what_its_lumps_measure(jig_borer_lumps):
     page = read_machine("jig_borer")
     assert [s.name for s in page.sensors] == [s.name for s in jig_borer_lumps.sensors]
     assert page.inputs == jig_borer_lumps.inputs
@@ -83,7 +78,7 @@ def test_the_page_of_the_jig_borer_measures_what_its_lumps_measure(
     }
 
 
-def test_a_thermometer_reads_its_place() -> None:
+def test_a_thermometer_reads_its_place():
     """A rod warm at one end: what is read lies on the course along it, wherever the cells are."""
     read = {}
     places = (20.0, 110.0, 180.0)
@@ -99,7 +94,7 @@ def test_a_thermometer_reads_its_place() -> None:
     assert max(spread) - min(spread) > 1.0
 
 
-def test_one_sidedness_does_not_depend_on_the_sectors() -> None:
+def test_one_sidedness_does_not_depend_on_the_sectors():
     tilts = []
     for sectors in (4, 8, 16):
         machine = machine_of(small_page(), sectors=sectors)
@@ -114,7 +109,7 @@ def test_one_sidedness_does_not_depend_on_the_sectors() -> None:
 @pytest.mark.parametrize(
     ("side", "sectors"), [("Y+", 4), (270, 4), (45, 8), (60, 12), (22.5, 16), (13, 8)]
 )
-def test_as_few_sectors_as_thermometers_allow(side: str | float, sectors: int) -> None:
+def test_as_few_sectors_as_thermometers_allow(side, sectors):
     page = small_page()
     del page["cells"]["sectors"]
     page["thermometers"][0]["side"] = side
@@ -123,7 +118,7 @@ def test_as_few_sectors_as_thermometers_allow(side: str | float, sectors: int) -
     assert Mesh(Drawing(page, "page.toml")).sectors == 16
 
 
-def test_a_page_is_stepped_as_it_is_simulated() -> None:
+def test_a_page_is_stepped_as_it_is_simulated():
     machine = machine_of(small_page())
     inputs = {entry.name: held_at(entry) for entry in machine.inputs} | {"speed": 6000.0}
     stepper = PlantStepper(machine, {"numbers.balls": 20.0})
@@ -135,7 +130,7 @@ def test_a_page_is_stepped_as_it_is_simulated() -> None:
     assert stepper.outputs()["T1"] == pytest.approx(found.readings["T1"][0, -1], abs=1e-9)
 
 
-def test_a_calibrated_page_is_written_in_lumps(tmp_path: Path) -> None:
+def test_a_calibrated_page_is_written_in_lumps(tmp_path):
     machine = read_machine("belt_spindle")
     moved = machine.with_values({"numbers.balls": 15.0, "sources.front.preload": 300.0})
     path = write_machine(moved, "belt_spindle", tmp_path / "after.toml")
@@ -193,7 +188,7 @@ def as_drawn() -> tuple[Simulation, dict[str, float]]:
         ("shaft.stretches.0.inner", 50, "shaft_6", -1),
     ],
 )
-def test_every_number_moves_what_it_should(key: str, value: object, node: str, sign: int) -> None:
+def test_every_number_moves_what_it_should(key, value, node, sign):
     before = as_drawn()[1][node]
     after = at_full_speed(machine_of(changed(small_page(), key, value)))[1][node]
     assert sign * (after - before) > 0.002
@@ -215,9 +210,7 @@ def test_every_number_moves_what_it_should(key: str, value: object, node: str, s
         ("tool.material", "carbide", 5, -1),
     ],
 )
-def test_every_length_moves_the_nose_the_right_way(
-    key: str, value: object, axis: int, sign: int
-) -> None:
+def test_every_length_moves_the_nose_the_right_way(key, value, axis, sign):
     before = as_drawn()[0].pose[0, WARM, axis]
     after = at_full_speed(machine_of(changed(small_page(), key, value)))[0].pose[0, WARM, axis]
     assert sign * (after - before) > 1e-3
@@ -231,9 +224,7 @@ def test_every_length_moves_the_nose_the_right_way(
         ({"value": -200.0, "low": -400.0, "high": 100.0}, "y", (-1.0, 0.25)),
     ],
 )
-def test_how_far_a_carrier_moves_the_nose_is_calibrated(
-    length: object, name: str, ends: tuple[float, float]
-) -> None:
+def test_how_far_a_carrier_moves_the_nose_is_calibrated(length, name, ends):
     plain = machine_of(changed(small_page(), "carriers.0.grows", {"y": -200.0}))
     machine = machine_of(changed(small_page(), "carriers.0.grows", {"y": length}))
     there, as_before = (at_full_speed(one)[0].pose[0, WARM, 1] for one in (machine, plain))
@@ -245,7 +236,7 @@ def test_how_far_a_carrier_moves_the_nose_is_calibrated(
     assert not machine_of(held).parameters["structure.head_y.length"].calibrate
 
 
-def test_a_designation_gives_the_bearings_sizes() -> None:
+def test_a_designation_gives_the_bearings_sizes():
     parameters = machine_of(changed(small_page(), "bearings.1.designation", "NN3012")).parameters
     assert parameters["sources.front.mean_diameter"].value == 77.5
     assert parameters["sources.rear.mean_diameter"].value == 77.5
@@ -255,7 +246,7 @@ def test_a_designation_gives_the_bearings_sizes() -> None:
     assert heat[0] / heat[1] == pytest.approx(2 * 18 * 0.68 / (26 * 0.77))
 
 
-def test_a_plate_gives_the_motors_loss() -> None:
+def test_a_plate_gives_the_motors_loss():
     page = changed(small_page(), "motor.loss", None)
     page["motor"] |= {"power": 15, "efficiency": 0.9, "rated_speed": 10000}
     loss = machine_of(page).parameters["sources.motor.loss"]
@@ -264,7 +255,7 @@ def test_a_plate_gives_the_motors_loss() -> None:
     assert (loss.low, loss.high) == pytest.approx((0.2 * 166.67, 0.7 * 166.67), rel=1e-3)
 
 
-def test_jackets_in_series_hand_their_warmth_on() -> None:
+def test_jackets_in_series_hand_their_warmth_on():
     page = changed(small_page(), "jackets.0.to", 120)
     second = dict(page["jackets"][0], name="two", after="one", **{"from": 120, "to": 180})
     page["jackets"].append(second)
@@ -272,7 +263,7 @@ def test_jackets_in_series_hand_their_warmth_on() -> None:
     assert nodes["jacket_two"] > nodes["jacket_one"] + 0.05
 
 
-def test_what_stands_in_the_enclosure_warms_it() -> None:
+def test_what_stands_in_the_enclosure_warms_it():
     machine = read_machine("belt_spindle")
     nodes = at_full_speed(machine)[1]
     assert nodes["enclosure_air"] > 21.0
@@ -281,7 +272,7 @@ def test_what_stands_in_the_enclosure_warms_it() -> None:
     assert at_full_speed(machine_of(page))[1]["enclosure_air"] < nodes["enclosure_air"]
 
 
-def test_a_feed_axis_warms_its_nut() -> None:
+def test_a_feed_axis_warms_its_nut():
     page = shipped_page("belt_spindle")
     warm = at_full_speed(machine_of(page))[1]["z_nut"]
     page["carriers"][2]["feed"] = {"input": "feed_z", "loss": 50}

@@ -1,9 +1,5 @@
 """What is wrong with a page is refused in one line: place, value, what is allowed."""
 
-from __future__ import annotations
-
-from typing import Any
-
 import pytest
 
 from tests.plant_model.drawing.pages import changed, machine_of, refusal, small_page
@@ -110,11 +106,11 @@ from tests.plant_model.drawing.pages import changed, machine_of, refusal, small_
         ("effects", {"radiaton": {}}, "effects.radiaton: 'radiaton' is not one of"),
     ],
 )
-def test_refusals(key: str, value: Any, problem: str) -> None:
+def test_refusals(key, value, problem):
     assert problem in refusal(changed(small_page(), key, value))
 
 
-def test_a_stretch_without_material_in_a_page_of_its_own_material() -> None:
+def test_a_stretch_without_material_in_a_page_of_its_own_material():
     page = changed(small_page(), "shaft.material", "ours")
     assert "'ours' is not one of steel" in refusal(page)
     page["materials"] = {

@@ -1,7 +1,5 @@
 """What holds, cools or touches the spindle on one side, and sleeves of their own."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -33,9 +31,7 @@ def links_to(machine: Machine, other: str, kind: str = "contact") -> dict[str, f
     ("count", "width", "side"),
     [(4, 90.0, "Y-"), (8, 200.0, 33.0), (12, 350.0, "Y-"), (16, 1.0, 33.0)],
 )
-def test_sectors_share_a_patch_as_its_directions_do(
-    count: int, width: float, side: str | float
-) -> None:
+def test_sectors_share_a_patch_as_its_directions_do(count, width, side):
     patch = PatchForm(**{"from": 0.0, "to": 1.0, "side": side, "width": width})
     sectors = [Sector("", 360.0 * k / count, 1.0 / count) for k in range(count)]
     # Direction by direction instead of arc by arc.
@@ -48,7 +44,7 @@ def test_sectors_share_a_patch_as_its_directions_do(
     assert sum(sector.under(patch) for sector in sectors) == pytest.approx(width / 360.0)
 
 
-def test_a_bracket_on_one_side_is_joined_to_that_side_alone() -> None:
+def test_a_bracket_on_one_side_is_joined_to_that_side_alone():
     around, sided = (
         links_to(machine_of(page), "head")
         for page in (small_page(), changed(small_page(), HOLDS, SIDED))
@@ -58,7 +54,7 @@ def test_a_bracket_on_one_side_is_joined_to_that_side_alone() -> None:
     assert sum(sided.values()) == pytest.approx(sum(around.values()))
 
 
-def test_heat_that_leaves_on_one_side_tilts_the_nose() -> None:
+def test_heat_that_leaves_on_one_side_tilts_the_nose():
     page = changed(small_page(), "jackets.0.inlet_side", None)
     tilts = []
     for side in (None, "Y-", "Y+"):
@@ -71,7 +67,7 @@ def test_heat_that_leaves_on_one_side_tilts_the_nose() -> None:
     assert abs(tilts[1]) > 1.0
 
 
-def test_the_surface_under_a_bracket_is_not_in_the_air() -> None:
+def test_the_surface_under_a_bracket_is_not_in_the_air():
     def area(page: dict[str, Any]) -> float:
         return sum(
             item.parameters["area"].value
@@ -87,7 +83,7 @@ def test_the_surface_under_a_bracket_is_not_in_the_air() -> None:
     assert area(changed(small_page(), "housing.faces", faces)) == pytest.approx(area(small_page()))
 
 
-def test_a_face_that_is_blown_on_is_cooler() -> None:
+def test_a_face_that_is_blown_on_is_cooler():
     faces = [{"from": 0, "to": 200, "side": "X+", "film": 200}]
     page = changed(small_page(), "jackets", [])
     machine = machine_of(changed(page, "housing.faces", faces))
@@ -99,7 +95,7 @@ def test_a_face_that_is_blown_on_is_cooler() -> None:
     assert ends["yp"] == pytest.approx(ends["ym"])
 
 
-def test_a_jacket_on_one_side_has_so_much_less_channel() -> None:
+def test_a_jacket_on_one_side_has_so_much_less_channel():
     page = changed(
         changed(small_page(), "jackets.0.inlet_side", None), "jackets.0.unevenness", None
     )
@@ -118,7 +114,7 @@ def test_a_jacket_on_one_side_has_so_much_less_channel() -> None:
 SLEEVE = {"from": 110, "to": 190, "outer": 100}
 
 
-def test_a_sleeve_of_its_own_stands_between_bearing_and_housing() -> None:
+def test_a_sleeve_of_its_own_stands_between_bearing_and_housing():
     page = changed(small_page(), "bearings.0.designation", None)
     for key, value in {"bore": 60, "outside": 85, "width": 18, "sleeve": SLEEVE}.items():
         page = changed(page, f"bearings.0.{key}", value)
@@ -176,5 +172,5 @@ def test_a_sleeve_of_its_own_stands_between_bearing_and_housing() -> None:
         ),
     ],
 )
-def test_refusals(key: str, value: Any, problem: str) -> None:
+def test_refusals(key, value, problem):
     assert problem in refusal(changed(small_page(), key, value))

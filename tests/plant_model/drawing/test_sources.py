@@ -1,7 +1,5 @@
 """What the page's numbers come from: bearings, lubricants, coolants, films."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -28,7 +26,7 @@ from plant_model.drawing.materials import MATERIALS
         ("6205", 25.0, 52.0, 15.0),
     ],
 )
-def test_designations(designation: str, bore: float, outside: float, width: float) -> None:
+def test_designations(designation, bore, outside, width):
     bearing = by_designation(designation)
     assert bearing is not None
     assert (bearing.bore, bearing.outside, bearing.width) == (bore, outside, width)
@@ -37,20 +35,20 @@ def test_designations(designation: str, bore: float, outside: float, width: floa
 
 
 @pytest.mark.parametrize("designation", ["7099", "719/500", "70144", "spindle"])
-def test_designations_that_are_not_known(designation: str) -> None:
+def test_designations_that_are_not_known(designation):
     assert by_designation(designation) is None
 
 
 @pytest.mark.parametrize(
     ("designation", "kilograms"), [("7014", 0.60), ("71914", 0.34), ("7020", 1.3), ("NN3014", 1.05)]
 )
-def test_masses_are_those_of_catalogues(designation: str, kilograms: float) -> None:
+def test_masses_are_those_of_catalogues(designation, kilograms):
     bearing = by_designation(designation)
     assert bearing is not None
     assert bearing.mass == pytest.approx(kilograms, rel=0.12)
 
 
-def test_viscosities_of_charts() -> None:
+def test_viscosities_of_charts():
     # VG 32 with an index of 95 has 5.2 to 5.4 mm2/s at 100 degC and is 12 mm2/s near 68 degC;
     # VG 68 has 8.5 to 8.8 (data sheets of mineral spindle and hydraulic oils).
     assert viscosity(32, 100.0) == pytest.approx(5.3, abs=0.15)
@@ -60,7 +58,7 @@ def test_viscosities_of_charts() -> None:
 
 
 @pytest.mark.parametrize("percent", [0, 25, 30, 60])
-def test_coolants_are_those_of_coolprop(percent: int) -> None:
+def test_coolants_are_those_of_coolprop(percent):
     from CoolProp.CoolProp import PropsSI  # takes seconds, which no other process has to wait
 
     fluid = "Water" if percent == 0 else f"INCOMP::MEG-{percent}%"
@@ -71,7 +69,7 @@ def test_coolants_are_those_of_coolprop(percent: int) -> None:
     np.testing.assert_allclose(found, theirs, rtol=2e-4 if percent in GLYCOL else 0.01)
 
 
-def test_coolants_that_are_not_known() -> None:
+def test_coolants_that_are_not_known():
     assert coolant("glycol 80 %") is None
     assert coolant("oil 11") is None
     assert coolant("beer") is None
@@ -80,7 +78,7 @@ def test_coolants_that_are_not_known() -> None:
     assert oil.viscosity == pytest.approx(860e-6 * viscosity(10, 22.0))
 
 
-def test_films_are_of_the_handbooks_size() -> None:
+def test_films_are_of_the_handbooks_size():
     # Free convection and radiation near 5 to 12, a fast turning nose 50 to 200 W/(m2 K), turbulent
     # water in a jacket 1 to 10 kW/(m2 K): VDI Heat Atlas, 2nd ed., parts F and G.
     assert 5.0 < still_air(190.0, 0.8) < 12.0
@@ -97,7 +95,7 @@ def test_films_are_of_the_handbooks_size() -> None:
     assert slow == pytest.approx(3.66 * oil.conductivity / (2 * 15 * 6 / 21e3), rel=0.01)
 
 
-def test_class_values_lie_in_their_ranges_and_say_what_they_are() -> None:
+def test_class_values_lie_in_their_ranges_and_say_what_they_are():
     kinds = [(kind, way) for kind in ("ball", "roller") for way in ("oil-air", "grease", "oil")]
     usual = [*CLASS_VALUES.values(), *(f0_of(*kind) for kind in kinds), f1_of("ball")]
     for known in usual:

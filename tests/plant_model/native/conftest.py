@@ -1,7 +1,5 @@
 """The plant's C core, compiled for any machine and called through ctypes."""
 
-from __future__ import annotations
-
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path

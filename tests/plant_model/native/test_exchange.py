@@ -1,7 +1,5 @@
 """Model exchange with the plant's C FMU: beside its co-simulation, and what is refused."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -89,9 +87,7 @@ show([max(apart.values()), float(np.ptp(one["drift_Z"])), float(other["offset_X"
 
 
 @pytest.mark.parametrize(("name", "fmi"), PAIRS)
-def test_a_solver_gives_the_numbers_of_the_co_simulation(
-    name: str, fmi: Fmi, fmu_of: Callable[[Machine, Fmi], Path]
-) -> None:
+def test_a_solver_gives_the_numbers_of_the_co_simulation(name, fmi, fmu_of):
     path = fmu_of(machine_of(name), fmi)
     assert validate_fmu(str(path)) == []
     worst, moved, offset = apart(RUN, path)
@@ -153,9 +149,7 @@ show([moved, list(x) == before, get(fmu, f"der({first})") == dx[0], said, len(me
 
 
 @pytest.mark.parametrize(("name", "fmi"), [("jig_borer_lumps", 2), ("effects", 3)])
-def test_calls_out_of_place_are_refused_and_a_state_comes_back(
-    name: str, fmi: Fmi, fmu_of: Callable[[Machine, Fmi], Path]
-) -> None:
+def test_calls_out_of_place_are_refused_and_a_state_comes_back(name, fmi, fmu_of):
     found = apart(OPENED + CALLS, fmu_of(machine_of(name), fmi))
     assert found == [pytest.approx(5.0), True, True, [0, 3], 12]
 
@@ -174,9 +168,7 @@ show([*shown, get(fmu, "T1"), get(fmu, "offset_X")])
 """
 
 
-def test_noise_and_offsets_go_on_when_a_step_has_ended(
-    fmu_of: Callable[[Machine, Fmi], Path],
-) -> None:
+def test_noise_and_offsets_go_on_when_a_step_has_ended(fmu_of):
     first, within, offset, after, moved = apart(
         OPENED + NOISY, fmu_of(read_machine("jig_borer_lumps"), 2)
     )
@@ -184,9 +176,7 @@ def test_noise_and_offsets_go_on_when_a_step_has_ended(
     assert (offset, moved) == (0.0, pytest.approx(0.5))
 
 
-def test_what_switches_is_for_co_simulation_only(
-    fmu_of: Callable[[Machine, Fmi], Path],
-) -> None:
+def test_what_switches_is_for_co_simulation_only(fmu_of):
     machine = with_effects(read_machine("jig_borer_lumps"), "chiller")
     recipe, _ = plant_recipe(machine, "plant_native")
     assert "Not for model exchange: chiller switches" in native_plant(recipe).note
@@ -268,9 +258,7 @@ show(said)
 
 @pytest.mark.parametrize("speed", [3000.0, 0.0])
 @pytest.mark.parametrize(("name", "fmi"), PAIRS)
-def test_derivatives_are_those_of_differences_and_declared(
-    name: str, fmi: Fmi, speed: float, fmu_of: Callable[[Machine, Fmi], Path]
-) -> None:
+def test_derivatives_are_those_of_differences_and_declared(name, fmi, speed, fmu_of):
     worst, count, finite, declared, *adjoint, mistaken = apart(
         OPENED + DERIVED, fmu_of(machine_of(name), fmi), speed
     )
@@ -305,9 +293,7 @@ show([float(np.abs(one - other).max()), int((one != 0.0).sum())])
 """
 
 
-def test_derivatives_are_the_same_in_a_co_simulation(
-    fmu_of: Callable[[Machine, Fmi], Path],
-) -> None:
+def test_derivatives_are_the_same_in_a_co_simulation(fmu_of):
     worst, count = apart(OPENED + STEPPED, fmu_of(machine_of("lathe"), 2))
     assert worst < 1e-12
     assert count > 100
@@ -368,9 +354,7 @@ show(said)
 
 
 @pytest.mark.parametrize(("name", "fmi"), PAIRS)
-def test_derivatives_by_parameters_are_those_of_differences(
-    name: str, fmi: Fmi, fmu_of: Callable[[Machine, Fmi], Path]
-) -> None:
+def test_derivatives_by_parameters_are_those_of_differences(name, fmi, fmu_of):
     path = fmu_of(machine_of(name), fmi)
     worst, where, count, declared, *adjoint = apart(OPENED + TUNED, path)
     assert worst < 1e-5, where

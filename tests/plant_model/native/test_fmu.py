@@ -1,7 +1,5 @@
 """The plant's C FMU as a host meets it: beside the Python FMU of the same machine."""
 
-from __future__ import annotations
-
 import csv
 from dataclasses import dataclass
 from pathlib import Path
@@ -59,7 +57,7 @@ def facts(variable: Any) -> dict[str, Any]:
     return {name: getattr(variable, name) for name in names}
 
 
-def test_validation_is_clean_and_the_variables_are_those_of_the_python_fmu(both: Both) -> None:
+def test_validation_is_clean_and_the_variables_are_those_of_the_python_fmu(both):
     assert validate_fmu(str(both.native)) == []
     native, python = (fmpy.read_model_description(str(path)) for path in (both.native, both.python))
     found, expected = ([facts(one) for one in d.modelVariables] for d in (native, python))
@@ -69,7 +67,7 @@ def test_validation_is_clean_and_the_variables_are_those_of_the_python_fmu(both:
     assert not native.coSimulation.needsExecutionTool
 
 
-def test_the_reference_results_are_those_of_the_python_fmu(both: Both) -> None:
+def test_the_reference_results_are_those_of_the_python_fmu(both):
     tables = []
     for path in (both.native, both.python):
         with path.with_name(f"{path.stem}_ref.csv").open() as file:
@@ -83,9 +81,7 @@ def test_the_reference_results_are_those_of_the_python_fmu(both: Both) -> None:
     ("seed", "moved"),
     [(0, {}), (4, {"sources.motor.loss": 33.0, "start_rise.T1": 1.5})],
 )
-def test_a_run_gives_the_numbers_of_the_python_fmu(
-    both: Both, seed: int, moved: dict[str, float]
-) -> None:
+def test_a_run_gives_the_numbers_of_the_python_fmu(both, seed, moved):
     code = (
         f"fmu, before = ready(sys.argv[1], {seed}, **{moved})\nshow([before, *steps(fmu, 0, 90)])"
     )
@@ -126,7 +122,7 @@ show([said, [m[1] for m in messages]])
 
 
 @pytest.mark.parametrize("kind", ["native", "python"])
-def test_what_is_out_of_range_is_refused_and_changes_nothing(both: Both, kind: str) -> None:
+def test_what_is_out_of_range_is_refused_and_changes_nothing(both, kind):
     statuses, messages = apart(RUN + REFUSED, getattr(both, kind))
     failure = 3 if kind == "native" else 4
     begun = statuses.pop(0), statuses.pop(0)
@@ -142,7 +138,7 @@ def test_what_is_out_of_range_is_refused_and_changes_nothing(both: Both, kind: s
         assert any(word in said for said in messages), word
 
 
-def test_the_stop_time_holds(both: Both) -> None:
+def test_the_stop_time_holds(both):
     code = """
 for path in sys.argv[1:]:
     fmu = opened(path)
@@ -158,7 +154,7 @@ show([m[1] for m in messages if len(m[1]) == 1])
     assert apart(RUN + code, both.native, both.python) == ["3", "2"]
 
 
-def test_fmi3_gives_the_same_numbers(shipped_in_c: Path, shipped_in_fmi3: Path) -> None:
+def test_fmi3_gives_the_same_numbers(shipped_in_c, shipped_in_fmi3):
     assert validate_fmu(str(shipped_in_fmi3 / "plant_native_fmi3.fmu")) == []
     one, other = (
         shipped_in_c / "plant_native_ref.csv",
@@ -190,7 +186,7 @@ show([first + rows, stays, same, said, messages[-1][1]])
 """
 
 
-def test_a_parameter_that_wears_changes_in_mid_run(both: Both) -> None:
+def test_a_parameter_that_wears_changes_in_mid_run(both):
     (native, plain, same, said, cause), python = (
         apart(RUN + TUNED, path) for path in (both.native, both.python)
     )
@@ -205,7 +201,7 @@ def test_a_parameter_that_wears_changes_in_mid_run(both: Both) -> None:
     assert "sources.front.preload: -1 is not allowed" in cause
 
 
-def test_lengths_and_expansions_are_fixed(both: Both) -> None:
+def test_lengths_and_expansions_are_fixed(both):
     listed = fmpy.read_model_description(str(both.native)).modelVariables
     found = {one.name: one.variability for one in listed if one.causality == "parameter"}
     assert found["sources.front.preload"] == found["sources.front.f0"] == "tunable"

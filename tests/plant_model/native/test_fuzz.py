@@ -1,7 +1,5 @@
 """The plant's FMU under the sanitizers, called in random order with random arguments."""
 
-from __future__ import annotations
-
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,7 +9,6 @@ import pytest
 from fmu_packaging.native.build import front
 from fmu_packaging.native.compilers import STRICT, c_files, run_compiler, write_sources
 from plant_model.fmi_slave import variables
-from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.native.continuous import continuous_variables, is_continuous
 from plant_model.native.equations import equations_of
@@ -35,9 +32,7 @@ SANITIZED = ("-g", "-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover
     ],
     ids=["short", "long"],
 )
-def test_fuzzed_calls_are_clean(
-    calls: int, machine: Machine, whole: bool, compiler: tuple[str, ...], tmp_path: Path
-) -> None:
+def test_fuzzed_calls_are_clean(calls, machine, whole, compiler, tmp_path):
     # With all effects it is for co-simulation only.
     machine = with_all_effects(machine) if whole else with_effects(machine, "radiation")
     equations = equations_of(machine, tunable_of(machine))

@@ -1,16 +1,11 @@
 """A network times temperatures in C, beside the matrix; and the bound of how fast it decays."""
 
-from __future__ import annotations
-
 import ctypes
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fmu_packaging.native.compilers import STRICT, run_compiler, write_sources
-from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.native.generate import program
 from plant_model.native.product import LANES, Place, Product
@@ -36,7 +31,7 @@ def any_graph(rng: np.random.Generator) -> tuple[int, set[Place]]:
     return nodes, edges | {(min(pair), max(pair)) for pair in pairs if pair[0] != pair[1]}
 
 
-def test_a_product_is_that_of_the_matrix(compiler: tuple[str, ...], tmp_path: Path) -> None:
+def test_a_product_is_that_of_the_matrix(compiler, tmp_path):
     rng = np.random.default_rng(7)
     graphs = [any_graph(rng) for _ in range(24)]
     products = [Product(nodes, sorted(edges)) for nodes, edges in graphs]
@@ -62,9 +57,7 @@ def test_a_product_is_that_of_the_matrix(compiler: tuple[str, ...], tmp_path: Pa
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_no_mode_decays_faster_than_the_bound(
-    name: str, library_of: Callable[[Machine], ctypes.CDLL]
-) -> None:
+def test_no_mode_decays_faster_than_the_bound(name, library_of):
     """It must hold, and it is to be better than Gershgorin's."""
     machine = read_machine(name)
     values = Values(machine.parameters)

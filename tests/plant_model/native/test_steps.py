@@ -1,9 +1,5 @@
 """What a step costs, whatever came before it."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import pytest
 
 from benchmarks.native_plant_steps import MOST_TIMES_MEDIAN, STEPS_S, machines, measured
@@ -14,7 +10,7 @@ IN_PARTS_S = 10.0
 
 @pytest.mark.long
 @pytest.mark.parametrize("label", ["24 lumps", "page of 95", "page of 95, 3 effects"])
-def test_no_step_is_dearer_than_its_neighbours(label: str, tmp_path: Path) -> None:
+def test_no_step_is_dearer_than_its_neighbours(label, tmp_path):
     """Through changes of speed and steps without one; each cost is the least of many runs."""
     measure = measured(tmp_path / "page", machines()[label], empty=False)
     for step_s in STEPS_S:

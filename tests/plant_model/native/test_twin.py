@@ -1,7 +1,5 @@
 """The plant in C beside the plant in Python: every effect, random numbers, random inputs."""
 
-from __future__ import annotations
-
 import ctypes
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -157,7 +155,7 @@ MACHINES = [
 
 
 @pytest.mark.parametrize("machine", MACHINES, ids=lambda machine: machine.name)
-def test_every_effect_gives_the_numbers_of_python(machine: Machine, library_of: LibraryOf) -> None:
+def test_every_effect_gives_the_numbers_of_python(machine, library_of):
     everything = with_all_effects(machine)
     assert {key.partition(":")[0] for key in everything.effects} == set(catalogue())
     library, rng = library_of(everything), np.random.default_rng(7)
@@ -178,7 +176,7 @@ def test_every_effect_gives_the_numbers_of_python(machine: Machine, library_of: 
     assert python.network.linear
 
 
-def test_parts_start_as_in_python(library_of: LibraryOf) -> None:
+def test_parts_start_as_in_python(library_of):
     machine = machine_of(small_page())
     shares = {"head": ("T2", 0.4), "column": ("T1", 1.3), "tool": ("coolant_inlet", 0.5)}
     nodes = [
@@ -193,7 +191,7 @@ def test_parts_start_as_in_python(library_of: LibraryOf) -> None:
     assert worst < CLOSE
 
 
-def test_what_is_tied_to_a_number_follows_it_in_c(library_of: LibraryOf) -> None:
+def test_what_is_tied_to_a_number_follows_it_in_c(library_of):
     machine = tunable(machine_of(small_page()))
     library, rng = library_of(machine), np.random.default_rng(12)
     values = {f"{NUMBERS}{name}": entry.high for name, entry in machine.numbers.items()}
@@ -204,7 +202,7 @@ def test_what_is_tied_to_a_number_follows_it_in_c(library_of: LibraryOf) -> None
         assert worst < CLOSE, name
 
 
-def test_heat_stays_where_it_is_if_nothing_exchanges_it(library_of: LibraryOf) -> None:
+def test_heat_stays_where_it_is_if_nothing_exchanges_it(library_of):
     everything = with_all_effects(MACHINES[0])
     alone = values_of(everything, np.random.default_rng(8), 0.0)
     friction = catalogue()["bearing_friction"]
@@ -217,9 +215,7 @@ def test_heat_stays_where_it_is_if_nothing_exchanges_it(library_of: LibraryOf) -
 
 
 @pytest.mark.parametrize("name", ["jig_borer_lumps", "lathe"])
-def test_the_shipped_machines_with_noise_give_the_numbers_of_python(
-    name: str, library_of: LibraryOf
-) -> None:
+def test_the_shipped_machines_with_noise_give_the_numbers_of_python(name, library_of):
     machine = read_machine(name)
     rng = np.random.default_rng(3)
     library = library_of(machine)
@@ -227,7 +223,7 @@ def test_the_shipped_machines_with_noise_give_the_numbers_of_python(
     assert compared(machine, library, {}, rng, 100, NOISE_SEED)[0] < CLOSE
 
 
-def test_the_noise_is_normally_distributed_and_its_seeds_differ() -> None:
+def test_the_noise_is_normally_distributed_and_its_seeds_differ():
     one, other = NormalSequence(1, 50_000), NormalSequence(2, 50_000)
     first, second = one.draw(), other.draw()
     for drawn in (first, second):

@@ -1,7 +1,5 @@
 """Small spindles in finite elements whose answers are known."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

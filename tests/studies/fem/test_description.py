@@ -1,7 +1,5 @@
 """The description file is refused in one line wherever it is wrong."""
 
-from __future__ import annotations
-
 import copy
 import tomllib
 from pathlib import Path
@@ -32,7 +30,7 @@ SHIPPED = tomllib.loads((Path(package.__file__).parent / "jig_borer.toml").read_
         ("\udcff".encode("utf-8", "surrogateescape").decode("latin-1"), "is not a TOML file"),
     ],
 )
-def test_a_file_that_is_none_is_refused(tmp_path: Path, text: str, problem: str) -> None:
+def test_a_file_that_is_none_is_refused(tmp_path, text, problem):
     path = tmp_path / "bad.toml"
     path.write_text(text)
     with pytest.raises(BadInput, match=problem):
@@ -52,7 +50,7 @@ def test_a_file_that_is_none_is_refused(tmp_path: Path, text: str, problem: str)
         ({"mount": {"z": 0.0, "r": [1.0, "a"]}}, "mount"),
     ],
 )
-def test_what_does_not_fit_together_is_refused(changes: dict[str, Any], problem: str) -> None:
+def test_what_does_not_fit_together_is_refused(changes, problem):
     with pytest.raises(BadInput, match=problem) as refused:
         checked(Description, bar_table(**changes), "bar.toml")
     assert "\n" not in str(refused.value)
@@ -66,7 +64,7 @@ def test_what_does_not_fit_together_is_refused(changes: dict[str, Any], problem:
         ({"jackets": [{"name": "j", "r": [1, 2], "z": [0, 1], "conductance": 9}]}, "j: covers no"),
     ],
 )
-def test_what_the_mesh_cannot_hold_is_refused(changes: dict[str, Any], problem: str) -> None:
+def test_what_the_mesh_cannot_hold_is_refused(changes, problem):
     if "element_mm" in changes:
         part = {"name": "bar", "material": "steel", "r": [20, 40], "z": [0, 9e3]}
         changes = changes | {"parts": [part]}
@@ -88,7 +86,7 @@ LEAVES = st.one_of(
 
 @settings(max_examples=60, deadline=None)
 @given(data=st.data())
-def test_any_mangled_field_is_refused_in_one_line_or_accepted(data: st.DataObject) -> None:
+def test_any_mangled_field_is_refused_in_one_line_or_accepted(data):
     table: Any = copy.deepcopy(SHIPPED)
     place = table
     for _ in range(data.draw(st.integers(0, 3))):

@@ -1,7 +1,5 @@
 """The finite-element spindle as an error model: reduction, identification, refusals."""
 
-from __future__ import annotations
-
 import dataclasses
 from typing import Any
 
@@ -64,7 +62,7 @@ def runs(jig_borer: FiniteElementSpindle) -> list[Run]:
     return [measured(jig_borer, seed) for seed in (1, 2, 3)]
 
 
-def test_the_reduced_spindle_follows_the_whole_one(jig_borer: FiniteElementSpindle) -> None:
+def test_the_reduced_spindle_follows_the_whole_one(jig_borer):
     reduced = ReducedSpindle(jig_borer, 14, (0.0, 12000.0))
     mass = jig_borer.heat.mass
     identity = reduced.basis.T @ (mass @ reduced.basis)
@@ -93,7 +91,7 @@ def growth_missed(fitted: FiniteElementModel, found: list[Run]) -> list[float]:
     return [float(np.sqrt(np.mean(error**2))) for error in errors]
 
 
-def test_fourteen_coordinates_do_for_a_thousand_nodes(jig_borer: FiniteElementSpindle) -> None:
+def test_fourteen_coordinates_do_for_a_thousand_nodes(jig_borer):
     """The figures of docs/methods.md: 0.05 um in fit, 0.1 um on other spectra."""
     level = [level_run(jig_borer, seed) for seed in (1, 2, 3, 4)]
     assert jig_borer.heat.basis.N == 1045
@@ -104,16 +102,14 @@ def test_fourteen_coordinates_do_for_a_thousand_nodes(jig_borer: FiniteElementSp
     assert max(others) < 0.1
 
 
-def test_a_start_that_is_not_level_costs_more_than_the_reduction(
-    jig_borer: FiniteElementSpindle, runs: list[Run]
-) -> None:
+def test_a_start_that_is_not_level_costs_more_than_the_reduction(jig_borer, runs):
     """The same where air swings by 1 K and the coolant differs from it: up to 0.8 um."""
     fitted = FiniteElementModel.fit(task_of(runs[:1]))
     missed = growth_missed(fitted, [runs[2], measured(jig_borer, 4)])
     assert 0.3 < missed[0] < missed[1] < 0.85
 
 
-def test_it_finds_the_spindle_that_made_the_runs(runs: list[Run]) -> None:
+def test_it_finds_the_spindle_that_made_the_runs(runs):
     fitted = FiniteElementModel.fit(task_of(runs[:2]))
     factors = fitted.report()["factors"]
     assert all(0.75 < value < 1.35 for value in factors.values()), factors
@@ -123,7 +119,7 @@ def test_it_finds_the_spindle_that_made_the_runs(runs: list[Run]) -> None:
     assert np.ptp(unseen.targets[:, 0]) > 20.0
 
 
-def test_it_identifies_a_spindle_that_differs(jig_borer: FiniteElementSpindle) -> None:
+def test_it_identifies_a_spindle_that_differs(jig_borer):
     """Half the cooling: the factor on the jackets finds it, and the error on new speeds shrinks."""
     form = jig_borer.description
     jackets = [one.model_copy(update={"conductance": one.conductance / 2}) for one in form.jackets]
@@ -138,7 +134,7 @@ def test_it_identifies_a_spindle_that_differs(jig_borer: FiniteElementSpindle) -
     assert errors[1] < 0.8 * errors[0]
 
 
-def test_air_is_used_where_it_was_chosen(runs: list[Run]) -> None:
+def test_air_is_used_where_it_was_chosen(runs):
     with_air = FiniteElementModel.fit(task_of(runs[:1]), identify=False)
     assert with_air.table()["outside_inputs"] == [0]
     without = dataclasses.replace(task_of(runs[:1]), input_names=["A", "T1"])
@@ -155,12 +151,12 @@ def test_air_is_used_where_it_was_chosen(runs: list[Run]) -> None:
         ({"description": 5}, "is not a file's name"),
     ],
 )
-def test_wrong_options_are_refused(runs: list[Run], options: dict[str, Any], problem: str) -> None:
+def test_wrong_options_are_refused(runs, options, problem):
     with pytest.raises(BadInput, match=problem):
         FiniteElementModel.fit(task_of(runs[:1]), **options)
 
 
-def test_runs_without_speed_are_refused(runs: list[Run]) -> None:
+def test_runs_without_speed_are_refused(runs):
     task = task_of(runs[:1])
     for value, problem in ((np.nan, "is missing"), (0.0, "is always 0")):
         run = dataclasses.replace(task.runs[0], speed=np.full(len(task.runs[0].time_s), value))
@@ -185,7 +181,7 @@ def damaged(table: dict[str, Any], change: str) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("change", ["rates", "order", "outputs", "outside", "source", "unknown"])
-def test_a_damaged_table_is_refused(runs: list[Run], change: str) -> None:
+def test_a_damaged_table_is_refused(runs, change):
     table = damaged(FiniteElementModel.fit(task_of(runs[:1]), identify=False).table(), change)
     with pytest.raises(ModelFileError) as refused:
         error_models()["fem"].from_fields(Fields(table, "file"), 2, 2)

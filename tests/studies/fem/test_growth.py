@@ -1,7 +1,5 @@
 """Thermo-elastic growth against what is known in closed form."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -9,11 +7,11 @@ from studies.finite_elements import Description, FiniteElementSpindle
 from tests.studies.fem.conftest import STEEL, bar_table
 
 
-def test_a_bar_grows_by_alpha_l_dt(bar: FiniteElementSpindle) -> None:
+def test_a_bar_grows_by_alpha_l_dt(bar):
     assert bar.growth_row.sum() == pytest.approx(11.5e-6 * 200e3, rel=1e-9)
 
 
-def test_patch_free_expansion_is_free_of_stress(bar: FiniteElementSpindle) -> None:
+def test_patch_free_expansion_is_free_of_stress(bar):
     """Held along the axis only, a body warmed evenly grows alpha r outwards and alpha z along."""
     model = bar.growth_model
     moved = model.displaced(np.full(bar.heat.basis.N, 10.0))
@@ -29,13 +27,13 @@ def test_patch_free_expansion_is_free_of_stress(bar: FiniteElementSpindle) -> No
     assert np.abs(force).max() < 1e-3 * np.abs(model.load @ np.full(bar.heat.basis.N, 10.0)).max()
 
 
-def test_a_bar_with_a_gradient_along_it_grows_by_its_mean(bar: FiniteElementSpindle) -> None:
+def test_a_bar_with_a_gradient_along_it_grows_by_its_mean(bar):
     """A linear temperature along the axis bends nothing; the ends' mean counts."""
     rise = 0.05 * bar.heat.nodes_mm[1]  # 0 to 10 K
     assert bar.growth_row @ rise == pytest.approx(11.5e-6 * 200e3 * 5.0, rel=2e-3)
 
 
-def test_the_row_of_influence_is_the_solution(jig_borer: FiniteElementSpindle) -> None:
+def test_the_row_of_influence_is_the_solution(jig_borer):
     """The adjoint answer equals solving for the displacement itself."""
     rise = jig_borer.steady(9000.0) - 20.0
     model = jig_borer.growth_model
@@ -43,7 +41,7 @@ def test_the_row_of_influence_is_the_solution(jig_borer: FiniteElementSpindle) -
     assert jig_borer.growth_row @ rise == pytest.approx(nose, rel=1e-9)
 
 
-def test_two_bars_side_by_side_grow_together() -> None:
+def test_two_bars_side_by_side_grow_together():
     """A stiff warm tube and a stiff cold one: alpha (E1 A1 dT1 + E2 A2 dT2) / (E1 A1 + E2 A2).
 
     Poisson's ratio is zero and the bar long, so that the law of mixtures holds but at the end.
@@ -79,7 +77,7 @@ def test_two_bars_side_by_side_grow_together() -> None:
     assert (found[1] - found[0]) * 1e6 == pytest.approx(11.5e-6 * 400e3 * mean, rel=5e-3)
 
 
-def test_the_floating_bearing_carries_no_force(jig_borer: FiniteElementSpindle) -> None:
+def test_the_floating_bearing_carries_no_force(jig_borer):
     """Warming the shaft behind the front bearings hardly moves the nose."""
     _, z = jig_borer.heat.nodes_mm
     r, _ = jig_borer.heat.nodes_mm
@@ -88,7 +86,7 @@ def test_the_floating_bearing_carries_no_force(jig_borer: FiniteElementSpindle) 
     assert abs(jig_borer.growth_row @ behind) < 0.1 * (jig_borer.growth_row @ before)
 
 
-def test_a_short_stop_is_followed(jig_borer: FiniteElementSpindle) -> None:
+def test_a_short_stop_is_followed(jig_borer):
     time_s = np.arange(0.0, 4.0 * 3600.0, 60.0)
     speed = np.where((time_s > 7200.0) & (time_s < 7800.0), 0.0, 12000.0)
     run = jig_borer.transient(time_s, speed)

@@ -1,7 +1,5 @@
 """Heat conduction: exact solutions, orders of convergence, balances."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
@@ -40,14 +38,14 @@ def error_with(cells: int) -> float:
     return float(np.sqrt(square.assemble(basis, t=solution)))
 
 
-def test_a_manufactured_solution_is_met_with_second_order() -> None:
+def test_a_manufactured_solution_is_met_with_second_order():
     errors = [error_with(cells) for cells in (4, 8, 16, 32)]
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     assert orders == pytest.approx([2.0, 2.0, 2.0], abs=0.1)
     assert errors[-1] < 1e-3
 
 
-def test_a_hollow_cylinder_conducts_by_its_logarithm() -> None:
+def test_a_hollow_cylinder_conducts_by_its_logarithm():
     """Q = 2 pi k l dT / ln(r2 / r1) between fixed temperatures inside and outside."""
     mesh = MeshQuad.init_tensor(np.linspace(0.02, 0.05, 41), np.linspace(0.0, 0.1, 3))
     basis = Basis(mesh, ElementQuad1(), intorder=4)
@@ -62,7 +60,7 @@ def test_a_hollow_cylinder_conducts_by_its_logarithm() -> None:
     assert heat == pytest.approx(expected, rel=1e-3)
 
 
-def test_steady_heat_in_is_heat_out(jig_borer: FiniteElementSpindle) -> None:
+def test_steady_heat_in_is_heat_out(jig_borer):
     heat = jig_borer.heat
     for speed in (0.0, 6000.0, 20000.0):
         end = jig_borer.steady(speed, ambient=22.0, coolant=19.0)
@@ -73,12 +71,12 @@ def test_steady_heat_in_is_heat_out(jig_borer: FiniteElementSpindle) -> None:
         assert np.abs(groups["conduction"][0].sum(axis=1)).max() < 1e-9
 
 
-def test_every_watt_enters_somewhere(jig_borer: FiniteElementSpindle) -> None:
+def test_every_watt_enters_somewhere(jig_borer):
     assert jig_borer.heat.entries.sum(axis=0) == pytest.approx(1.0)
     assert jig_borer.heat.coolant.sum() == pytest.approx(90.0 + 120.0 + 75.0)
 
 
-def test_a_run_stores_or_loses_its_heat(bar: FiniteElementSpindle) -> None:
+def test_a_run_stores_or_loses_its_heat(bar):
     time_s = np.linspace(0.0, 7200.0, 721)
     run = bar.transient(time_s, np.full(721, 5000.0))
     ones = np.ones(bar.heat.basis.N)
@@ -89,7 +87,7 @@ def test_a_run_stores_or_loses_its_heat(bar: FiniteElementSpindle) -> None:
     assert stored + lost == pytest.approx(50.0 * time_s, rel=1e-4, abs=0.5)
 
 
-def test_time_steps_converge_with_second_order(bar: FiniteElementSpindle) -> None:
+def test_time_steps_converge_with_second_order(bar):
     time_s = np.array([0.0, 900.0, 1200.0])
     speed = np.array([9000.0, 0.0, 0.0])  # a short stop
     ends = [
@@ -100,7 +98,7 @@ def test_time_steps_converge_with_second_order(bar: FiniteElementSpindle) -> Non
     assert errors[:-1] / errors[1:] == pytest.approx([4.0, 4.0], rel=0.15)
 
 
-def test_a_bar_cools_with_its_own_time_constant(bar: FiniteElementSpindle) -> None:
+def test_a_bar_cools_with_its_own_time_constant(bar):
     """A small Biot number: T decays with C / (h A)."""
     time_s = np.linspace(0.0, 7200.0, 121)
     hot = np.full(bar.heat.basis.N, 40.0)
@@ -112,7 +110,7 @@ def test_a_bar_cools_with_its_own_time_constant(bar: FiniteElementSpindle) -> No
     )
 
 
-def test_laws_of_films_and_friction(jig_borer: FiniteElementSpindle) -> None:
+def test_laws_of_films_and_friction(jig_borer):
     # Re = pi 10,000 / 60 0.08^2 / 16e-6 = 209,440; Nu = 0.133 Re^(2/3) 0.701^(1/3) = 416.7
     assert turning_film(10000.0, 0.08) == pytest.approx(416.7 * 0.026 / 0.08, rel=1e-3)
     assert turning_film(0.0, 0.08) == still_film(0.08)
@@ -129,7 +127,7 @@ def test_laws_of_films_and_friction(jig_borer: FiniteElementSpindle) -> None:
     assert friction_heat(-50.0, numbers) == friction_heat(50.0, numbers)
 
 
-def test_finer_elements_change_little(jig_borer: FiniteElementSpindle) -> None:
+def test_finer_elements_change_little(jig_borer):
     finer = jig_borer.description.model_copy(update={"element_mm": 3.0})
     assert FiniteElementSpindle(finer).zss(12000.0) == pytest.approx(
         jig_borer.zss(12000.0), rel=0.01
