@@ -8,6 +8,7 @@ import signal
 import tempfile
 import tomllib
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from functools import wraps
 from hashlib import sha256
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -104,10 +105,12 @@ def compiled_once(shared: Path) -> Iterator[None]:
     def place(*of: object) -> Path:
         return shared / sha256(repr(of).encode()).hexdigest()
 
+    @wraps(library)
     def known_library(self: Compiler, sources: Mapping[str, str]) -> bytes:
         path = place(self, sorted(sources.items()))
         return once(path, lambda new: new.write_bytes(library(self, sources))).read_bytes()
 
+    @wraps(printed)
     def known_printed(self: Compiler, sources: Mapping[str, str], more: Sequence[str] = ()) -> str:
         path = place(self, sorted(sources.items()), *more)
         return once(path, lambda new: new.write_text(printed(self, sources, more))).read_text()
