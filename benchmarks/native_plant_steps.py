@@ -29,11 +29,7 @@ from plant_model.native.build import native_plant
 HOST = Path(__file__).resolve().parent / "plant_steps.c"
 EMPTY = Path(__file__).resolve().parent / "empty_plant.c"
 STAYS, CHANGES = 20, 20
-SPEEDS = [
-    *[3000.0] * STAYS,
-    *[9000.0] * STAYS,
-    *(5000.0 + 137.0 * k for k in range(CHANGES)),
-]
+SPEEDS = [*[3000.0] * STAYS, *[9000.0] * STAYS, *(5000.0 + 137.0 * k for k in range(CHANGES))]
 STEPS_S = (0.001, 0.01, 0.1, 1.0, 10.0)
 MOST_TIMES_MEDIAN = 3.0
 """Target of the worst step, times the median, at any length of step."""

@@ -7,14 +7,7 @@ from math import nan
 
 import can
 
-from benchmarks.gateway_faults.classes import (
-    FAULTS,
-    cycles,
-    delayed,
-    fault,
-    place,
-    recorded,
-)
+from benchmarks.gateway_faults.classes import FAULTS, cycles, delayed, fault, place, recorded
 from benchmarks.gateway_faults.harness import CYCLE_S, Change, Episode, Messages
 from gateway.codec import Value
 

@@ -19,12 +19,7 @@ from typing import Any
 from tqdm import tqdm
 
 from benchmarks.results_page import parser_of
-from benchmarks.studies.claims import (
-    convergence_claim,
-    goal_claim,
-    network_claim,
-    tau_claim,
-)
+from benchmarks.studies.claims import convergence_claim, goal_claim, network_claim, tau_claim
 from benchmarks.studies.four_runs import MODELS, interval_rows, interval_table
 from benchmarks.studies.groupings import (
     GREY,

@@ -86,12 +86,7 @@ ENTRANTS: Mapping[str, Entrant] = {
         "Persistence, 270 s before", PERSISTENCE, step_s=STUDY_STEP_S, measured=True
     ),
     "bp_study": Entrant("BP, as GA", "bp", TRAINED, points=STUDY_POINTS),
-    "ga_bp_study": Entrant(
-        "GA-BP, as GA",
-        "ga_bp",
-        {**TRAINED, "hidden": 10},
-        points=STUDY_POINTS,
-    ),
+    "ga_bp_study": Entrant("GA-BP, as GA", "ga_bp", {**TRAINED, "hidden": 10}, points=STUDY_POINTS),
     "ga_bp_nodes": Entrant(
         "GA-BP without decay, nodes by data left out",
         "ga_bp",
@@ -109,10 +104,7 @@ ENTRANTS: Mapping[str, Entrant] = {
     "bp_four": Entrant("BP with decay, GA's points", "bp", points=STUDY_POINTS),
     "ga_bp_four": Entrant("GA-BP with decay, GA's points", "ga_bp", points=STUDY_POINTS),
     "bp_chosen": Entrant(
-        "BP with decay, points chosen as GA",
-        "bp",
-        points="grey",
-        grey=STUDY_CHOICE,
+        "BP with decay, points chosen as GA", "bp", points="grey", grey=STUDY_CHOICE
     ),
     "bp": Entrant("BP with decay, our points", "bp"),
     "ga_bp": Entrant("GA-BP with decay, our points", "ga_bp"),
@@ -127,18 +119,10 @@ ENTRANTS: Mapping[str, Entrant] = {
     ),
     "mlr": Entrant("Multiple linear regression, grey points", "mlr"),
     "mlr_all": Entrant(
-        "Linear regression, all thermometers",
-        "mlr",
-        {"subset": False},
-        points="all",
-        memory=False,
+        "Linear regression, all thermometers", "mlr", {"subset": False}, points="all", memory=False
     ),
     "ridge_all": Entrant(
-        "Ridge, all thermometers",
-        "ridge",
-        {"lags_s": ()},
-        points="all",
-        memory=False,
+        "Ridge, all thermometers", "ridge", {"lags_s": ()}, points="all", memory=False
     ),
     "arma": Entrant("Time series, free-running", "arma"),
     "arma_one": Entrant("Time series, one step of 30 s", "arma", measured=True),
@@ -157,9 +141,7 @@ ENTRANTS: Mapping[str, Entrant] = {
     ),
     "vac_adaptive": Entrant("VAC with adaptive weights", "vac", {"combination": "adaptive"}),
     "ne_fem": Entrant(
-        "Natural exponential, zss and tau from FEM",
-        "ne",
-        {"steady": "fem", "tau_s": "fem"},
+        "Natural exponential, zss and tau from FEM", "ne", {"steady": "fem", "tau_s": "fem"}
     ),
     "arx": Entrant("ARX with temperatures", "arx"),
     "armax": Entrant("ARMAX with temperatures", "arx", {"estimator": "armax"}),

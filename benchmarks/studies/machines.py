@@ -49,22 +49,12 @@ FRICTION, MOTOR, JACKET, FILM = 1.25, 0.9, 0.85, 0.7
 STEP, OTHER = "step_speed", "random_speed"
 LIKE: Mapping[str, Any] = {
     "ambient": 21.0,
-    "coolant_inlet": {
-        "kind": "first_order",
-        "start": 21.0,
-        "end": 24.2,
-        "time_constant_s": 6000.0,
-    },
+    "coolant_inlet": {"kind": "first_order", "start": 21.0, "end": 24.2, "time_constant_s": 6000.0},
 }
 """Hall and coolant of the training run; with a cooler of its own the coolant is what it makes."""
 UNLIKE: Mapping[str, Any] = {
     "ambient": {"kind": "ramp", "start": 21.0, "end": 23.0, "end_s": 28800.0},
-    "coolant_inlet": {
-        "kind": "first_order",
-        "start": 21.0,
-        "end": 21.6,
-        "time_constant_s": 7200.0,
-    },
+    "coolant_inlet": {"kind": "first_order", "start": 21.0, "end": 21.6, "time_constant_s": 7200.0},
 }
 COLDER_K = 1.5
 """By so much lower the studies' cooler is set where the coolant is another [K]."""
@@ -130,10 +120,7 @@ def _inputs(machine: Machine, scenario: list[tuple[str, Any]], every_s: float) -
 
 
 def _lumps(
-    machine: Machine,
-    scenario: list[tuple[str, Any]],
-    noise: int,
-    parameters: Mapping[str, float],
+    machine: Machine, scenario: list[tuple[str, Any]], noise: int, parameters: Mapping[str, float]
 ) -> Pair:
     inputs = _inputs(machine, scenario, EVERY_S)
     frames = [

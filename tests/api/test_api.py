@@ -88,8 +88,7 @@ SLOW = {"find_gap"}
 
 
 @pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=[pytest.mark.long] * (name in SLOW)) for name in FUNCTIONS],
+    "name", [pytest.param(name, marks=[pytest.mark.long] * (name in SLOW)) for name in FUNCTIONS]
 )
 def test_every_example_runs(name, shipped_in_c, tmp_path, monkeypatch):
     (tmp_path / "dist").symlink_to(shipped_in_c)

@@ -8,12 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.studies.__main__ import SEEDS, TEMPLATE, page_of
-from benchmarks.studies.claims import (
-    convergence_claim,
-    goal_claim,
-    network_claim,
-    tau_claim,
-)
+from benchmarks.studies.claims import convergence_claim, goal_claim, network_claim, tau_claim
 from benchmarks.studies.entrants import ENTRANTS, TRUTH
 from benchmarks.studies.groupings import (
     GREY,

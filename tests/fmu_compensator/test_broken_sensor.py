@@ -3,14 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.broken_sensor import (
-    BREAKS_S,
-    FAULTS,
-    broken,
-    jig_borer,
-    judge,
-    without_spare,
-)
+from benchmarks.broken_sensor import BREAKS_S, FAULTS, broken, jig_borer, judge, without_spare
 from fmu_compensator.driving import inputs_of
 from fmu_compensator.runtime.compensator import OK, SPARED, RunningCompensator
 from measurement.runs import Run

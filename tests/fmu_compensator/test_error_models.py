@@ -143,10 +143,7 @@ def test_unknown_options_are_refused_in_one_line(kind):
 def test_too_few_rows_are_refused_in_one_line(kind):
     task = task_of(kind, "rise")
     few = Task(
-        [task.runs[0].at(np.arange(len(task.runs[0].time_s)) < 4)],
-        NAMES,
-        task.target_names,
-        "rise",
+        [task.runs[0].at(np.arange(len(task.runs[0].time_s)) < 4)], NAMES, task.target_names, "rise"
     )
     with pytest.raises(BadInput, match="too few") as caught:
         fitted_models()[kind].fit(few)

@@ -9,12 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from fmu_compensator.runtime.modelfile import (
-    ModelFileError,
-    load_model,
-    model_text,
-    parse_model,
-)
+from fmu_compensator.runtime.modelfile import ModelFileError, load_model, model_text, parse_model
 from tests.fmu_compensator.gaussians import knows_nothing, learnt
 
 FREE = ("provenance.options", "provenance.figures")  # any table of JSON values may stand there

@@ -4,12 +4,7 @@ import subprocess
 
 import pytest
 
-from fmu_packaging.native.compilers import (
-    STRICT,
-    c_files,
-    run_compiler,
-    write_sources,
-)
+from fmu_packaging.native.compilers import STRICT, c_files, run_compiler, write_sources
 from tests.fmu_packaging.conftest import KINDS, sources
 
 

@@ -7,13 +7,7 @@ from pathlib import Path
 import pytest
 
 from fmu_packaging.native.build import MEASURE, front, memory_size
-from fmu_packaging.native.compilers import (
-    STRICT,
-    Compiler,
-    c_files,
-    run_compiler,
-    write_sources,
-)
+from fmu_packaging.native.compilers import STRICT, Compiler, c_files, run_compiler, write_sources
 from tests.fmu_packaging.conftest import KINDS, sources
 
 HOST = Path(__file__).resolve().with_name("no_heap_host.c")

@@ -14,12 +14,7 @@ import pytest
 
 from gateway.database import Database
 from gateway.node import GatewaySettings
-from gateway.protocols.opcua import (
-    HallStatus,
-    Security,
-    checked_url,
-    security_of,
-)
+from gateway.protocols.opcua import HallStatus, Security, checked_url, security_of
 from gateway.serving import Service
 from measurement.errors import BadInput
 from tests.gateway.bus import Control, gateway_thread, wait_for

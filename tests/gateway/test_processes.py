@@ -81,9 +81,7 @@ def test_the_loop_of_two_processes_and_its_replay(
 
     # Nothing proves that a recording is fresh.
     gateway = start("gateway", *bus, *LOCKSTEP, "--until-off", "--log", again, "--freshness", "any")
-    machine = start(
-        *("machine", *bus, "--replay", log, "--speed-up", "max", "--timeout", 10000),
-    )
+    machine = start(*("machine", *bus, "--replay", log, "--speed-up", "max", "--timeout", 10000))
     assert machine.wait() == 0, machine.text()
     assert gateway.wait() == 0, gateway.text()
     first, second = answers_of(log, database), answers_of(again, database)

@@ -13,10 +13,7 @@ from scenarios.fmu import FmuError
 from tests.gateway.bench import WARM
 from tests.gateway.bus import Control, Listener, gateway_thread, wait_for
 from tests.gateway.conftest import HOLD_S, SLEW_UM_PER_S, new_wire
-from tests.gateway.faults import (
-    Messages,
-    corrupted,
-)
+from tests.gateway.faults import Messages, corrupted
 
 STEP_S = 1.0
 MILD = {"T1": 20.4, "T4": 20.4}

@@ -7,12 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from measurement.figures import (
-    compensation_table,
-    figures_of_merit,
-    improvement,
-    table_text,
-)
+from measurement.figures import compensation_table, figures_of_merit, improvement, table_text
 
 
 def test_every_figure_of_a_small_example():
@@ -90,11 +85,7 @@ def test_improvement_of_arrays():
 
 def tables() -> tuple[pd.DataFrame, pd.DataFrame]:
     before = pd.DataFrame(
-        {
-            "time_s": [0.0, 1.0],
-            "drift_Z_um": [-20.0, -30.0],
-            "drift_X_um": [10.0, math.nan],
-        }
+        {"time_s": [0.0, 1.0], "drift_Z_um": [-20.0, -30.0], "drift_X_um": [10.0, math.nan]}
     )
     after = pd.DataFrame({"error_X_um": [2.0, 9.0], "error_Z_um": [5.0, -5.0]})
     return before, after
@@ -111,12 +102,7 @@ def test_a_compensation_table_by_axis():
         "improvement_percent": 80.0,
         "samples": 1,
     }
-    assert (z.axis, z.before_max_um, z.before_mean_um, z.after_max_um) == (
-        "Z",
-        30.0,
-        25.0,
-        5.0,
-    )
+    assert (z.axis, z.before_max_um, z.before_mean_um, z.after_max_um) == ("Z", 30.0, 25.0, 5.0)
     assert z.improvement_percent == 80.0
 
 
@@ -131,10 +117,7 @@ def test_the_table_as_text_lines_up():
     ("change", "expected"),
     [
         (lambda b, a: (b, a.iloc[:1]), "before has 2 rows and after 1"),
-        (
-            lambda b, a: (b.drop(columns="drift_X_um"), a),
-            r"axes \['Z'\] and after \['X', 'Z'\]",
-        ),
+        (lambda b, a: (b.drop(columns="drift_X_um"), a), r"axes \['Z'\] and after \['X', 'Z'\]"),
         (lambda b, a: (b, a.assign(X=1.0)), "two columns for axis X"),
     ],
 )

@@ -45,11 +45,7 @@ def test_ranges_of_a_known_run():
     summary = summarise(standard_test(), RIG, "T5_degC")
     assert summary.test == "thermal distortion caused by rotating spindle"
     assert summary.is_standard_spindle_test
-    assert (summary.running_s, summary.stopped_s, summary.unknown_s) == (
-        4 * HOUR,
-        1.5 * HOUR,
-        0,
-    )
+    assert (summary.running_s, summary.stopped_s, summary.unknown_s) == (4 * HOUR, 1.5 * HOUR, 0)
     assert summary.running_period_s == (1800.0, 4.5 * HOUR)
     # 10 um/h: in the first 60 min from the start, while running, over the whole, and net
     assert values(summary.displacements["S5_um"]) == pytest.approx([10, 40, 40, -40])
@@ -83,11 +79,7 @@ def test_cooling_down_counts_in_the_whole_but_not_in_the_running_period():
         (0.0, 5000.0, "thermal distortion caused by moving linear axes"),
         (None, 5000.0, "thermal distortion caused by moving linear axes"),
         (100.0, 0.0, "thermal distortion caused by rotating spindle"),
-        (
-            100.0,
-            5000.0,
-            "thermal distortion caused by rotating spindle, with linear axes moving",
-        ),
+        (100.0, 5000.0, "thermal distortion caused by rotating spindle, with linear axes moving"),
         (None, None, "not known: no spindle speed was recorded"),
     ],
 )
@@ -102,12 +94,7 @@ def test_which_test_of_the_standard_a_run_is(speed, feed, test):
 
 def test_only_what_a_run_has_is_stated():
     bare = summarise(Run("bare", pd.DataFrame({"time_s": [5.0]})))
-    assert (bare.displacements, bare.pose, bare.temperatures, bare.ambient) == (
-        {},
-        {},
-        {},
-        None,
-    )
+    assert (bare.displacements, bare.pose, bare.temperatures, bare.ambient) == ({}, {}, {}, None)
     assert math.isnan(bare.interval_s)
     assert "Range of" not in bare.text()
     json.dumps(bare.to_dict(), allow_nan=False)
@@ -126,10 +113,7 @@ def test_a_column_of_the_rig_that_the_run_has_not_is_named():
 
 @pytest.mark.parametrize(
     ("column", "problem"),
-    [
-        ("T99_degC", "no column 'T99_degC'; its temperatures: T1"),
-        ("S1_um", "is not a temperature"),
-    ],
+    [("T99_degC", "no column 'T99_degC'; its temperatures: T1"), ("S1_um", "is not a temperature")],
 )
 def test_a_wrong_ambient_column_is_refused(column, problem):
     with pytest.raises(BadInput, match=f"standard: ambient: .*{problem}"):
@@ -182,9 +166,5 @@ def test_the_schedule_of_a_measured_run_is_found(lathe_runs):
         (round(part.speed_rpm), round(part.duration_s / HOUR, 1))
         for part in summarise(run).segments
     ]
-    assert spectrum[:3] == [
-        (1200, 2.5),
-        (0, 1.0),
-        (1800, 2.5),
-    ]  # as its publisher's schedule says
+    assert spectrum[:3] == [(1200, 2.5), (0, 1.0), (1800, 2.5)]  # as its publisher's schedule says
     assert spectrum[3:] == [(0, 0.0)]  # the last samples, after the schedule's end

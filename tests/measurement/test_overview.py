@@ -38,10 +38,7 @@ def labels(figure: Figure) -> list[str]:
 @pytest.mark.parametrize(
     ("columns", "expected"),
     [
-        (
-            list(FULL),
-            ["speed [r/min]", "temperature [°C]", "displacement [µm]", "tilt [µrad]"],
-        ),
+        (list(FULL), ["speed [r/min]", "temperature [°C]", "displacement [µm]", "tilt [µrad]"]),
         (["time_s", "T1_degC"], ["temperature [°C]"]),
         (["time_s", "S1_um", "feed_mm_min"], ["feed [mm/min]", "displacement [µm]"]),
         (["time_s"], []),

@@ -40,10 +40,7 @@ def test_the_average_is_the_mean_of_the_interpolant_by_quadrature():
     for where, value in zip(grid, at, strict=True):
         knots = time[(time > where - 60) & (time < where + 60)].tolist()
         area, _ = quad(
-            lambda t: float(np.interp(t, time, values)),
-            where - 60,
-            where + 60,
-            points=knots,
+            lambda t: float(np.interp(t, time, values)), where - 60, where + 60, points=knots
         )
         assert value == pytest.approx(area / 120.0, abs=1e-9)
 
@@ -58,11 +55,7 @@ def test_two_samples_within_a_step_are_averaged_and_one_is_not():
 
 def test_speed_holds_and_temperature_runs_smoothly():
     frame = pd.DataFrame(
-        {
-            "time_s": [0.0, 10.0, 20.0],
-            "speed_rpm": [0.0, 500.0, 0.0],
-            "T1_degC": [20.0, 22.0, 26.0],
-        }
+        {"time_s": [0.0, 10.0, 20.0], "speed_rpm": [0.0, 500.0, 0.0], "T1_degC": [20.0, 22.0, 26.0]}
     )
     fine = Run("r", frame).resampled(5.0).frame
     assert fine["time_s"].tolist() == [0, 5, 10, 15, 20]

@@ -11,14 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from measurement.errors import BadInput
-from measurement.rig import (
-    POSE,
-    DirectRig,
-    FivePointRig,
-    axis_of,
-    default_rig,
-    rig_from_table,
-)
+from measurement.rig import POSE, DirectRig, FivePointRig, axis_of, default_rig, rig_from_table
 from measurement.runs import Run, read_run
 
 JIG_BORER = {"kind": "five_point", "spacing_mm": 100.0, "near_to_gauge_mm": 30.0}
@@ -61,13 +54,7 @@ SIGNS = st.sampled_from([1, -1])
     signs=st.tuples(SIGNS, SIGNS, SIGNS, SIGNS, SIGNS),
 )
 def test_readings_invert_the_pose(values, spacing, bar, signs):
-    names = (
-        "near_x_sign",
-        "near_y_sign",
-        "distal_x_sign",
-        "distal_y_sign",
-        "axial_sign",
-    )
+    names = ("near_x_sign", "near_y_sign", "distal_x_sign", "distal_y_sign", "axial_sign")
     rig = five_point(spacing_mm=spacing, test_bar_mm=bar, **dict(zip(names, signs, strict=True)))
     frame = readings(*values)
     pose = rig.pose(frame)
@@ -93,9 +80,7 @@ def test_a_large_tilt_is_an_angle():
 def test_each_sign_turns_its_own_reading():
     frame = readings(1.0, 2.0, 4.0, 8.0, 16.0)
     for place, name in zip(
-        ("near_x_sign", "near_y_sign", "distal_x_sign", "distal_y_sign"),
-        COLUMNS,
-        strict=False,
+        ("near_x_sign", "near_y_sign", "distal_x_sign", "distal_y_sign"), COLUMNS, strict=False
     ):
         turned = frame.assign(**{name: -frame[name]})
         pd.testing.assert_frame_equal(
@@ -153,23 +138,13 @@ def test_columns_that_are_not_there_are_named():
 
 def test_a_direct_rig_gives_columns_and_drift_by_its_signs():
     rig = rig_from_table(
-        {
-            "kind": "direct",
-            "axes": {"growth": {"axis": "Z", "sign": -1}, "d": {"axis": "X"}},
-        },
-        "m",
+        {"kind": "direct", "axes": {"growth": {"axis": "Z", "sign": -1}, "d": {"axis": "X"}}}, "m"
     )
     assert isinstance(rig, DirectRig)
     run = run_of(growth_um=[1.0, 2.0], d_um=[3.0, 4.0], other_um=[0.0, 0.0])
-    assert rig.targets(run).to_dict("list") == {
-        "growth_um": [1.0, 2.0],
-        "d_um": [3.0, 4.0],
-    }
+    assert rig.targets(run).to_dict("list") == {"growth_um": [1.0, 2.0], "d_um": [3.0, 4.0]}
     drift = rig.drift(run.frame)
-    assert drift.to_dict("list") == {
-        "drift_X_um": [3.0, 4.0],
-        "drift_Z_um": [-1.0, -2.0],
-    }
+    assert drift.to_dict("list") == {"drift_X_um": [3.0, 4.0], "drift_Z_um": [-1.0, -2.0]}
 
 
 def test_an_axis_with_two_columns_is_refused():
@@ -215,10 +190,7 @@ def test_the_default_rig_is_the_machines_where_it_fits_and_else_by_name():
     [
         ({"S1_um": [0.0]}, "no displacement column tells its axis by its name .*S1_um"),
         ({"T1_degC": [0.0]}, "it has no displacement column"),
-        (
-            {"a_x_um": [0.0], "b_x_um": [0.0]},
-            "columns a_x_um and b_x_um both stand for axis X",
-        ),
+        ({"a_x_um": [0.0], "b_x_um": [0.0]}, "columns a_x_um and b_x_um both stand for axis X"),
     ],
 )
 def test_a_run_that_does_not_tell_is_refused_with_what_to_give(columns, expected):

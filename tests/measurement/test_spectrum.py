@@ -28,10 +28,7 @@ def test_steps_of_speed_with_their_durations():
 
 def test_a_measured_speed_that_wavers_is_one_step():
     wavering = [1000.0, 1004.0, 996.0, 999.0, 0.3, -0.2, 0.1]
-    assert [(round(speed), length) for speed, length, _ in steps(wavering)] == [
-        (1000, 40),
-        (0, 20),
-    ]
+    assert [(round(speed), length) for speed, length, _ in steps(wavering)] == [(1000, 40), (0, 20)]
 
 
 def test_creeping_is_running_beside_any_speed():
@@ -40,10 +37,7 @@ def test_creeping_is_running_beside_any_speed():
 
 
 def test_turning_the_other_way_is_running_too():
-    assert [state for _, _, state in steps([-500, -500, 0, 0])] == [
-        "running",
-        "stopped",
-    ]
+    assert [state for _, _, state in steps([-500, -500, 0, 0])] == ["running", "stopped"]
 
 
 def test_a_missing_speed_holds_and_an_unknown_beginning_stays_unknown():

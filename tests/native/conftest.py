@@ -12,12 +12,7 @@ from fmu_compensator.native.generate import constants, data_sources, program
 from fmu_compensator.runtime.fmi_slave import variables
 from fmu_compensator.runtime.modelfile import Model
 from fmu_packaging.native.build import front
-from fmu_packaging.native.compilers import (
-    STRICT,
-    c_files,
-    run_compiler,
-    write_sources,
-)
+from fmu_packaging.native.compilers import STRICT, c_files, run_compiler, write_sources
 from tests.conftest import built, once
 from tests.fmus.models import five_point_text
 from tests.patience import PATIENCE_S

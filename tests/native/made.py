@@ -23,10 +23,7 @@ def matrix(random: Random, rows: int, columns: int, size: float = 1.0) -> list[l
 
 
 def mlr(random: Random, inputs: int, targets: int) -> Table:
-    return {
-        "intercept": row(random, targets),
-        "coefficients": matrix(random, targets, inputs, 3.0),
-    }
+    return {"intercept": row(random, targets), "coefficients": matrix(random, targets, inputs, 3.0)}
 
 
 def bp(random: Random, inputs: int, targets: int) -> Table:
@@ -64,10 +61,7 @@ def arma(random: Random, inputs: int, targets: int) -> Table:
             "ma": row(random, random.randint(0, 3)),
         }
 
-    return {
-        "step_s": random.choice([1.0, 7.5, 60.0]),
-        "series": [series() for _ in range(targets)],
-    }
+    return {"step_s": random.choice([1.0, 7.5, 60.0]), "series": [series() for _ in range(targets)]}
 
 
 def ne(random: Random, inputs: int, targets: int) -> Table:

@@ -61,11 +61,7 @@ def test_the_plant_gives_the_numbers_of_this_machine(both, tmp_path):
 
 
 def printed(
-    recipe: Recipe,
-    host: Path,
-    entry: tuple[Compiler, list[str]],
-    folder: Path,
-    *more: str,
+    recipe: Recipe, host: Path, entry: tuple[Compiler, list[str]], folder: Path, *more: str
 ) -> str:
     """Return what a host prints with the FMU of a compiler."""
     compiler, start = entry

@@ -12,13 +12,7 @@ from plant_model.machine import Item, Machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import Values
 from plant_model.simulate import simulate
-from tests.plant_model.catalogue_machines import (
-    change,
-    heat_of,
-    lathe,
-    made,
-    steady,
-)
+from tests.plant_model.catalogue_machines import change, heat_of, lathe, made, steady
 
 
 def test_thermal_preload_adds_load_torque_with_the_difference():

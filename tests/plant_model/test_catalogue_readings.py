@@ -11,14 +11,7 @@ from plant_model.effects import catalogue
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import Values
 from plant_model.simulate import simulate
-from tests.plant_model.catalogue_machines import (
-    TEMPERATURES,
-    change,
-    heat_of,
-    lathe,
-    made,
-    steady,
-)
+from tests.plant_model.catalogue_machines import TEMPERATURES, change, heat_of, lathe, made, steady
 from tests.plant_model.conftest import inputs_over, with_effects
 
 

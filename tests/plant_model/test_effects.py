@@ -84,12 +84,7 @@ def test_parameters_go_through_a_machine_file(name):
             "speed": {"unit": "rpm", "column": "speed_rpm", "low": 0.0, "high": 1e4},
             "ambient": {"unit": "degC", "column": "air_degC", "low": -20.0, "high": 60.0},
         },
-        "nodes": [
-            {
-                "name": "bed",
-                "capacity": Parameter(1e4, "J/K", 9e3, 2e4, "test").to_dict(),
-            }
-        ],
+        "nodes": [{"name": "bed", "capacity": Parameter(1e4, "J/K", 9e3, 2e4, "test").to_dict()}],
         "rig": {"kind": "direct", "axes": {"disp_z": {"axis": "Z"}}},
         "sensors": [{"name": "T1", "of": "bed"}],
         "effects": {needed: {} for needed in effect.needs}

@@ -124,8 +124,7 @@ def test_parameters_that_cannot_be_are_refused(parameters, words, jig_borer_lump
 
 @settings(max_examples=25)
 @given(
-    speeds=st.lists(st.floats(0.0, 20000.0), min_size=3, max_size=30),
-    seed=st.integers(0, 2**16),
+    speeds=st.lists(st.floats(0.0, 20000.0), min_size=3, max_size=30), seed=st.integers(0, 2**16)
 )
 def test_held_inputs_keep_their_mean_on_the_grid(speeds, seed):
     machine = read_machine("jig_borer_lumps")

@@ -96,10 +96,7 @@ def test_the_fields_of_a_dataclass_are_options_and_one_without_a_default_must_be
     add_parameters(made, Order, "cake", "rest_s", "size", signs={"flag": ("-s", "--sign")})
     given = ["plum", "--rest", "90", "--size", "half-pound", "-s", "a=b", "--sign", "c"]
     assert Order(**parameters_of(made.parse_args(given), Order)) == Order(
-        "plum",
-        90.0,
-        "half-pound",
-        ["a=b", "c"],
+        "plum", 90.0, "half-pound", ["a=b", "c"]
     )
     assert parameters_of(made.parse_args(["plum"]), Order)["signs"] == []
     with pytest.raises(SystemExit):

@@ -12,9 +12,7 @@ from scenarios.table import as_list, as_text, group_of, overall
 from scenarios.views import minute_means
 
 SERIES = arrays(
-    np.float64,
-    st.integers(1, 400),
-    elements=st.one_of(st.floats(-1e6, 1e6), st.just(np.nan)),
+    np.float64, st.integers(1, 400), elements=st.one_of(st.floats(-1e6, 1e6), st.just(np.nan))
 )
 
 

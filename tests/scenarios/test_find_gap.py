@@ -110,8 +110,7 @@ def test_too_few_runs_that_can_be_used(machine, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("option", "value", "allowed"),
-    [("--most", "0", "1..20"), ("--workers", "0", "1..256")],
+    ("option", "value", "allowed"), [("--most", "0", "1..20"), ("--workers", "0", "1..256")]
 )
 def test_a_limit_that_makes_no_sense_is_refused(option, value, allowed, tmp_path, capsys):
     line = refusal(capsys, "--runs", "a.csv", "--out", str(tmp_path / "out"), option, value)

@@ -150,10 +150,7 @@ def test_what_a_former_run_made_is_known_by_its_content(tmp_path):
         assert not refused(ours, kind)
         ours.write_text(other, encoding="utf-8")
         assert refused(ours, kind)
-    for kind, name in (
-        (outputs.SSP, "SystemStructure.ssd"),
-        (outputs.FMU, "modelDescription.xml"),
-    ):
+    for kind, name in ((outputs.SSP, "SystemStructure.ssd"), (outputs.FMU, "modelDescription.xml")):
         assert not refused(archive(ours, name, '<x generationTool="spindle-drift 0.1"/>'), kind)
         assert refused(archive(ours, name, '<x generationTool="another"/>'), kind)
         assert refused(archive(ours, "other", ""), kind)

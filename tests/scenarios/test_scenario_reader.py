@@ -10,13 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from measurement.errors import BadInput
-from scenarios.scenario import (
-    Scenario,
-    library,
-    read_scenario,
-    scenario_from_text,
-    scenario_path,
-)
+from scenarios.scenario import Scenario, library, read_scenario, scenario_from_text, scenario_path
 
 TEXT = """
 format = 1

@@ -14,12 +14,7 @@ from studies.fit.by_run import Solution
 from studies.fit.lagged import features
 from studies.fit.lasso import Lasso
 from studies.fit.ridge import Ridge
-from studies.fit.thermal_states import (
-    WORTH,
-    LagChoice,
-    ThermalStates,
-    averaged,
-)
+from studies.fit.thermal_states import WORTH, LagChoice, ThermalStates, averaged
 from tests.fmu_compensator.models.made import lag, rms, run_of, steps, task_of
 
 # Thermal states

@@ -9,14 +9,7 @@ import pytest
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.monitoring import monitor
 from fmu_compensator.monitoring.bounds import upper_bound
-from fmu_compensator.monitoring.monitor import (
-    CHANGED,
-    FITS,
-    NOT_MEASURED,
-    OUTSIDE,
-    SENSOR,
-    UNUSUAL,
-)
+from fmu_compensator.monitoring.monitor import CHANGED, FITS, NOT_MEASURED, OUTSIDE, SENSOR, UNUSUAL
 from fmu_compensator.runtime.modelfile import Model, parse_model
 from measurement.errors import BadInput
 from measurement.runs import Run

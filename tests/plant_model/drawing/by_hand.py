@@ -36,12 +36,7 @@ class Hand:
     """Collects the tables of the machine file."""
 
     def __init__(self) -> None:
-        self.table: dict[str, Any] = {
-            "nodes": [],
-            "links": [],
-            "sources": [],
-            "structure": [],
-        }
+        self.table: dict[str, Any] = {"nodes": [], "links": [], "sources": [], "structure": []}
 
     def node(self, name: str, capacity: float) -> None:
         node = {"name": name, "capacity": _number(capacity, "J/K"), "start": "ambient"}
@@ -52,10 +47,7 @@ class Hand:
         self.table["links"].append(link)
 
     def film(self, node: str, area: float, coefficient: float) -> None:
-        numbers = {
-            "area": _number(area, "m2"),
-            "coefficient": _number(coefficient, "W/(m2 K)"),
-        }
+        numbers = {"area": _number(area, "m2"), "coefficient": _number(coefficient, "W/(m2 K)")}
         self.table["links"].append({"kind": "convection", "between": [node, "ambient"], **numbers})
 
     def stirred(self, node: str, conductance: float) -> None:

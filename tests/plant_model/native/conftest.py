@@ -8,12 +8,7 @@ import numpy as np
 import pytest
 
 from fmu_packaging.native.build import C_FOLDER
-from fmu_packaging.native.compilers import (
-    STRICT,
-    c_files,
-    run_compiler,
-    write_sources,
-)
+from fmu_packaging.native.compilers import STRICT, c_files, run_compiler, write_sources
 from plant_model.fmi_slave import variables
 from plant_model.machine import Machine
 from plant_model.native.generate import machine_sources, program, tunable_of, variable_sources
@@ -112,13 +107,7 @@ def core_of(machine: Machine, compiler: Sequence[str], folder: Path) -> ctypes.C
     found.core_free.argtypes = [ctypes.c_void_p]
     found.core_start.argtypes = [ctypes.c_void_p, NUMBERS, NUMBERS, ctypes.c_double]
     found.core_step.restype = ctypes.c_char_p
-    found.core_step.argtypes = [
-        ctypes.c_void_p,
-        ctypes.c_double,
-        NUMBERS,
-        ctypes.c_double,
-        NUMBERS,
-    ]
+    found.core_step.argtypes = [ctypes.c_void_p, ctypes.c_double, NUMBERS, ctypes.c_double, NUMBERS]
     found.core_is_linear.argtypes = [ctypes.c_void_p]
     found.core_outputs.argtypes = [ctypes.c_void_p, NUMBERS]
     return found

@@ -78,8 +78,7 @@ def test_the_reference_results_are_those_of_the_python_fmu(both):
 
 
 @pytest.mark.parametrize(
-    ("seed", "moved"),
-    [(0, {}), (4, {"sources.motor.loss": 33.0, "start_rise.T1": 1.5})],
+    ("seed", "moved"), [(0, {}), (4, {"sources.motor.loss": 33.0, "start_rise.T1": 1.5})]
 )
 def test_a_run_gives_the_numbers_of_the_python_fmu(both, seed, moved):
     code = (

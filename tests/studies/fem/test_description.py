@@ -11,11 +11,7 @@ from hypothesis import strategies as st
 
 import studies.finite_elements as package
 from measurement.errors import BadInput, checked
-from studies.finite_elements import (
-    Description,
-    FiniteElementSpindle,
-    read_description,
-)
+from studies.finite_elements import Description, FiniteElementSpindle, read_description
 from tests.studies.fem.conftest import bar_table
 
 SHIPPED = tomllib.loads((Path(package.__file__).parent / "jig_borer.toml").read_text())
