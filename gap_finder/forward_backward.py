@@ -11,9 +11,9 @@ import numpy as np
 
 from gap_finder.calibrate import Progress
 from gap_finder.design import RunSensitivities, all_sensitivities
-from gap_finder.hypotheses import AddedEffect, Listed, all_additions
+from gap_finder.hypotheses import AddedEffect, Addition, Listed, all_additions
 from gap_finder.keys import effect_of
-from gap_finder.proposals import LEADERS, PLACES_TRIED, Added, is_far_from_linear, screened
+from gap_finder.proposals import LEADERS, PLACES_TRIED, is_far_from_linear, screened
 from gap_finder.score import Fit, fit
 from gap_finder.search import Search
 from plant_model.effect_names import name_of
@@ -41,14 +41,14 @@ class Hypothesis:
 
     Attributes
     ----------
-    additions : tuple of AddedEffect or AddedChange
+    additions : tuple of Addition
         In the order in which they are put in, with the numbers of the fit.
     prior : tuple of float
         -2 log of each addition's prior probability, without its size.
     fit : Fit
     """
 
-    additions: tuple[Added, ...]
+    additions: tuple[Addition, ...]
     prior: tuple[float, ...]
     fit: Fit
 
@@ -224,7 +224,7 @@ class Searching:
     def _scored(
         self,
         best: Hypothesis,
-        proposed: Sequence[Added],
+        proposed: Sequence[Addition],
         listed: Listed,
         sensitivities: Sequence[RunSensitivities],
         leader: Hypothesis | None = None,
@@ -306,7 +306,7 @@ class Searching:
 
 def added_to(
     best: Hypothesis,
-    addition: Added,
+    addition: Addition,
     prior: tuple[float, ...],
     sensitivities: Sequence[RunSensitivities],
     leader: Hypothesis | None = None,
@@ -321,7 +321,7 @@ def added_to(
     Parameters
     ----------
     best : Hypothesis
-    addition : AddedEffect or AddedChange
+    addition : Addition
         At the size to start from.
     prior : tuple of float
         Costs of all additions.
@@ -354,7 +354,7 @@ def added_to(
     return hypothesis
 
 
-def _in_place_of(leader: Hypothesis, best: Hypothesis, addition: Added) -> Machine:
+def _in_place_of(leader: Hypothesis, best: Hypothesis, addition: Addition) -> Machine:
     """Return the machine with another driver or place, all else as calibrated with the leader."""
     if isinstance(addition, AddedEffect):
         table = leader.fit.machine.effects[leader.keys[-1]]
@@ -385,7 +385,7 @@ def recalibrated(hypothesis: Hypothesis) -> tuple[Hypothesis, list[RunSensitivit
 
 def _hypothesis_of(
     nothing: Hypothesis,
-    additions: tuple[Added, ...],
+    additions: tuple[Addition, ...],
     prior: tuple[float, ...],
     sensitivities: Sequence[RunSensitivities],
     near: Machine,
@@ -406,12 +406,14 @@ def _hypothesis_of(
     return Hypothesis(additions, prior, calibrated)
 
 
-def _read(additions: Iterable[Added], machine: Machine) -> tuple[Added, ...]:
+def _read(additions: Iterable[Addition], machine: Machine) -> tuple[Addition, ...]:
     """Return additions with the numbers that a machine has."""
     return tuple(addition.read(machine) for addition in additions)
 
 
-def _other_drivers(leader: Hypothesis, tried: Sequence[Hypothesis], listed: Listed) -> list[Added]:
+def _other_drivers(
+    leader: Hypothesis, tried: Sequence[Hypothesis], listed: Listed
+) -> list[Addition]:
     """Return the law that does best on each driver that was not scored: the score must tell."""
     effect = effect_of(leader.keys[-1])
     if effect is None or effect.on_channel or effect.switched:

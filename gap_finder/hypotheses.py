@@ -183,13 +183,13 @@ class Listed:
 
     Attributes
     ----------
-    tried : list of AddedEffect or AddedChange
+    tried : sequence of Addition
         Each candidate at several sizes.
     costs : dict of str to float
         -2 log of the prior probability of every candidate, by key.
     """
 
-    tried: list[AddedEffect | AddedChange]
+    tried: Sequence[Addition]
     costs: dict[str, float]
 
     def without(self, keys: Collection[str]) -> Listed:
@@ -243,9 +243,7 @@ def all_additions(
         if described
     }
     by_run = [job.result() for job in [pool.submit(_of_changes, run, changes) for run in runs]]
-    tried: list[AddedEffect | AddedChange] = [
-        AddedEffect(candidate) for job in jobs for candidate in job.result()
-    ]
+    tried: list[Addition] = [AddedEffect(candidate) for job in jobs for candidate in job.result()]
     for name, of_kind in changes.items():
         for i, change in enumerate(of_kind):
             for j, numbers in enumerate(change.points()):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap_finder.hypotheses import AddedChange, AddedEffect, Listed
+from gap_finder.hypotheses import AddedChange, AddedEffect, Addition, Listed
 from gap_finder.keys import effect_of
 from gap_finder.score import Fit
 from gap_finder.screen import NormalMatrices, Residuals, Screen
@@ -28,8 +28,6 @@ PLACES_TRIED = 6
 """Places at which the kind of change that does best is scored, and rivals tried in the place of an
 addition when another one has joined it; set for time, on no data."""
 
-Added = AddedEffect | AddedChange
-
 
 @dataclass(frozen=True)
 class Proposed:
@@ -37,14 +35,14 @@ class Proposed:
 
     Attributes
     ----------
-    likely : list of AddedEffect or AddedChange
+    likely : list of Addition
         The likeliest few, and others that lower the score in the screening.
-    places : list of AddedEffect or AddedChange
+    places : list of Addition
         The next few of every kind of change: the best of a kind is asked for with them.
     """
 
-    likely: list[Added]
-    places: list[Added]
+    likely: list[Addition]
+    places: list[Addition]
 
 
 def screened(best: Fit, listed: Listed, law: float) -> Proposed:
@@ -76,7 +74,7 @@ def screened(best: Fit, listed: Listed, law: float) -> Proposed:
 
 
 def _best_of_kinds(
-    tried: Sequence[Added], order: Sequence[int], of_each: int, most: int | None = None
+    tried: Sequence[Addition], order: Sequence[int], of_each: int, most: int | None = None
 ) -> list[int]:
     """Return the positions of the first few of every kind."""
     keys: dict[str, list[str]] = {}
@@ -90,7 +88,7 @@ def _best_of_kinds(
     return chosen[:most]
 
 
-def is_far_from_linear(addition: Added) -> bool:
+def is_far_from_linear(addition: Addition) -> bool:
     """Whether it depends on a temperature that it changes itself."""
     effect = effect_of(addition.key)
     dependent = effect is not None and effect.temperature_dependent
