@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias, Union
 
 import pandas as pd
 
-from measurement.doubts import doubts
+from measurement.doubts import doubts, together
 from measurement.errors import BadInput
 from measurement.runs import Run
 from measurement.runs import read_run as read_run_file
@@ -48,6 +48,6 @@ class DoubtfulData(UserWarning):
 
 def warn_of_doubts(runs: Sequence[Run]) -> None:
     """Warn the caller of a function of this package of what looks wrong with runs."""
-    for run_doubt in doubts(runs):
+    for run_doubt in together(doubts(runs)):
         names = ", ".join(run.name for run in runs)
         warnings.warn(f"{names}: {run_doubt.column} {run_doubt.text}", DoubtfulData, stacklevel=4)

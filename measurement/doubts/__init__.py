@@ -7,6 +7,7 @@ that were swapped, `signs` displacements that were turned round. Nothing is chan
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -35,7 +36,20 @@ def doubts(runs: Sequence[Run]) -> list[Doubt]:
 
 def doubt_lines(runs: Sequence[Run]) -> list[str]:
     """Return the doubts as lines for a terminal, a report or a compensator file."""
-    return [f"doubtful: {doubt.column} {doubt.text}" for doubt in doubts(runs)]
+    return [f"doubtful: {doubt.column} {doubt.text}" for doubt in together(doubts(runs))]
 
 
-__all__ = ["Doubt", "doubt_lines", "doubts"]
+def together(found: Sequence[Doubt]) -> list[Doubt]:
+    """Return one doubt for columns that are doubted alike, but for numbers."""
+    alike: dict[str, list[Doubt]] = {}
+    for doubt in found:
+        alike.setdefault(re.sub(r"\b\d[\d.]*\b", "", doubt.text), []).append(doubt)
+    return [
+        Doubt(first.column, f"{first.text}; so is {', '.join(other.column for other in others)}")
+        if others
+        else first
+        for first, *others in alike.values()
+    ]
+
+
+__all__ = ["Doubt", "doubt_lines", "doubts", "together"]

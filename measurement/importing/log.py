@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from measurement.doubts import doubts
+from measurement.doubts import Doubt, doubts
 from measurement.errors import BadInput
 from measurement.importing.joining import Log, joined
 from measurement.importing.mapping import ColumnRule, Mapping, mapping_text
@@ -32,7 +32,7 @@ class Imported:
         What was decided.
     hints : dict of str to str
         By header: columns that could not be placed, and what would place them.
-    doubts : tuple of (str, str)
+    doubts : tuple of Doubt
         Column and what its numbers contradict.
     notes : tuple of str
         What was passed over, and what was said of the tables.
@@ -45,7 +45,7 @@ class Imported:
     pieces: tuple[Piece, ...]
     mapping: Mapping
     hints: dict[str, str]
-    doubts: tuple[tuple[str, str], ...]
+    doubts: tuple[Doubt, ...]
     notes: tuple[str, ...]
     sources: dict[str, str]
     asks: dict[str, str]

@@ -71,6 +71,7 @@ def run(args: argparse.Namespace) -> int:
     """
     from tqdm import tqdm
 
+    from measurement.doubts import together
     from measurement.importing.log import import_files
     from measurement.importing.mapping import Mapping, adjusted, read_mapping
     from scenarios.imported import MAPPING, table_text, write_imported
@@ -102,7 +103,7 @@ def run(args: argparse.Namespace) -> int:
         print(f"left out: {', '.join(headers)}: {said}", file=sys.stderr)
     for header, text in found.asks.items():
         print(f"asked: {header}: {text}", file=sys.stderr)
-    for column, text in found.doubts:
+    for column, text in together(found.doubts):
         print(f"doubtful: {column} {text}", file=sys.stderr)
     for note in (*found.notes, *new):
         print(f"note: {note}", file=sys.stderr)

@@ -67,7 +67,9 @@ def run(args: argparse.Namespace) -> int:
 
 def lines_of(report: Any) -> list[str]:
     """Return what a person reads of a report: the verdict, what to do, and a line for each run."""
-    lines = [f"{report.verdict}: {report.summary}", f"what to do: {report.advice}"]
+    lines = [f"{report.verdict}: {report.summary}"]
+    lines += [f"note: {note}" for note in report.notes]  # a wrong unit explains all that follows
+    lines.append(f"what to do: {report.advice}")
     lines += [
         f"{gain.axis} moves {gain.value:.2f} times as far as predicted "
         f"({gain.low:.2f} to {gain.high:.2f}, 95 %)"
@@ -86,4 +88,4 @@ def lines_of(report: Any) -> list[str]:
         ]
         lines.append(f"  {run.run}: {run.verdict}; {', '.join(cells) or 'drift not measured'}")
         lines += [f"    {reason}" for reason in run.reasons]
-    return lines + [f"note: {note}" for note in report.notes]
+    return lines

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from measurement.doubts import doubts
+from measurement.doubts import doubt_lines, doubts
 from measurement.doubts.places import swapped
 from measurement.doubts.signs import flipped
 from measurement.importing.log import import_files
@@ -40,6 +40,16 @@ def test_one_temperature_or_all_in_another_unit(factor, offset, told, tmp_path):
         names = ["Temp_Lager_vorn_degC", "T_hinten_degC", "Halle_degC"]
         assert set(found) == {names[column] for column in columns}
         assert all(told in text for text in found.values())
+
+
+def test_columns_that_are_doubted_alike_share_a_line():
+    runs = [run_of_day(number) for number in (1, 2, 3)]
+    hot = [name for name in runs[0].frame if name.endswith("_degC")]
+    wrong = [
+        Run(run.name, run.frame.assign(**{n: 1.8 * run.frame[n] + 32 for n in hot})) for run in runs
+    ]
+    (line,) = doubt_lines(wrong)
+    assert line.endswith(f"then its unit is degF; so is {', '.join(hot[1:])}")
 
 
 def test_tenths_of_a_degree_are_whole_numbers(tmp_path):
