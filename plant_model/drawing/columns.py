@@ -54,6 +54,24 @@ PARTS = {
 }
 """What a part of a column's name says of where its thermometer sits."""
 
+OF_A_FEED = {
+    "x",
+    "y",
+    "z",
+    "a",
+    "b",
+    "c",
+    "u",
+    "v",
+    "w",
+    "axis",
+    "achse",
+    "feed",
+    "vorschub",
+    "servo",
+}
+"""Words for an axis: a motor whose name has one does not turn the spindle."""
+
 TOP = {"top", "upper", "oben"}
 """Words for the upper part of a column that has a thermometer below, too."""
 
@@ -185,7 +203,9 @@ def _named(columns: list[str], words: tuple[str, ...]) -> str:
 
 
 def _place(name: str) -> str:
-    return next((PARTS[word] for word in _words(name) if word in PARTS), "")
+    words = _words(name)
+    place = next((PARTS[word] for word in words if word in PARTS), "")
+    return "" if place == "motor" and OF_A_FEED & set(words) else place
 
 
 def _in_two(places: dict[str, str]) -> dict[str, str]:

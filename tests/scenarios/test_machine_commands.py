@@ -5,11 +5,13 @@ import re
 import tomllib
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from gap_finder.observations import compared_channels, observe
-from measurement.runs import read_run
+from measurement.runs import Run, read_run
 from plant_model.checks import bearing_temperatures
+from plant_model.drawing.columns import columns_of
 from plant_model.machine_file import read_machine, shipped_machines
 from plant_model.simulate import simulate
 from plant_model.warm_up import warm_up
@@ -72,6 +74,13 @@ def test_a_new_page_takes_sensors_and_inputs_from_a_run(tmp_path, capsys):
     (observed,) = observe(machine, [read_run(run)])
     assert compared_channels(machine, [read_run(run)]) == ("nose", "stator_2", "T7", "dz")
     assert observed.values.shape[1] == 4
+
+
+def test_the_motor_of_a_feed_does_not_turn_the_spindle() -> None:
+    names = ("T_motor_degC", "T_motor_X_degC", "Z2_axis_motor_degC", "servo_motor_degC")
+    frame = pd.DataFrame({"time_s": [0.0, 60.0], "hall_degC": 20.0} | dict.fromkeys(names, 21.0))
+    found = columns_of(Run("run", frame)).thermometers
+    assert [name for name, place in found.items() if place] == ["T_motor"]
 
 
 def run_of(folder: Path, columns: str) -> Path:
