@@ -165,7 +165,8 @@ class GatewayNode:
         self._stepper = Stepper(unit, *rate, self._cycle_s, self._timeout_s, now, warm, wall)
         self._finding: Finding | None = None
         self._late_start = False
-        self._said: dict[tuple[str, str], float] = {}
+        self._said: dict[tuple[str, ...], float] = {}
+        self._without: set[tuple[str, ...]] = set()
         self._proven = False
         self.answer: Mapping[str, Value] = {}
         self.given: Mapping[str, float] = {}
@@ -292,6 +293,8 @@ class GatewayNode:
             if why:
                 self._say(why)
         self.given = self._substitution.fill(cycle.values, now) if usable else {}
+        if cycle.usable:
+            self._tell_signals(cycle.wrong, now)
         if not self.begun and (usable or verdict.finding_is("machine_not_running")):
             self._look_for_reference(cycle, now)
         if self.begun or (usable and self.reference.known):
@@ -383,18 +386,33 @@ class GatewayNode:
         if finding is not None and self._finding is not None and self._finding.fault in LOSSES:
             # Nobody could hear of the loss while it lasted; what follows from it can wait.
             finding = self._finding if finding.fault in AFTER_LOSS else finding
-        if finding is not None:
-            self._mention(finding, now)
+        if finding is not None and not finding.signal:
+            kind = finding.fault, finding.frame.name
+            before = self._finding and (self._finding.fault, self._finding.frame.name)
+            if kind != before:
+                self._mention({kind: finding.text}, now)
         if finding is not None or done:
             self._finding = finding
 
-    def _mention(self, finding: Finding, now: float) -> None:
-        """Say what is wrong when it begins, and the same thing not too often."""
-        kind = finding.fault, finding.frame.name
-        before = self._finding and (self._finding.fault, self._finding.frame.name)
-        if kind != before and now - self._said.get(kind, -inf) >= QUIET_S:
-            self._say(f"{finding.fault.replace('_', ' ')}: {finding.text}")
-            self._said[kind] = now
+    def _tell_signals(self, wrong: Iterable[Finding], now: float) -> None:
+        """Say which signals begin to have no value, all of a kind that do so at once in a line."""
+        texts: dict[tuple[str, ...], str] = {
+            (one.fault, one.signal): one.text for one in wrong if one.signal
+        }
+        for fault in dict.fromkeys(key[0] for key in texts):
+            new = {k: texts[k] for k in texts if k[0] == fault and k not in self._without}
+            self._mention(new, now)
+        self._without = set(texts)
+
+    def _mention(self, texts: Mapping[tuple[str, ...], str], now: float) -> None:
+        """Say what begins to be wrong, and the same thing not too often; the kind begins a key."""
+        due = {
+            key: text for key, text in texts.items() if now - self._said.get(key, -inf) >= QUIET_S
+        }
+        if due:
+            fault = next(iter(due))[0].replace("_", " ")
+            self._say(f"{fault}: {', '.join(due.values())}")
+            self._said |= dict.fromkeys(due, now)
 
 
 def by_tool_length(outputs: Mapping[str, float], tool_length_mm: float) -> dict[str, Value]:

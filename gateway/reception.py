@@ -32,11 +32,15 @@ TAKEN = ("good", "late", "missing")
 
 @dataclass(frozen=True)
 class Finding:
-    """Something wrong: the kind of fault as the DBC names it, the frame, a text for people."""
+    """Something wrong: the kind of fault as the DBC names it, the frame, a text for people.
+
+    The signal, where only that is concerned.
+    """
 
     fault: str
     frame: Frame
     text: str
+    signal: str = ""
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,8 @@ class Cycle:
         Every signal of the node; NaN where there is no value [unit of the signal].
     finding : Finding or None
         The first thing wrong.
+    wrong : sequence of Finding
+        What does not spoil the cycle.
     heartbeat : dict of str to float
         Signals of the closing frame, even if the cycle is not usable; empty in a silence.
     frames : dict of int to bytes
@@ -62,6 +68,7 @@ class Cycle:
     finding: Finding | None
     heartbeat: Mapping[str, float]
     frames: Mapping[int, bytes] = field(default_factory=dict)
+    wrong: Sequence[Finding] = ()
 
 
 @dataclass
@@ -186,7 +193,7 @@ class Watch:
 
     def close(
         self, now: float, closing: tuple[int, int] | None, values: dict[str, float]
-    ) -> tuple[Finding | None, Finding | None]:
+    ) -> tuple[Finding | None, list[Finding]]:
         """Take the values that can be used; return what spoils the cycle, and what does not.
 
         Parameters
@@ -204,19 +211,20 @@ class Watch:
             spoilt = self.stray if lost else self.spoilt
         elif not self.in_step:
             spoilt = self.stray
-        wrong = self.stray
+        wrong = list[Finding]()
         # What several pages hold is taken from the newest.
         for page in sorted(self.pages.values(), key=lambda page: page.seen_at):
             fresh = page.new if self.together else now - page.seen_at <= self.timeout_s
             if fresh and page.seen_at > -inf:
                 values.update(page.values)
-                for problem in page.problems[:1]:
-                    wrong = Finding(problem.fault, self.frame, problem.text)
+                for problem in page.problems:
+                    wrong.append(Finding(problem.fault, self.frame, problem.text, problem.signal))
             elif page.needed and spoilt is None:
                 spoilt = self._absence(page, now)
             page.new = False
         # Only silence excuses a counter that has moved on; a stuck sender stays a fault.
         self.missed += self.together and not self.heard
+        wrong = wrong or [self.stray] if self.stray else wrong
         self.stray = self.spoilt = None
         self.heard = False
         return spoilt, wrong
@@ -317,11 +325,12 @@ class Reception:
                 came[watch.frame.key] = watch.data
             first, second = watch.close(now, counts, values)
             spoilt += [first] if first else []
-            wrong += [second] if second else []
+            wrong += second
         usable = not (spoilt or silent)
         finding = next(iter([*spoilt, *wrong]), None)
         heartbeat = heartbeat if self.together else {} if silent else values
-        return Cycle(usable, values if usable else self._nothing, finding, heartbeat, came)
+        values = values if usable else self._nothing
+        return Cycle(usable, values, finding, heartbeat, came, wrong)
 
 
 class Substitution:

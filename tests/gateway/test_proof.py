@@ -2,6 +2,7 @@
 
 import os
 import zlib
+from math import nan
 
 import can
 import pytest
@@ -255,5 +256,17 @@ def test_the_same_fault_is_not_said_ten_times_a_second(bench):
     bench.settle(WARM)
     before = len(bench.said)
     for k in range(400):
-        bench.cycle({**WARM, "T11": float("nan") if k % 2 else 20.0})
+        bench.cycle({**WARM, "T11": nan if k % 2 else 20.0})
     assert len(bench.said) - before <= 2
+
+
+def test_each_thermometer_that_goes_is_said_and_those_that_go_together_in_a_line(
+    bench: Bench,
+) -> None:
+    bench.settle(WARM)
+    before, gone = len(bench.said), dict(WARM)
+    for names in (["T2"], ["T3"], ["T5", "T11"]):
+        gone |= dict.fromkeys(names, nan)
+        bench.cycle(gone)
+        bench.cycle(gone)
+    assert [line.count("not available") for line in bench.said[before:]] == [2, 2, 3]
