@@ -34,6 +34,8 @@ class Verdict:
     unseen_s : float
         Time that the machine's clock has seen go by and this computer's has not, by the latter's
         rate [s].
+    in_time : bool
+        Both of these clocks have seen as much time go by since the cycle before.
     """
 
     usable: bool
@@ -41,6 +43,7 @@ class Verdict:
     machine_state: str
     proven: bool = False
     unseen_s: float = 0.0
+    in_time: bool = False
 
     def finding_is(self, fault: str) -> bool:
         """Return whether a certain fault is what is wrong."""
@@ -110,11 +113,11 @@ class Judge:
         proven = self._proven(cycle, arrived)
         if not isnan(time_s := cycle.heartbeat.get("machine_time", nan)):
             self.time_s = time_s
-        wrong, unseen_s = None, 0.0
-        if proven or self._proof is None:
-            # What may be old says nothing of the machine's clock.
-            wrong = self._time_fault(cycle.heartbeat, arrived, state, proven=proven)
-            unseen_s = self._timebase.unseen_s if self._timebase else 0.0
+        # What may be old says nothing of the machine's clock.
+        telling = proven or self._proof is None
+        wrong = (
+            self._time_fault(cycle.heartbeat, arrived, state, proven=proven) if telling else None
+        )
         finding = cycle.finding
         usable = cycle.usable and state == "running"
         if not cycle.usable:
@@ -129,7 +132,10 @@ class Judge:
         elif not usable and (self._state_is_known(cycle) or finding is None):
             text = f"the machine is {state.replace('_', ' ')}"
             finding = Finding("machine_not_running", self._closing, text)
-        return Verdict(usable, finding, state, proven, unseen_s)
+        seen = (
+            (self._timebase.unseen_s, self._timebase.in_time) if telling and self._timebase else ()
+        )
+        return Verdict(usable, finding, state, proven, *seen)
 
     def _proven(self, cycle: Cycle, arrived: float) -> bool:
         if self._proof is None or self._proof.key not in cycle.frames:
@@ -148,12 +154,12 @@ class Judge:
         self, beat: Mapping[str, float], arrived: float, state: str, *, proven: bool
     ) -> Finding | None:
         """Judge the machine's time: by what was announced, and by this computer's clock."""
+        timebase = self._timebase
+        if timebase:
+            timebase.tell_nothing()
         if not self.time or not beat:
             return None
         jump = self._jump(beat, self.time)
-        timebase = self._timebase
-        if timebase:
-            timebase.unseen_s = 0.0
         if timebase and (state == "starting" or (proven and state != "running")):
             timebase.restart(proven=proven)
         if state != "running" or isnan(beat["machine_time"] + beat["machine_step"]):

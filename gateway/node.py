@@ -224,7 +224,7 @@ class GatewayNode:
             finding = Finding(lost, self._closing, text)
         self._judge.forget()
         self.given = {}
-        unseen_s = self._stepper.unseen_s(now)
+        unseen_s = self._unseen_s(now)
         if self.begun:
             self._stepper.silence(unseen_s, now)
         elif not lost and now - self._started_at > self._settings.startup_s:
@@ -233,6 +233,16 @@ class GatewayNode:
             self._late_start = True
         self._answer(finding, now, now, usable=False, lost=lost)
         self._deadline = now + self._cycle_s
+
+    def _unseen_s(self, now: float, *, believed: bool = True) -> float:
+        """Return the machine's time that only the time of day has seen go by [s], and say it."""
+        unseen_s = self._stepper.unseen_s(now)
+        if not believed:
+            return 0.0
+        if unseen_s and self.begun:
+            text = f"the time of day went on by {unseen_s:.0f} s that no other clock has seen"
+            self._say(f"time jump: {text}; they count as time without inputs")
+        return unseen_s
 
     def _look(self, every_s: float, now: float) -> None:
         """Take what the frames that come at their own pace have brought."""
@@ -278,7 +288,10 @@ class GatewayNode:
 
     def _on_cycle(self, cycle: Cycle, arrived: float, now: float) -> None:
         verdict = self._judge.judge(cycle, arrived, now, begun=self.begun)
-        unseen_s = max(verdict.unseen_s * self._settings.speed_up, self._stepper.unseen_s(now))
+        # A time of day that was set shows by two clocks that agree: the machine's and this one.
+        set_ahead = verdict.usable and verdict.in_time
+        own_s = self._unseen_s(now, believed=not set_ahead)
+        unseen_s = max(verdict.unseen_s * self._settings.speed_up, own_s)
         self._proven = verdict.proven
         if verdict.proven or not self._proves:
             self._stepper.hear(cycle.heartbeat, now, sampled=self._every_s is not None)

@@ -39,6 +39,8 @@ class Timebase:
     ----------
     behind : bool
         The newest cycle was behind, and no proof has come since.
+    in_time : bool
+        By the newest cycle the machine's clock has seen as much time go by as this one.
     unseen_s : float
         By how much the machine's time was found to be further on than this clock, since `judge` was
         called the last time, by this clock's rate [s].
@@ -51,7 +53,11 @@ class Timebase:
         self._last: int | None = None
         self._position_s = self._arrived = self._low_s = self._first_s = 0.0
         self._restarted = self.behind = False
-        self.unseen_s = 0.0
+        self.tell_nothing()
+
+    def tell_nothing(self) -> None:
+        """Note that the newest cycle has not been judged."""
+        self.in_time, self.unseen_s = False, 0.0
 
     def restart(self, *, proven: bool = False) -> None:
         """Note that the machine says that it starts: its time may be another one.
@@ -81,7 +87,7 @@ class Timebase:
         proven : bool
             The frame is proven to be fresh.
         """
-        self.unseen_s = 0.0
+        self.tell_nothing()
         if self._last is None:
             self._begin(raw, arrived)
             return self._distrust(arrived)
@@ -113,6 +119,7 @@ class Timebase:
             self._begin(raw, arrived)
             self.unseen_s = before_s
             return self._set(jumped, before_s, arrived)
+        self.in_time = True
         return self._distrust(arrived)
 
     def _set(self, jumped: bool, ahead_s: float, arrived: float) -> tuple[str, str] | None:

@@ -184,8 +184,10 @@ def test_hours_that_this_clock_has_not_seen_are_told_to_the_compensator(
         bench.time_s += 5.0 * HOUR_S
         assert bench.began is not None
         bench.began -= 5.0 * HOUR_S
-    else:
+    else:  # the machine's clock begins anew, and tells nothing
         bench.wall_ahead_s += 5.0 * HOUR_S
+        bench.time_s, bench.began = 7000.0, None
+        bench.give(bench.frames(state="starting"))
     bench.cycle(WARM)
     assert bench.last["valid"] == "invalid"
     assert unit.time_s - reached == pytest.approx(5.0 * HOUR_S, abs=1.0)
@@ -193,6 +195,13 @@ def test_hours_that_this_clock_has_not_seen_are_told_to_the_compensator(
         bench.cycle(WARM)
     assert bench.last["valid"] == "valid"
     assert unit.time_s - reached == pytest.approx(5.0 * HOUR_S + 30.0, abs=1.0)
+
+
+def test_a_time_of_day_that_is_set_ahead_moves_nothing_while_the_machines_clock_agrees(bench):
+    bench.settle(WARM)
+    before, bench.wall_ahead_s = bench.offsets, bench.wall_ahead_s + HOUR_S
+    bench.cycle(WARM)
+    assert (bench.last["valid"], bench.offsets) == ("valid", before)
 
 
 def test_a_program_that_stood_still_tells_the_time_as_not_seen(bench):
@@ -260,9 +269,7 @@ def test_the_same_fault_is_not_said_ten_times_a_second(bench):
     assert len(bench.said) - before <= 2
 
 
-def test_each_thermometer_that_goes_is_said_and_those_that_go_together_in_a_line(
-    bench: Bench,
-) -> None:
+def test_each_thermometer_that_goes_is_said_and_those_that_go_together_in_a_line(bench):
     bench.settle(WARM)
     before, gone = len(bench.said), dict(WARM)
     for names in (["T2"], ["T3"], ["T5", "T11"]):
