@@ -12,62 +12,26 @@ from fmu_compensator.runtime.modelfile import Model, parse_model
 from measurement.rig import DirectRig, FivePointRig
 from measurement.runs import Run
 from tests.fmu_compensator.gaussians import knows_nothing
-
-
-def sensor(name: str, **changes: Any) -> dict[str, Any]:
-    return {
-        "name": name,
-        "unit": "degC",
-        "low": 0.0,
-        "high": 80.0,
-        "rate_per_s": 0.01,
-        "noise": 0.5,
-        "stale_after_s": 600.0,
-        "trained_low": -1.0,
-        "trained_high": 20.0,
-        **changes,
-    }
+from tests.fmus import models
 
 
 @pytest.fixture
 def five_point_table() -> dict[str, Any]:
     """A compensator with a five-point rig: four sensors, of which T1 and T4 are used."""
-    return {
-        "format": 3,
-        "kind": "spindle-drift compensator",
-        "name": "small",
-        "title": "a small one",
+    table = models.five_point_table(sensors=4)
+    for sensor in table["sensors"]:
+        sensor |= {"low": 0.0, "high": 80.0, "rate_per_s": 0.01, "stale_after_s": 600.0}
+        sensor |= {"trained_low": -1.0}
+    coefficients = [[2.0, 1.0], [5.0, 0.0], [0.0, -4.0], [0.5, 0.0], [0.0, 0.25]]
+    limits = {"offset_um": 30.0, "hold_s": 20.0, "tool_length_mm": [0.0, 200.0]}
+    runs = [{"name": "a", "sha256": "0" * 64, "rows": 10}]
+    return table | {
         "created": "2026-01-31",
-        "sensors": [sensor("T1"), sensor("T2"), sensor("T3"), sensor("T4")],
         "chosen": ["T4", "T1"],
-        "input_form": "rise",
-        "error_model": {
-            "kind": "mlr",
-            "targets": ["elongation", "yaw", "pitch", "near_x", "near_y"],
-            "intercept": [0.0, 0.0, 0.0, 0.0, 0.0],
-            "coefficients": [[2.0, 1.0], [5.0, 0.0], [0.0, -4.0], [0.5, 0.0], [0.0, 0.25]],
-        },
-        "geometry": {
-            "kind": "five_point",
-            "form": "rigid",
-            "near_to_gauge_mm": 30.0,
-            "spacing_mm": 100.0,
-        },
-        "limits": {
-            "offset_um": 30.0,
-            "slew_um_per_s": 1.0,
-            "hold_s": 20.0,
-            "recover_s": 5.0,
-            "tool_length_mm": [0.0, 200.0],
-        },
+        "error_model": table["error_model"] | {"coefficients": coefficients},
+        "limits": table["limits"] | limits,
         "gaussian": knows_nothing(5),
-        "spare": None,
-        "provenance": {
-            "runs": [{"name": "a", "sha256": "0" * 64, "rows": 10}],
-            "notes": ["nothing left out"],
-            "options": {},
-            "figures": {},
-        },
+        "provenance": table["provenance"] | {"runs": runs, "notes": ["nothing left out"]},
     }
 
 

@@ -45,8 +45,9 @@ def opened(path, folder=None, exchange=False, start=0.0):
     reals = [v for v in description.modelVariables if v.type in ("Real", "Float64")]
     fmu.refs = {v.name: v.valueReference for v in description.modelVariables}
     fmu.outs = [v.valueReference for v in reals if v.causality == "output"]
-    fmu.ins = [v.valueReference for v in reals
-               if v.causality == "input" and "measured" not in v.name]
+    inputs = [v for v in reals if v.causality == "input"]
+    fmu.ins = [v.valueReference for v in inputs if "measured" not in v.name]
+    fmu.probed = [v.valueReference for v in inputs if "measured" in v.name]
     if two:
         fmu.instantiate(callbacks=callbacks, loggingOn=True)
         fmu.setupExperiment(startTime=start)

@@ -60,7 +60,7 @@ rows, drift, probed = json.loads({json.dumps(samples(count))!r}), {DRIFT}, {prob
 fmu = started(opened(sys.argv[1]))
 found = []
 for k, (temperatures, speed) in enumerate(rows):
-    fmu.setReal(fmu.ins, [*temperatures, speed, 120.0, *drift])
+    fmu.setReal(fmu.ins + fmu.probed, [*temperatures, speed, 120.0, *drift])
     fmu.setBoolean([fmu.refs["measured"]], [k == probed])
     fmu.doStep(10.0 * k, 10.0)
     found.append(fmu.getReal(fmu.outs))
