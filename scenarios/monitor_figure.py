@@ -9,7 +9,15 @@ from matplotlib.ticker import MaxNLocator
 
 from fmu_compensator.monitoring import Report
 from fmu_compensator.monitoring.drift import AxisError
-from fmu_compensator.monitoring.monitor import CHANGED, FITS, NOT_MEASURED, OUTSIDE, SENSOR
+from fmu_compensator.monitoring.monitor import (
+    CHANGED,
+    FITS,
+    NOT_MEASURED,
+    OUTSIDE,
+    SENSOR,
+    TOO_SHORT,
+    RunReport,
+)
 from scenarios.figures import PANEL_IN, WIDTH_IN, plain, saved
 
 COLOURS = {
@@ -18,6 +26,7 @@ COLOURS = {
     OUTSIDE: "#c98a1b",
     CHANGED: "#b3342d",
     SENSOR: "#6a3fa0",
+    TOO_SHORT: "#7a828c",
 }
 LABELS = {
     FITS: "fits",
@@ -25,11 +34,12 @@ LABELS = {
     OUTSIDE: "outside training",
     CHANGED: "more than promised",
     SENSOR: "a thermometer",
+    TOO_SHORT: "too short",
 }
 
 
 def draw_monitor(report: Report, folder: Path) -> list[Path]:
-    """Draw each axis' error over the promised half width, run by run, coloured by verdict.
+    """Draw each axis' error over the promised half width, run by run, coloured by its verdict.
 
     Parameters
     ----------
@@ -52,8 +62,8 @@ def draw_monitor(report: Report, folder: Path) -> list[Path]:
             for error in run.errors:
                 if error.axis == axis:
                     bound = error.bound
-                    panel.plot(place, error.miss, "o", color=COLOURS[run.verdict])
-                    used.append(run.verdict)
+                    used.append(axis_verdict(run, error))
+                    panel.plot(place, error.miss, "o", color=COLOURS[used[-1]])
                     panel.annotate(
                         _label(error), (place, error.miss), (0, 6), textcoords="offset points",
                         fontsize=7, ha="center", color="#4a505a",
@@ -84,6 +94,11 @@ def draw_monitor(report: Report, folder: Path) -> list[Path]:
         panels[0].plot([], [], "--", color="#b3342d", label="more is unlike training")
         figure.legend(loc="outside lower center", ncols=4, fontsize=9, frameon=False)
     return [saved(figure, folder / "monitor.png")]
+
+
+def axis_verdict(run: RunReport, error: AxisError) -> str:
+    """Return a run's verdict as it goes for one axis: it may have changed along another."""
+    return FITS if run.verdict == CHANGED and not error.is_unusual else run.verdict
 
 
 def _label(error: AxisError) -> str:

@@ -3,12 +3,14 @@
 import json
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from fmu_compensator.runtime.modelfile import load_model
 from measurement.runs import Run, write_run
 from scenarios.cli import main
+from scenarios.monitor_figure import axis_verdict
 from tests.fmu_compensator.conftest import make_run
 
 
@@ -96,3 +98,17 @@ def test_monitor_names_what_a_run_lacks(compensator, tmp_path, capsys):
     lost = write_run(Run("lost", frame), tmp_path / "lost.csv")
     assert main(["monitor", str(compensator), str(lost)]) == 2
     assert "lost.csv: column T1_degC: is missing" in capsys.readouterr().err
+
+
+def test_a_run_that_is_too_short_is_drawn_too(compensator, new_run, tmp_path):
+    short = tmp_path / "short.csv"
+    short.write_text("".join(new_run.read_text().splitlines(keepends=True)[:12]))
+    out = tmp_path / "watched"
+    assert main(["monitor", str(compensator), str(short), "--out", str(out)]) == 0
+    assert json.loads((out / "monitor.json").read_text())["runs"][0]["verdict"] == "too_short"
+
+
+def test_an_axis_within_its_bound_is_drawn_as_fitting():
+    run = SimpleNamespace(verdict="changed")
+    drawn = [axis_verdict(run, SimpleNamespace(is_unusual=unusual)) for unusual in (True, False)]
+    assert drawn == ["changed", "fits"]
