@@ -115,19 +115,24 @@ def read_sheets(path: Path) -> list[Sheet]:
 
 def _workbook(path: Path) -> list[Sheet]:
     try:
-        from python_calamine import CalamineWorkbook
+        from python_calamine import CalamineWorkbook, SheetVisibleEnum
     except ImportError:
         raise BadInput(path, "", "needs python-calamine: pip install python-calamine") from None
     try:
         with CalamineWorkbook.from_path(str(path)) as book:
+            visible = {
+                sheet.name: sheet.visible == SheetVisibleEnum.Visible
+                for sheet in book.sheets_metadata
+            }
             tables = [
                 (name, book.get_sheet_by_name(name).to_python(skip_empty_area=False))
                 for name in book.sheet_names
+                if visible[name]
             ]
     except Exception as error:  # the library has an error for each format, and no common one
         raise BadInput(path, "", f"is no workbook that can be read: {error}") from None
     sheets: list[Sheet] = []
-    left_out: list[BadInput] = []
+    left_out = [BadInput(path, name, "is hidden") for name, seen in visible.items() if not seen]
     for name, rows in tables:
         cells: list[list[Cell]] = [list(row) for row in rows]
         if sum(any(not is_missing(cell) for cell in row) for row in cells) < 2:

@@ -5,6 +5,7 @@ import json
 from pathlib import Path
 
 import numpy as np
+import openpyxl
 import pandas as pd
 import pytest
 
@@ -128,6 +129,17 @@ def test_a_workbook_with_a_cover_and_two_sheets(ending, tmp_path):
         "Achsen": [[row[0], *row[4:]] for row in rows],
     }
     check(imported(workbook(tmp_path / f"log{ending}", parts)))
+
+
+def test_a_hidden_sheet_is_left_out_and_told(tmp_path):
+    rows = rows_of([START + dt.timedelta(minutes=n) for n in range(40)])
+    path = workbook(tmp_path / "log.xlsx", {"Log": rows, "old": rows})
+    book = openpyxl.load_workbook(path)
+    book["old"].sheet_state = "hidden"
+    book.save(path)
+    found = imported(path)
+    check(found)
+    assert found.notes == (f"{path}, Log: left out: old: is hidden",)
 
 
 def test_a_wire_that_broke_is_missing_and_told(tmp_path):
