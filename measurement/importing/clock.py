@@ -246,6 +246,8 @@ def _ordered(sheet: Sheet, at: int, time: FloatArray, *, dated: bool) -> tuple[F
         problem = f"{_told(time[row], dated)} is before {_told(time[row - 1], dated)}, the last row"
         if dated and -3700.0 < steps[row - 1] < -3000.0:
             problem += "; if clocks were set back by an hour, --timezone Europe/Berlin mends it"
+        if not dated:
+            problem += "; if the recorder began anew, make two files of it"
         raise refuse(row, problem)
     same = np.flatnonzero(steps == 0.0) + 1
     if not same.size:

@@ -13,6 +13,7 @@ from typing import Any
 from measurement.errors import BadInput
 from measurement.files import read_bytes
 from measurement.importing.headers import Heading, headings, is_unit_line
+from measurement.importing.quantities import Conversion, conversion_of
 from measurement.importing.text_tables import HEAD_LINES, NUMBER, cells_of, decimal_mark, decoded
 
 Cell = str | float | int | bool | dt.date | dt.time | dt.timedelta | None
@@ -181,6 +182,12 @@ def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
     if after := sum(map(_filled, rows[last + 1 :])):
         notes.append(f"{_lines(after)} after the last row of numbers: skipped")
     kept = [(i + 1, rows[i]) for i in range(first, last + 1) if _filled(rows[i])]
+    heads = {str(rows[i][0]): rows[i] for i in range(first) if rows[i]}
+    # A recorder that goes on writes its header anew.
+    again = {number for number, row in kept if row == heads.get(str(row[0]))}
+    if again:
+        notes.append(f"{_lines(len(again))} with the header once more: skipped")
+        kept = [entry for entry in kept if entry[0] not in again]
     _check_widths(path, place, kept, width, notes)
     numbers = [number for number, _ in kept]
     columns: list[list[Cell]] = [
@@ -225,20 +232,40 @@ def _headings(
     above = [i for i in range(first) if _filled(rows[i])]
     if not above:
         raise BadInput(path, f"{place}row {first + 1}", "no header with names stands above it")
-    last = _texts(rows[above[-1]])
-    names, units, top = last, [""] * len(last), above[-1]
-    before = _texts(rows[above[-2]]) if len(above) > 1 else []
-    if is_unit_line(last) and len([c for c in before if c]) >= min(2, _usual_filled(rows)):
-        names, units, top = before, last, above[-2]
+    names, units, at = _names_and_units([_texts(rows[i]) for i in above], _usual_filled(rows))
+    upper = _texts(rows[above[at - 1]]) if at and above[at - 1] == above[at] - 1 else []
+    if len(upper) == len(names):  # a cell that is merged with the one above it stands there
+        names = [name or over for name, over in zip(names, upper, strict=True)]
     usual = _usual_length(rows[first:])
     width = max(len(_trimmed(row)) for row in rows[first : first + 50] if len(row) == usual)
     width = max(width, *(len(texts) - _blank_end(texts) for texts in (names, units)))
     padded = [(texts + [""] * width)[:width] for texts in (names, units)]
-    return (
-        headings(*padded),
-        width,
-        above.index(top),
-    )
+    return headings(*padded), width, at
+
+
+def _names_and_units(lines: list[list[str]], filled: int) -> tuple[list[str], list[str], int]:
+    """Return names and units, and the place of the names among the lines above the numbers.
+
+    The last line has the names, or the units to those above it. Lines of comments may follow the
+    units: they do where none of them names a time, and the line above the units does.
+    """
+    last = len(lines) - 1
+    plain = (lines[last], [""] * len(lines[last]), last)
+    for at in range(last, max(0, last - 3), -1):
+        if len(lines[at]) != len(lines[last]):
+            break
+        if is_unit_line(lines[at]) and sum(map(bool, lines[at - 1])) >= min(2, filled):
+            found = (lines[at - 1], lines[at], at - 1)
+            if at == last or (_names_a_time(*found[:2]) and not _names_a_time(*plain[:2])):
+                return found
+    return plain
+
+
+def _names_a_time(names: list[str], units: list[str]) -> bool:
+    padded = (names + [""] * len(units))[: len(units)]
+    found = headings(padded, units)
+    kinds = [conversion_of(entry.unit) for entry in found if entry.unit]
+    return any(entry.is_time for entry in found) or Conversion("s") in kinds
 
 
 def _check_widths(

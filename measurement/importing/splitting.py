@@ -74,6 +74,12 @@ def split(log: Log, mapping: Mapping) -> tuple[list[Piece], list[str]]:
         for part in parts
         if len(part) < FEWEST_ROWS
     ]
+    notes += [
+        f"{log.name}: the pause from {_at(log, time[cut - 1])} may be no pause: clocks were put "
+        "forward by an hour then, and --timezone Europe/Berlin undoes it"
+        for cut in cuts
+        if log.absolute and not mapping.time.timezone and _is_put_forward(time, cut)
+    ]
     kept = [part for part in parts if len(part) >= FEWEST_ROWS]
     if not kept:
         raise BadInput(log.name, "", f"has no run of {FEWEST_ROWS} rows or more")
@@ -105,6 +111,17 @@ def _cuts(log: Log, mapping: Mapping, time: FloatArray) -> list[int]:
             raise BadInput(log.name, "", "has no dates, so it cannot be split into days")
         cut |= np.diff(np.floor(time / DAY_S)) > 0
     return [int(row) for row in np.flatnonzero(cut) + 1]
+
+
+def _is_put_forward(time: FloatArray, row: int) -> bool:
+    """Return whether a pause is the hour that summer time takes out, and nothing else."""
+    step = float(np.median(np.diff(time)))
+    hour = pd.Timestamp(time[row - 1] + step, unit="s")
+    zones = ("Europe/Berlin", "America/New_York")
+    lost = any(
+        hour.tz_localize(zone, nonexistent="NaT", ambiguous=True) is pd.NaT for zone in zones
+    )
+    return lost and abs(time[row] - time[row - 1] - step - 3600.0) <= step
 
 
 def _names(log: Log, starts: Sequence[float]) -> list[str]:

@@ -44,6 +44,7 @@ def check(found: Imported, step_s: float = 60.0) -> None:
 PREAMBLE = "Messung 7;Spindel\nBediener;Müller;Halle 3\n\n"
 UNITS_BELOW = "Zeit;Temp. Lager vorn;T hinten;Halle;Drehzahl;z\n;°C;degC;[°C];1/min;µm\n"
 SECONDS = table(elapsed(), clock="Zeit [s]")
+LINES = SECONDS.split("\n")
 TEXTS = {
     "semicolons and commas": SECONDS,
     "tabs": table(elapsed(), clock="Zeit [s]", mark="\t"),
@@ -80,6 +81,13 @@ TEXTS = {
     "since 1970": table([f"{1.7e9 + 60 * n:.0f}" for n in range(40)], clock="Time"),
     "preamble": PREAMBLE + SECONDS,
     "units below the names": UNITS_BELOW + "\n".join(table(stamps(LOCAL)).split("\n")[1:]),
+    "comments below the units": UNITS_BELOW.replace("Zeit;", "Zeit  1 - Messrate;").replace(
+        "\n;", "\ns;"
+    )
+    + "".join(f"{k};" for k in range(5)).replace(";", " MX1609;")
+    + "5 MX1609\n"
+    + "\n".join(table(stamps(LOCAL)).split("\n")[1:]),
+    "the header once more": "\n".join([*LINES[:9], "", LINES[0], *LINES[9:]]),
     "separator told": "sep=;\n" + SECONDS,
     "a separator at the end": SECONDS.replace("\n", ";\n"),
     "a row cut off": SECONDS.rstrip("\n") + "\n2400;25",
@@ -129,6 +137,12 @@ def test_a_workbook_with_a_cover_and_two_sheets(ending, tmp_path):
         "Achsen": [[row[0], *row[4:]] for row in rows],
     }
     check(imported(workbook(tmp_path / f"log{ending}", parts)))
+
+
+def test_a_heading_that_is_merged_over_two_rows(tmp_path):
+    rows = rows_of([START + dt.timedelta(minutes=n) for n in range(40)])
+    over = [rows[0][0], "Temperaturen", *(len(HEADER) - 1) * [None]]
+    check(imported(workbook(tmp_path / "log.xlsx", {"Log": [over, [None, *HEADER], *rows[1:]]})))
 
 
 def test_a_hidden_sheet_is_left_out_and_told(tmp_path):
@@ -232,6 +246,16 @@ def test_clocks_set_back_are_undone_with_a_zone(tmp_path):
     local = [(begin + pd.Timedelta(minutes=5 * n)).strftime(LOCAL) for n in range(40)]
     path = tmp_path / "log.csv"
     path.write_text(table(local), encoding="utf-8")
+    check(imported(path, mapping=Mapping(time=TimeRule(timezone="Europe/Berlin"))), 300.0)
+
+
+def test_clocks_put_forward_look_like_a_pause_and_are_told(tmp_path):
+    begin = pd.Timestamp("2026-03-29 01:30", tz="Europe/Berlin")
+    local = [(begin + pd.Timedelta(minutes=5 * n)).strftime(LOCAL) for n in range(40)]
+    path = tmp_path / "log.csv"
+    path.write_text(table(local), encoding="utf-8")
+    (note,) = imported(path).notes
+    assert "the pause from 2026-03-29 01:55:00 may be no pause" in note
     check(imported(path, mapping=Mapping(time=TimeRule(timezone="Europe/Berlin"))), 300.0)
 
 
