@@ -330,9 +330,11 @@ class ExponentialRungeKutta:
         while np.any(going := left > 0.0):
             part = np.where(going, (1.0 - at) / np.maximum(left, 1.0), part)
             taken = part * going
-            end, error = self.once(state, lengths * taken, forcing, at, taken)
+            # A state that runs away overflows: its error is not finite, and refused as any other.
+            with np.errstate(over="ignore", invalid="ignore"):
+                end, error = self.once(state, lengths * taken, forcing, at, taken)
+                off = np.abs(apply(self.to_state, error) / self._scale)
             parts += 1
-            off = np.abs(apply(self.to_state, error) / self._scale)
             worst = np.max(off, axis=(0, 2))
             excess = worst / self._tolerance
             good = going & (excess <= 1.0)
