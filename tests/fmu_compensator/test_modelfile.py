@@ -1,6 +1,5 @@
 """The compensator file is checked in every field."""
 
-import copy
 import json
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -11,28 +10,16 @@ from hypothesis import strategies as st
 
 from fmu_compensator.runtime.modelfile import ModelFileError, load_model, model_text, parse_model
 from tests.fmu_compensator.gaussians import knows_nothing, learnt
+from tests.mangling import mangled, places
 
 FREE = ("provenance.options", "provenance.figures")  # any table of JSON values may stand there
 
 
-def places(value: Any, at: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Yield the path of every field below *value*, free tables left out."""
-    entries: Any = ()
-    if isinstance(value, dict):
-        entries = value.items()
-    elif isinstance(value, list):
-        entries = enumerate(value)
-    for key, entry in entries:
-        path = (*at, key)
-        yield path
-        if ".".join(map(str, path)) not in FREE:
-            yield from places(entry, path)
-
-
-def parent_of(table: Any, path: tuple[Any, ...]) -> Any:
-    for key in path[:-1]:
-        table = table[key]
-    return table
+def fields(table: Any) -> Iterator[tuple[Any, ...]]:
+    """Yield the path of every field, what stands in a free table left out."""
+    for path in places(table):
+        if ".".join(map(str, path[:2])) not in FREE or len(path) == 2:
+            yield path
 
 
 def assert_refused(table: Any) -> ModelFileError:
@@ -66,16 +53,14 @@ def test_a_written_file_is_read_back_the_same(five_point_table, tmp_path):
 def test_every_field_is_needed(five_point_table, direct_table):
     for table in (five_point_table, direct_table, learnt(five_point_table)):
         tried = 0
-        for path in places(table):
+        for path in fields(table):
             # Notes, runs, directions seen and sensors not used by the model may be any number.
             any_number = {("provenance", "notes"), ("provenance", "runs"), ("gaussian", "seen")}
             if path[:2] in any_number and len(path) == 3:
                 continue
             if path in {("sensors", 1), ("sensors", 2)}:
                 continue
-            damaged = copy.deepcopy(table)
-            del parent_of(damaged, path)[path[-1]]
-            assert_refused(damaged)
+            assert_refused(mangled(table, path))
             tried += 1
         assert tried > 50
 
@@ -96,11 +81,10 @@ def may_hold(field: str, junk: Any) -> bool:
 )
 def test_every_field_refuses_what_it_cannot_hold(five_point_table, direct_table, junk):
     for table in (five_point_table, direct_table, learnt(five_point_table)):
-        for path in places(table):
+        for path in fields(table):
             if may_hold(".".join(map(str, path)), junk):
                 continue
-            damaged = copy.deepcopy(table)
-            parent_of(damaged, path)[path[-1]] = junk
+            damaged = mangled(table, path, junk)
             # Infinity is no JSON: the whole file is refused. A renamed sensor shows in the choice.
             assert assert_refused(damaged).place.split(".")[0] in {path[0], "", "chosen"}
 

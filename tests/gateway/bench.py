@@ -128,6 +128,17 @@ class Bench:
         self.give(messages)
         return self.last
 
+    def answering(self, **outputs: float) -> None:
+        """Let the compensator answer something else from now on."""
+        step = self.unit.step
+
+        def stepped(values: Mapping[str, float], step_s: float) -> dict[str, float]:
+            step(values, step_s)
+            self.unit.outputs |= outputs
+            return self.unit.outputs
+
+        self.unit.step = stepped
+
     def settle(self, values: Mapping[str, Value] | None = None, seconds: float = 6.0) -> None:
         """Start, and run until the offsets follow the model."""
         for _ in range(3):

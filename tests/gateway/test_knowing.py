@@ -318,14 +318,7 @@ def test_another_gateway_is_noticed(bench, database):
 
 def test_a_status_of_the_compensator_that_is_not_known_here_passes(bench, database):
     bench.settle(WARM)
-    step = bench.unit.step
-
-    def newer(values: object, step_s: float) -> dict[str, float]:
-        step(values, step_s)
-        bench.unit.outputs["status"] = 7.0
-        return bench.unit.outputs
-
-    bench.unit.step = newer
+    bench.answering(status=7.0)
     answer = bench.cycle(WARM)
     assert (answer["status"], answer["valid"]) == (7, "valid")
     reception = Reception(database.of(COMPENSATOR))
@@ -341,14 +334,7 @@ def test_a_status_of_the_compensator_that_is_not_known_here_passes(bench, databa
 @pytest.mark.parametrize("offset", [650.1, nan])
 def test_an_offset_that_no_frame_can_carry_is_not_valid(bench, offset):
     bench.settle(WARM)
-    step = bench.unit.step
-
-    def wild(values: object, step_s: float) -> dict[str, float]:
-        step(values, step_s)
-        bench.unit.outputs["dY"] = offset
-        return bench.unit.outputs
-
-    bench.unit.step = wild
+    bench.answering(dY=offset)
     assert bench.cycle(WARM)["valid"] == "invalid"
 
 

@@ -16,7 +16,7 @@ TEMPERATURES = [f"T{i}" for i in range(1, 12)]
 
 
 def number(value: float, unit: str) -> dict[str, Any]:
-    low, high = sorted((0.5 * value, 2.0 * value))
+    low, high = sorted((0.8 * value, 1.25 * value))
     return Parameter(value, unit, low, high, "test").to_dict()
 
 
@@ -116,9 +116,9 @@ def lathe() -> Machine:
     return machine_from_table(table, "lathe.toml")
 
 
-def bare() -> Machine:
-    """Return a machine of one node and nothing that most effects could act on."""
-    table = {
+def bare_table() -> dict[str, Any]:
+    """Return a machine of one node and nothing that most effects could act on, as its table."""
+    return {
         "format": 1,
         "name": "bare",
         "title": "",
@@ -132,7 +132,11 @@ def bare() -> Machine:
         "rig": {"kind": "direct", "axes": {"px": {"axis": "X"}, "pz": {"axis": "Z"}}},
         "effects": {"bearing_friction": {}},
     }
-    return machine_from_table(table, "bare.toml")
+
+
+def bare() -> Machine:
+    """Return it."""
+    return machine_from_table(bare_table(), "bare.toml")
 
 
 def steady(speed: float, hours: float, hall: float = 21.0, coolant: float = 21.0) -> pd.DataFrame:

@@ -11,24 +11,17 @@ from plant_model.effects.chiller import Chiller
 from plant_model.machine import Machine
 from plant_model.machine_file import machine_from_table
 from plant_model.native.equations import equations_of
-from plant_model.parameters import Parameter, Values
+from plant_model.parameters import Values
 from plant_model.simulate import simulate
+from tests.plant_model.catalogue_machines import link, number
 
 POWER, CAPACITY, LOSS, HEAT = 900.0, 60e3, 6.0, 400.0
 ON_ABOVE, BAND = 26.0, 2.0
 
 
-def number(value: float, unit: str) -> dict[str, Any]:
-    return Parameter(value, unit, 0.8 * value, 1.2 * value, "test").to_dict()
-
-
 def table_of(chillers: int = 1) -> dict[str, Any]:
     """Return a body heated by 400 W, its jacket, and a tank that a chiller cools."""
-
-    def flow(to: str, source: str) -> dict[str, Any]:
-        numbers = {"flow": number(6.0, "l/min"), "heat_capacity": number(3700.0, "J/(l K)")}
-        return {"kind": "coolant_flow", "between": [to, source]} | numbers
-
+    carried = {"flow": (6.0, "l/min"), "heat_capacity": (3700.0, "J/(l K)")}
     return {
         "format": 1,
         "name": "chilled",
@@ -42,19 +35,10 @@ def table_of(chillers: int = 1) -> dict[str, Any]:
             for name, value in {"body": 30e3, "jacket": 2e3, "tank": CAPACITY}.items()
         ],
         "links": [
-            flow("jacket", "tank"),
-            flow("tank", "jacket"),
-            {
-                "kind": "coolant_wall",
-                "between": ["body", "jacket"],
-                "conductance": number(150.0, "W/K"),
-            },
-            {
-                "kind": "convection",
-                "between": ["tank", "hall"],
-                "area": number(1.0, "m2"),
-                "coefficient": number(LOSS, "W/(m2 K)"),
-            },
+            link("coolant_flow", "jacket", "tank", **carried),
+            link("coolant_flow", "tank", "jacket", **carried),
+            link("coolant_wall", "body", "jacket", conductance=(150.0, "W/K")),
+            link("convection", "tank", "hall", area=(1.0, "m2"), coefficient=(LOSS, "W/(m2 K)")),
         ],
         "sources": [
             {"kind": "steady_heat", "node": "body", "power": number(HEAT, "W")},

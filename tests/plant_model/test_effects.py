@@ -13,6 +13,7 @@ from plant_model.machine import Machine
 from plant_model.machine_file import machine_from_table
 from plant_model.parameters import Parameter
 from plant_model.simulate import simulate
+from tests.plant_model.catalogue_machines import bare_table
 from tests.plant_model.conftest import inputs_over, key_of, with_effects
 
 NAMES = sorted(catalogue())
@@ -76,20 +77,9 @@ def test_parameters_go_through_a_machine_file(name):
         key: Parameter(p.high, p.unit, p.low, p.high, "moved", calibrate=True)
         for key, p in effect.parameters.items()
     }
-    table = {
-        "format": 1,
-        "name": "small",
-        "title": "",
-        "inputs": {
-            "speed": {"unit": "rpm", "column": "speed_rpm", "low": 0.0, "high": 1e4},
-            "ambient": {"unit": "degC", "column": "air_degC", "low": -20.0, "high": 60.0},
-        },
-        "nodes": [{"name": "bed", "capacity": Parameter(1e4, "J/K", 9e3, 2e4, "test").to_dict()}],
-        "rig": {"kind": "direct", "axes": {"disp_z": {"axis": "Z"}}},
-        "sensors": [{"name": "T1", "of": "bed"}],
-        "effects": {needed: {} for needed in effect.needs}
-        | {key_of(name): {key: p.to_dict() for key, p in moved.items()}},
-    }
+    effects = {needed: {} for needed in effect.needs}
+    effects[key_of(name)] = {key: p.to_dict() for key, p in moved.items()}
+    table = bare_table() | {"effects": effects}
     assert machine_from_table(table, "small.toml").effects[key_of(name)] == moved
 
 

@@ -99,14 +99,6 @@ def test_a_failing_fmu_is_one_line_and_exit_code_1(tiny_scenario, tiny_folder, t
     assert not out.exists()
 
 
-def test_a_foreign_folder_is_refused_before_anything_is_simulated(
-    tiny_scenario, tiny_folder, tmp_path, capsys
-):
-    argv = ["run", str(tiny_scenario), "--fmu-dir", str(tiny_folder), "--out", str(tmp_path)]
-    assert main(argv) == 2
-    assert "holds files and no results" in one_line(capsys.readouterr().err)
-
-
 @pytest.mark.parametrize(
     ("error", "code", "lines"),
     [(KeyboardInterrupt(), 130, 1), (ZeroDivisionError("oops"), 1, None)],

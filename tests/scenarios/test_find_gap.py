@@ -117,11 +117,6 @@ def test_a_limit_that_makes_no_sense_is_refused(option, value, allowed, tmp_path
     assert f"{option}: {value} is outside {allowed}" in line
 
 
-def test_a_folder_with_other_files_is_refused_before_any_work(machine, tmp_path, capsys):
-    paths = written(runs_of(machine), tmp_path)
-    assert "choose another folder" in refusal(capsys, "--runs", *paths, "--out", str(tmp_path))
-
-
 def test_nothing_is_left_of_a_folder_when_something_fails(machine, tmp_path, monkeypatch):
     paths = written(runs_of(machine), tmp_path)
 

@@ -1,6 +1,5 @@
 """Scenario files: what is read, and that anything wrong is one line."""
 
-import copy
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ from hypothesis import strategies as st
 
 from measurement.errors import BadInput
 from scenarios.scenario import Scenario, library, read_scenario, scenario_from_text, scenario_path
+from tests.mangling import JUNK, mangled, places
 
 TEXT = """
 format = 1
@@ -138,27 +138,6 @@ def test_every_shipped_scenario_reads_and_is_named_like_its_file(path):
 
 
 TABLE = tomllib.loads(TEXT)
-ODD = st.one_of(
-    st.just(10**400),
-    st.none(),
-    st.booleans(),
-    st.integers(),
-    st.floats(),
-    st.text(max_size=5),
-    st.lists(st.integers(), max_size=3),
-    st.dictionaries(st.text(max_size=3), st.integers(), max_size=2),
-)
-
-
-def places(table: object, at: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
-    found = [at] if at else []
-    items = table.items() if isinstance(table, dict) else enumerate(table)
-    for key, value in items:
-        if isinstance(value, dict | list):
-            found += places(value, (*at, key))
-        else:
-            found.append((*at, key))
-    return found
 
 
 def as_toml(value: object) -> str:
@@ -185,13 +164,9 @@ def refusal_of(text: str, *overrides: tuple[str, Any]) -> str | None:
     return None
 
 
-@given(place=st.sampled_from(places(TABLE)), odd=ODD)
+@given(place=st.sampled_from(list(places(TABLE))), odd=JUNK)
 def test_any_mangled_field_is_read_or_refused_in_one_line(place, odd):
-    table: Any = copy.deepcopy(TABLE)
-    inner = table
-    for step in place[:-1]:
-        inner = inner[step]
-    inner[place[-1]] = odd
+    table = mangled(TABLE, place, odd)
     text = "\n".join(f"{as_toml(key)} = {as_toml(value)}" for key, value in table.items())
     refusal = refusal_of(text)
     assert refusal is None or refusal.startswith("small.toml")
@@ -204,7 +179,7 @@ def test_any_text_is_refused_in_one_line(text):
     assert "\n" not in str(caught.value)
 
 
-@given(key=st.text(max_size=20), value=ODD)
+@given(key=st.text(max_size=20), value=JUNK)
 def test_any_override_is_taken_or_refused_in_one_line(key, value):
     refusal = refusal_of(TEXT, (key, value))
     assert refusal is None or refusal.startswith("small.toml")

@@ -1,6 +1,5 @@
 """A small page that tests change, and the refusal of a bad one."""
 
-import copy
 import tomllib
 from typing import Any
 
@@ -10,6 +9,7 @@ from measurement.errors import BadInput
 from plant_model.drawing.expand import expanded
 from plant_model.machine import Machine
 from plant_model.machine_file import SHIPPED, machine_from_table
+from tests.mangling import mangled
 
 PAGE = """
 format = 1
@@ -101,17 +101,7 @@ def shipped_page(name: str) -> dict[str, Any]:
 
 def changed(page: dict[str, Any], key: str, value: Any) -> dict[str, Any]:
     """Return a page with one value put in or, where it is ``None``, taken out."""
-    page = copy.deepcopy(page)
-    *steps, last = key.split(".")
-    inner: Any = page
-    for step in steps:
-        inner = inner[int(step)] if isinstance(inner, list) else inner.setdefault(step, {})
-    place = int(last) if isinstance(inner, list) else last
-    if value is None:
-        del inner[place]
-    else:
-        inner[place] = value
-    return page
+    return mangled(page, key, ... if value is None else value)
 
 
 def machine_of(page: dict[str, Any], **cells: Any) -> Machine:

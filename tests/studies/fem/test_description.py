@@ -1,9 +1,7 @@
 """The description file is refused in one line wherever it is wrong."""
 
-import copy
 import tomllib
 from pathlib import Path
-from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -12,6 +10,7 @@ from hypothesis import strategies as st
 import studies.finite_elements as package
 from measurement.errors import BadInput, checked
 from studies.finite_elements import Description, FiniteElementSpindle, read_description
+from tests.mangling import JUNK, mangled, places
 from tests.studies.fem.conftest import bar_table
 
 SHIPPED = tomllib.loads((Path(package.__file__).parent / "jig_borer.toml").read_text())
@@ -69,30 +68,10 @@ def test_what_the_mesh_cannot_hold_is_refused(changes, problem):
         FiniteElementSpindle(description).growth_row  # noqa: B018 - built when asked for
 
 
-LEAVES = st.one_of(
-    st.none(),
-    st.booleans(),
-    st.text(max_size=5),
-    st.floats(),
-    st.integers(),
-    st.lists(st.floats(), max_size=3),
-    st.dictionaries(st.text(max_size=3), st.floats(), max_size=2),
-)
-
-
 @settings(max_examples=60, deadline=None)
-@given(data=st.data())
-def test_any_mangled_field_is_refused_in_one_line_or_accepted(data):
-    table: Any = copy.deepcopy(SHIPPED)
-    place = table
-    for _ in range(data.draw(st.integers(0, 3))):
-        keys = list(place) if isinstance(place, dict) else list(range(len(place)))
-        key = data.draw(st.sampled_from(keys))
-        if not isinstance(place[key], dict | list) or not place[key]:
-            break
-        place = place[key]
-    key = data.draw(st.sampled_from(list(place) if isinstance(place, dict) else [0]))
-    place[key] = data.draw(LEAVES)
+@given(where=st.sampled_from(list(places(SHIPPED))), value=JUNK)
+def test_any_mangled_field_is_refused_in_one_line_or_accepted(where, value):
+    table = mangled(SHIPPED, where, value)
     problem = ""
     try:
         checked(Description, table, "mangled.toml")
