@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from collections.abc import Mapping as Mapped
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pandas as pd
@@ -97,10 +98,11 @@ def import_files(
         For the first thing that cannot be used; or if no column could be placed.
     """
     mapping, units, axes = mapping or Mapping(), units or {}, axes or {}
+    paths = _once(paths)
     tables = [
         table_of(part, mapping, units, axes)
         for path in paths
-        for sheet in read_sheets(Path(path))
+        for sheet in read_sheets(path)
         for part in by_clock(sheet, mapping.time.columns)
     ]
     if not tables:
@@ -113,10 +115,12 @@ def import_files(
         _need_header(tables, "time", mapping.time.columns)
     logs, lonely = joined([table for table in tables if len(table.frame.columns)])
     pieces: list[Piece] = []
+    folders: list[str] = []
     notes = [f"{table.where}: {note}" for table in tables for note in _said(table)] + lonely
     for log in logs:
         found, left_out = split(log, mapping)
         pieces += found
+        folders += len(found) * [log.paths[0].resolve().parent.name]
         notes += [*left_out, *_sparse(log, found, mapping)]
     placed = {header for table in tables for header in table.rules.keys() - table.hints.keys()}
     hints = {
@@ -131,6 +135,7 @@ def import_files(
         for header, text in table.hints.items()
         if header in placed
     ]
+    pieces = _distinct(pieces, folders)
     runs = [piece.run for piece in pieces]
     return Imported(
         tuple(pieces),
@@ -147,6 +152,35 @@ def import_files(
             )
         },
     )
+
+
+def _once(paths: Iterable[Path]) -> Iterator[Path]:
+    """Give the files, and refuse one that was there before."""
+    before = set()
+    for path in map(Path, paths):
+        if path.resolve() in before:
+            raise BadInput(path, "", "is given twice")
+        before.add(path.resolve())
+        yield path
+
+
+def _distinct(pieces: Sequence[Piece], folders: Sequence[str]) -> list[Piece]:
+    """Return the runs with names that differ: by their logs' folders, or else by a number."""
+    names = [piece.run.name for piece in pieces]
+    shared = Counter(map(str.casefold, names))
+    names = [
+        f"{folder}_{name}" if shared[name.casefold()] > 1 else name
+        for folder, name in zip(folders, names, strict=True)
+    ]
+    shared, given = Counter(map(str.casefold, names)), Counter[str]()
+    for place, name in enumerate(names):
+        if shared[name.casefold()] > 1:
+            given[name.casefold()] += 1
+            names[place] = f"{name}_{given[name.casefold()]}"
+    return [
+        replace(piece, run=replace(piece.run, name=name))
+        for piece, name in zip(pieces, names, strict=True)
+    ]
 
 
 def _need_signals(tables: Sequence[Table]) -> None:

@@ -266,3 +266,13 @@ def test_days_with_a_thermometer_more_or_less_follow_each_other(dated, tmp_path)
     assert first.frame["T_hinten_degC"].equals(third.frame["T_hinten_degC"])
     assert not second.frame.get("Temp_Lager_vorn_degC", pd.Series(np.nan)).notna().any()
     assert third.frame["Spindel_degC"].notna().all()
+
+
+def test_logs_of_one_name_from_two_folders_are_two_runs(tmp_path):
+    paths = [tmp_path / day / "log.csv" for day in ("mon", "tue")]
+    for path in paths:
+        path.parent.mkdir()
+        path.write_text(table(elapsed(), clock="t [s]"), encoding="utf-8")
+    assert [run.name for run in import_files(paths).runs] == ["mon_log", "tue_log"]
+    with pytest.raises(BadInput, match=r"log\.csv: is given twice"):
+        import_files([paths[0], paths[0]])
