@@ -10,6 +10,7 @@ from typing import Any
 from measurement.errors import BadInput
 from measurement.files import sha256_of, write_atomically
 from measurement.importing.log import Imported
+from measurement.importing.splitting import Piece
 from measurement.runs import Run, write_run
 from scenarios.outputs import OTHERWISE, is_forced, is_input
 
@@ -22,8 +23,8 @@ def write_imported(
 ) -> list[Path]:
     """Write runs, the manifest and, where asked, the mapping file into a folder.
 
-    A run file that an earlier import wrote, and nobody changed since, is replaced; any other file
-    of that name is not, unless ``--force`` is given.
+    A run file that an earlier import wrote of the same log, and nobody changed since, is replaced;
+    any other file of that name is not, unless ``--force`` is given.
 
     Parameters
     ----------
@@ -47,9 +48,9 @@ def write_imported(
     """
     known = _manifest(folder)
     targets = [folder / f"{run.name}.csv" for run in imported.runs]
-    for target in targets:
-        _check(target, known)
     sources = [{"file": path.name, "sha256": sha256_of(path)} for path in paths]
+    for piece, target in zip(imported.pieces, targets, strict=True):
+        _check(target, known, piece, sources)
     for piece, target in zip(imported.pieces, targets, strict=True):
         write_run(piece.run, target)
         known[target.name] = {
@@ -65,7 +66,9 @@ def write_imported(
     return targets
 
 
-def _check(target: Path, known: dict[str, Any]) -> None:
+def _check(
+    target: Path, known: dict[str, Any], piece: Piece, sources: Sequence[dict[str, str]]
+) -> None:
     if is_forced() or not target.exists():
         return
     if is_input(target):
@@ -74,6 +77,10 @@ def _check(target: Path, known: dict[str, Any]) -> None:
     if not isinstance(entry, dict) or entry.get("sha256") != sha256_of(target):
         why = "and was changed since it was imported" if entry else "and was not imported"
         raise BadInput(target, "", f"exists {why}: {OTHERWISE}")
+    # A run with a date is called after its start; log.csv of another day is another run.
+    if not piece.starts[:1].isdigit() and not any(entry in sources for entry in entry["sources"]):
+        why = "and was imported from another log: import both at once, choose another folder"
+        raise BadInput(target, "", f"exists {why}, or let --force replace it")
 
 
 def _manifest(folder: Path) -> dict[str, Any]:

@@ -103,6 +103,19 @@ def test_a_log_in_its_own_folder_is_not_written_over(log, capsys):
     assert names(Path()) == ["log.csv"]
 
 
+def test_a_log_of_the_same_name_does_not_replace_the_run_of_another(log, capsys):
+    """Without dates a run is called after its log, and many recorders call every log the same."""
+    line = ["import", "log.csv", "-o", "runs"]
+    log.write_text(table(elapsed(), clock="t [s]"), encoding="utf-8")
+    assert main(line) == main(line) == 0
+    before = Path("runs/log.csv").read_bytes()
+    log.write_text(table(elapsed(30), clock="t [s]"), encoding="utf-8")
+    assert main(line) == 2
+    assert "log.csv: exists and was imported from another log" in capsys.readouterr().err
+    assert Path("runs/log.csv").read_bytes() == before
+    assert main([*line, "--force"]) == 0
+
+
 def test_a_second_log_adds_its_runs(log, capsys):
     assert main(["import", "log.csv", "-o", "runs"]) == 0
     Path("next.csv").write_text(LOCAL.replace("02.03.2026", "03.03.2026"), encoding="cp1252")
