@@ -145,7 +145,7 @@ class CanOpenNode(Participant):
         say: Callable[[str], None] = lambda line: None,
         listen_s: float | None = None,
     ) -> None:
-        self._network = canopen.Network()
+        self._network, self._bus = canopen.Network(), bus
         self._network.connect(**bus)
         self._node = _Node(node_id, dictionary)
         self._network.add_node(self._node)
@@ -202,6 +202,8 @@ class CanOpenNode(Participant):
             self._raw[place] = raw(value)
         nmt = self._node.nmt
         with contextlib.suppress(can.CanError, OSError):
+            if found.state["gateway_state"] != "reconnecting":
+                self._reconnect()
             if nmt._state == 0:  # the master asked for a reset
                 self._say("CANopen: reset by the master")
                 self._boot()
@@ -213,6 +215,14 @@ class CanOpenNode(Participant):
             if self.operational:
                 self._complain(answer)
                 self._complain_of_lengths()
+
+    def _reconnect(self) -> None:
+        """Hear the master again after the bus was lost, which ended the library's thread."""
+        notifier = self._network.notifier
+        if notifier is not None and notifier.exception is not None:
+            with contextlib.suppress(can.CanError, OSError):
+                self._network.disconnect()  # tells once more what ended it
+            self._network.connect(**self._bus)
 
     def _complain(self, answer: Mapping[str, Value]) -> None:
         status, sensor, fault = (self._raw[index, 0] for index in (STATUS, SENSOR, FAULT))

@@ -261,6 +261,21 @@ def test_a_second_node_of_the_same_number_is_noticed(quick_fmu):
         wait_for(lambda: 0x8150 in {error.code for error in master.node.emcy.log})
 
 
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_a_master_is_heard_again_after_the_bus_was_lost(quick_fmu):
+    def down(timeout):
+        raise can.CanOperationError("Network is down")
+
+    with pair(new_wire("virtual"), quick_fmu) as (master, service):
+        master.start()
+        node = service.participants[0]
+        wait_for(lambda: node.operational)
+        node._network.bus.recv = down
+        wait_for(lambda: node._network.bus is not None and node._network.bus.recv != down)
+        master.node.nmt.state = "STOPPED"
+        wait_for(lambda: not node.operational)
+
+
 def test_the_data_sheet_has_what_cia_306_asks_for(quick_fmu):
     sheet = configparser.RawConfigParser()
     sheet.optionxform = str
