@@ -147,22 +147,22 @@ class Link:
         if self.lost:
             return
         self._drop()
-        self.lost, self._next_try = reason, self._clock() + self._wait_s
-        self._say(
-            f"{self.name}: {reason.replace('_', ' ')} ({text}); next try in {self._wait_s:g} s"
-        )
+        self.lost = reason
+        self._wait(f"{reason.replace('_', ' ')} ({text})")
+
+    def _wait(self, what: str) -> None:
+        """Say what is wrong and when the bus is opened again; the wait after that doubles."""
+        self._next_try = self._clock() + self._wait_s
+        self._say(f"{self.name}: {what}; next try in {self._wait_s:g} s")
+        self._wait_s = min(2.0 * self._wait_s, LONGEST_WAIT_S)
 
     def _reopen(self) -> None:
-        """Try once to open a bus that was lost; the wait before the next try doubles."""
+        """Try once to open a bus that was lost."""
         try:
             self._connect()
         except (can.CanError, OSError, ValueError) as error:
             self._drop()
-            self._wait_s = min(2.0 * self._wait_s, LONGEST_WAIT_S)
-            self._next_try = self._clock() + self._wait_s
-            self._say(
-                f"{self.name}: still lost ({one_line(error)}); next try in {self._wait_s:g} s"
-            )
+            self._wait(f"still lost ({one_line(error)})")
         else:
             self._say(f"{self.name}: back")
 

@@ -107,6 +107,18 @@ def test_a_lost_bus_is_opened_again_with_longer_and_longer_waits(garage):
     assert said[-1].endswith("back")
 
 
+def test_a_bus_that_opens_and_does_not_work_is_tried_less_and_less(garage, monkeypatch):
+    """As an interface that is down."""
+
+    def down(bus, timeout):
+        raise can.CanOperationError("Network is down")
+
+    link = new_link(garage, said := [])
+    monkeypatch.setattr(FakeBus, "recv", down)
+    listen(link, garage, 60.0)
+    assert (len(garage.attempts) < 12, len(said) < 24) == (True, True)
+
+
 def test_a_bus_that_works_again_starts_with_the_shortest_wait(garage):
     link = new_link(garage)
     garage.refusals = 4
