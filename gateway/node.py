@@ -399,7 +399,8 @@ class GatewayNode:
         if finding is not None and self._finding is not None and self._finding.fault in LOSSES:
             # Nobody could hear of the loss while it lasted; what follows from it can wait.
             finding = self._finding if finding.fault in AFTER_LOSS else finding
-        if finding is not None and not finding.signal:
+        # Signals are told by themselves, and a loss by the link.
+        if finding is not None and not finding.signal and finding.fault not in LOSSES:
             kind = finding.fault, finding.frame.name
             before = self._finding and (self._finding.fault, self._finding.frame.name)
             if kind != before:

@@ -350,6 +350,7 @@ def test_a_lost_bus_is_told_when_it_is_back(bench, lost):
     bench.node.reconnected()
     for _ in range(3):
         assert bench.cycle(WARM)["bus_fault"] == lost
+    assert not any("lost" in line or "bus off" in line for line in bench.said)  # the link says it
     for _ in range(30):
         bench.cycle(WARM)
     assert bench.last["bus_fault"] == "none"
