@@ -18,6 +18,7 @@ from pydantic import Field
 from gateway.background import Background
 from gateway.mapfile import CONTROLS, Form, Name, named_file, read_form
 from gateway.protocols.base import Adapter, Participant, Report, Say
+from measurement.errors import one_line
 from measurement.rig import AXES
 
 if TYPE_CHECKING:
@@ -77,7 +78,9 @@ class RegisterLines(Participant):
             if isinstance(offset, float) and isfinite(offset):
                 before, digits = self._digits[axis], self._wanted(axis, offset)
                 self._digits[axis] = digits
-                value = digits * self._control.step_um / 1e3 if self._control.in_mm else digits
+                # Without what a division in binary leaves.
+                in_mm = round(digits * self._control.step_um / 1e3, 9)
+                value = in_mm if self._control.in_mm else digits
                 writes |= {register: value} if digits != before else {}
         self._tell(writes)
 
@@ -122,9 +125,17 @@ class Registers(Adapter):
         """Begin to print."""
         if self.args.registers is None:
             return None
-        printer = Background()
+        printer, lost = Background(), list[str]()
+
+        def put(line: str) -> None:
+            try:
+                print(line, flush=True)
+            except (OSError, ValueError) as error:
+                if not lost:
+                    lost.append(one_line(error))
+                    say(f"--registers: nobody takes them ({lost[0]}); the gateway goes on without")
 
         def show(line: str) -> None:
-            printer.do(lambda: print(line, flush=True))
+            printer.do(lambda: put(line))
 
         return RegisterLines(self._control, show, printer.close)

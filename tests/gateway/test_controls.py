@@ -1,6 +1,10 @@
 """What other controls take: each adapter against an emulator that enforces its manual's rules."""
 
+import argparse
+import errno
+import io
 import json
+import sys
 from collections.abc import Callable, Mapping
 from math import isfinite, nan
 
@@ -11,7 +15,7 @@ from hypothesis import strategies as st
 from gateway.database import OFFSETS
 from gateway.mapfile import CONTROLS, read_form
 from gateway.protocols.base import Report
-from gateway.protocols.registers import Control, RegisterLines
+from gateway.protocols.registers import Control, RegisterLines, Registers
 from measurement.rig import AXES
 from scenarios.cli import main
 
@@ -165,6 +169,27 @@ def test_the_gateway_prints_the_registers_that_change():
     for told in ((nan, nan, nan), (1.2, -3.4, 0.2), (1.4, nan, 0.6)):
         tell(control, *told)
     assert lines == ['{"W576": 1, "W578": -3}', '{"W580": 1}']
+
+
+def test_millimetres_have_no_more_digits_than_the_register():
+    lines: list[str] = []
+    tell(RegisterLines(control_of("sinumerik"), lines.append), 0.03, 0.0, 0.14)
+    assert {"-3e-05", "3e-05", "0.00014"} >= set(map(str, json.loads(lines[-1]).values()))
+
+
+def test_a_reader_of_registers_that_is_gone_is_told_once(monkeypatch):
+    class Gone(io.StringIO):
+        def write(self, text):
+            raise BrokenPipeError(errno.EPIPE, "Broken pipe")
+
+    adapter, said = Registers(argparse.Namespace(registers="tnc")), []
+    adapter.check()
+    monkeypatch.setattr(sys, "stdout", Gone())
+    lines = adapter.join(None, None, None, said.append)
+    for offset in (5.0, 9.0):
+        tell(lines, offset, 0.0, 0.0)
+    lines.close()
+    assert [("Broken pipe" in line) for line in said] == [True]
 
 
 def test_a_control_of_ones_own_is_a_file(tmp_path, capsys):
