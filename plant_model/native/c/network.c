@@ -51,12 +51,12 @@ WIDE void network_at(struct network *self, const double *k, const double *u)
         return;
     }
     equations_moving(k, u, self->diagonal, self->entries, self->outside);
-    double moving[NODES];
+    double moving[ROW];
     for (size_t i = 0; i < NODES; i++) {
         moving[i] = (self->diagonal[i] - self->still[i]) * self->share[i];
     }
     /* What moves adds no more than its own fastest mode: Gershgorin's bound. */
     self->fastest = self->bound + 2.0 * largest_of(moving, NODES);
-    self->scale = 0.0;
+    self->shifts = false;
     self->known = true;
 }

@@ -5,8 +5,11 @@
 
 #include "formulas.h"
 
-#define SMALL 1e-11 /* of a change that series leave off: C and Python agree to 1e-8 K over 1000 K */
+/* What series leave off, of the way that a temperature has to go. Set on four machines, random inputs
+   and steps of 10 ms to 300 s: outputs then differ from Python's by 7e-9 at most. */
+#define SMALL 5e-10
 #define LEAST_SCALE 1e-290 /* capacities divided by it are finite */
+#define LEAST_REACH 1e-9
 #define CLOSE 0.5
 #define PI 3.14159265358979323846
 
@@ -58,12 +61,19 @@ static void values_at(double z, double values[SERIES])
     values[HALF] = values[ONE] / (1.0 + e);
 }
 
+/* A rate times the step is at most the reach times the way to go. */
+static double small_for(double reach)
+{
+    return SMALL / larger(1.0, reach);
+}
+
 /* Returns more than enough terms, an even number. */
 static size_t enough(double reach)
 {
     size_t count = 4, most = 12 + (size_t)(7.4 * sqrt(reach / 2.0));
+    double small = small_for(reach);
     /* No derivative of phi_k is above 1, so a weight is at most 2 (reach / 4)^k / k!. */
-    for (double weight = cube(reach / 4.0) / 6.0; weight > SMALL && count < most; count++) {
+    for (double weight = cube(reach / 4.0) / 6.0; weight > small && count < most; count++) {
         weight *= reach / (4.0 * (double)count);
     }
     return count + count % 2;
@@ -95,27 +105,36 @@ static size_t make(struct term *terms, size_t count, double reach)
         before = x;
         x = following;
     }
-    double rest = 0.0;
+    double rest = 0.0, small = small_for(reach);
     size_t needed = 2;
     for (size_t k = count; k-- > 0;) {
         rest = larger(rest, 2.0 * largest_of(terms[k].weights, SERIES));
         terms[k].rest = rest;
-        needed = rest > SMALL && k >= needed ? k + 1 : needed;
+        needed = rest > small && k >= needed ? k + 1 : needed;
+    }
+    /* The last that is kept makes up for the others where nothing decays: slow rises are exact. */
+    for (size_t k = needed; k < count; k++) {
+        for (int kind = 0; kind < SERIES; kind++) {
+            double left = terms[k].weights[kind];
+            terms[needed - 1].weights[kind] += (k - needed) % 2 == 0 ? -left : left;
+        }
     }
     return needed;
 }
 
 const struct series *series_for(struct all_series *self, double reach)
 {
-    /* In steps of an eighth at most: conductances that move a little share a series. */
-    int exponent;
-    double part = frexp(fmin(reach > 1e-9 ? reach : 1e-9, MOST_REACH), &exponent);
-    double wide = ldexp(ceil(part * 16.0) / 16.0, exponent);
+    reach = smaller(larger(reach, LEAST_REACH), MOST_REACH);
     for (size_t i = 0; i < SERIES_KEPT; i++) {
-        if (self->kept[i].count > 0 && self->kept[i].reach == wide) {
-            return &self->kept[i];
+        const struct series *kept = &self->kept[i];
+        if (kept->count > 0 && kept->above < reach && reach <= kept->reach) {
+            return kept;
         }
     }
+    /* In steps of an eighth at most: conductances that move a little share a series. */
+    int exponent;
+    double part = frexp(reach, &exponent), step = ldexp(1.0 / 16.0, exponent);
+    double wide = ceil(part * 16.0) * step, above = wide - (part > 0.5 ? step : step / 2.0);
     size_t count = enough(wide), first = self->end + count > TERMS_KEPT ? 0 : self->end;
     struct term *terms = self->terms + first;
     for (size_t i = 0; i < SERIES_KEPT; i++) {
@@ -126,7 +145,7 @@ const struct series *series_for(struct all_series *self, double reach)
     }
     struct series *found = &self->kept[self->next];
     self->next = (self->next + 1) % SERIES_KEPT;
-    *found = (struct series){wide, make(terms, count, wide), terms};
+    *found = (struct series){wide, above, make(terms, count, wide), terms};
     self->end = first + found->count;
     return found;
 }
@@ -134,14 +153,19 @@ const struct series *series_for(struct all_series *self, double reach)
 /* With what it leaves a product is 2 (scale A - 1) times a vector. */
 static void stretch(struct network *self, double scale)
 {
-    if (self->scale == scale) {
-        return;
+    if (self->scale != scale) {
+        for (size_t i = 0; i < NODES; i++) {
+            self->stretched[i] = 2.0 * scale * self->share[i];
+        }
+        self->scale = scale;
+        self->shifts = false;
     }
-    for (size_t i = 0; i < NODES; i++) {
-        self->shifted[i] = self->diagonal[i] - self->capacity[i] * (1.0 / scale);
-        self->stretched[i] = 2.0 * scale * self->share[i];
+    if (!self->shifts) {
+        for (size_t i = 0; i < NODES; i++) {
+            self->shifted[i] = self->diagonal[i] - self->capacity[i] * (1.0 / scale);
+        }
+        self->shifts = true;
     }
-    self->scale = scale;
 }
 
 static inline void add(double *restrict sum, double weight, const double *row)
@@ -156,7 +180,7 @@ WIDE void series_add(
     double beside, size_t count, const int kinds[], double *const sums[])
 {
     static const double none[NODES];
-    double (*rows)[ROW] = network->rows, least = SMALL;
+    double (*rows)[ROW] = network->rows, least = small_for(self->reach);
     const double *last = none, *now = vector;
     if (beside > 0.0) {
         least *= larger(1.0, beside / largest_of(vector, NODES));

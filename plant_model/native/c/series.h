@@ -22,7 +22,7 @@ struct term {
 };
 
 struct series {
-    double reach;
+    double reach, above; /* for what is above the latter, up to the former */
     size_t count; /* 0: not known */
     const struct term *terms;
 };

@@ -1,7 +1,7 @@
 """The plant in C beside the plant in Python: every effect, random numbers, random inputs."""
 
 import ctypes
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -74,6 +74,17 @@ def values_of(machine: Machine, rng: np.random.Generator, share_on: float) -> di
     return found
 
 
+def linear_values_of(machine: Machine, rng: np.random.Generator) -> dict[str, float]:
+    """Return numbers that switch off what depends on temperature: lags only follow."""
+    values = values_of(machine, rng, 1.0)
+    for key in machine.effects:
+        effect = catalogue()[key.partition(":")[0]]
+        follows = effect.lags or effect.settles or not effect.states
+        if effect.temperature_dependent or not follows:
+            values[f"effects.{key}.{effect.amplitude}"] = effect.off
+    return values
+
+
 def compared(
     machine: Machine,
     library: ctypes.CDLL,
@@ -116,6 +127,7 @@ def differences(
     rng: np.random.Generator,
     inputs: dict[str, float],
     steps: int,
+    lengths_s: Sequence[float] = STEPS_S,
 ) -> Iterator[float]:
     """Step both with random inputs and yield the largest difference of any output each time.
 
@@ -125,7 +137,7 @@ def differences(
         # Speeds that stay, and speeds that are another in every step.
         if k % 15 == 0 or 40 < k % 100 < 50:
             inputs = inputs_of(machine, rng)
-        step_s = STEPS_S[(k // 7) % len(STEPS_S)]
+        step_s = lengths_s[(k // 7) % len(lengths_s)]
         tool, offsets = rng.uniform(0.0, 300.0), rng.uniform(-400.0, 400.0, 3).tolist()
         told = inputs | {"tool_length": tool} | dict(zip(OFFSETS, offsets, strict=True))
         try:
@@ -164,16 +176,16 @@ def test_every_effect_gives_the_numbers_of_python(machine, library_of):
         worst, python = compared(everything, library, values_of(everything, rng, share_on), rng, 25)
         linear += python.network.linear
         assert worst < CLOSE
-    # Without what depends on temperature the network is linear, and its lags only follow.
-    plain = values_of(everything, rng, 1.0)
-    for key in everything.effects:
-        effect = catalogue()[key.partition(":")[0]]
-        follows = effect.lags or effect.settles or not effect.states
-        if effect.temperature_dependent or not follows:
-            plain[f"effects.{key}.{effect.amplitude}"] = effect.off
-    worst, python = compared(everything, library, plain, rng, 300)
+    worst, python = compared(everything, library, linear_values_of(everything, rng), rng, 300)
     assert worst < CLOSE
     assert python.network.linear
+
+
+def test_long_steps_are_as_exact_as_short_ones(library_of):
+    everything, rng = with_all_effects(MACHINES[0]), np.random.default_rng(9)
+    values, library = linear_values_of(everything, rng), library_of(everything)
+    python, core, inputs = started(everything, library, values, rng)
+    assert max(differences(everything, python, core, rng, inputs, 60, (300.0,))) < CLOSE
 
 
 def test_parts_start_as_in_python(library_of):
