@@ -9,7 +9,7 @@ stands once and is reckoned both ways in the same loop. What no group shares is 
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 
 LANES = 4
@@ -60,6 +60,9 @@ class Product:
             "double *restrict next, double *restrict sum)"
         )
         unused = [] if self.entries else ["    (void)entries;"]
+        # Rows stand behind the entries: so most groups lie in one line of the cache each.
+        begin = Counter(first % LANES for first in self._groups).most_common(1)
+        self.entries += [None] * (-(len(self.entries) + sum(place for place, _ in begin)) % LANES)
         sums = [f"    double {name}[{LANES}];" for name in sorted(self._begun)]
         self.text = "\n".join([head, "{", *unused, *sums, *lines, "}", ""])
 

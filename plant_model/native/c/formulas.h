@@ -25,15 +25,17 @@ static inline double smaller(double a, double b)
     return a < b || a != a ? a : b;
 }
 
-/* The largest magnitude in a row, in four chains that do not wait for each other. */
+/* The largest magnitude in a row: every fourth by itself, which a compiler takes at once. */
 static inline double largest_of(const double *row, size_t count)
 {
-    double most[4] = {0.0, 0.0, 0.0, 0.0};
+    double most[4];
     size_t whole = count / 4 * 4;
-    for (size_t i = 0; i < whole; i += 4) {
-        for (size_t j = 0; j < 4; j++) {
-            most[j] = fabs(row[i + j]) > most[j] ? fabs(row[i + j]) : most[j];
+    for (size_t j = 0; j < 4; j++) {
+        double found = 0.0;
+        for (size_t i = 0; i < whole; i += 4) {
+            found = fabs(row[i + j]) > found ? fabs(row[i + j]) : found;
         }
+        most[j] = found;
     }
     for (size_t i = whole; i < count; i++) {
         most[0] = fabs(row[i]) > most[0] ? fabs(row[i]) : most[0];
