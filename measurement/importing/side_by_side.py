@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
+from measurement.importing.quantities import conversion_of
 from measurement.importing.sheets import Sheet, is_missing
 from measurement.importing.stamps import is_date, seconds_of_day
 from measurement.importing.values import is_numeric
@@ -45,8 +46,11 @@ def _kind(sheet: Sheet, at: int, clocks: Sequence[str]) -> str:
         return "dates"
     if some and all(seconds_of_day(cell) is not None for cell in some):
         return "times of day"
-    called = entry.text in clocks or entry.is_time
-    called = called or replace(entry, name=_NUMBERED.sub("", entry.name)).is_time
+    plain = replace(entry, name=_NUMBERED.sub("", entry.name))
+    unit = conversion_of(entry.unit) if entry.unit else None
+    # T and T2 are temperatures where no unit of time says otherwise.
+    counts = unit.suffix == "s" if unit else not entry.said and len(plain.name) > 1
+    called = entry.text in clocks or (plain.is_time and counts)
     return "numbers" if called and is_numeric(sheet, at) else ""
 
 

@@ -222,6 +222,16 @@ def test_a_log_without_values_in_a_column_does_not_speak_for_the_others(tmp_path
     assert found.notes == (f"{tmp_path / 'day2.csv'}: column z [µm] holds no value",)
 
 
+@pytest.mark.parametrize("name", ["T [°C]", "T2 [°C]", "T2"])
+def test_a_temperature_between_others_begins_no_block(name, tmp_path):
+    path = tmp_path / "log.csv"
+    header = [HEADER[4], name, *HEADER[1:4]]
+    text = table(elapsed(), clock="t [s]", header=header, values=signals()[:, [4, 0, 1, 2, 3]])
+    path.write_text(text, encoding="utf-8")
+    (run,) = imported(path, units={"T2": "degC"} if name == "T2" else {}).runs
+    assert run.frame.iloc[:, 2].tolist() == signals()[:, 0].tolist()
+
+
 def test_fahrenheit(tmp_path):
     values = signals()
     values[:, :3] = values[:, :3] * 1.8 + 32.0
