@@ -115,13 +115,15 @@ class Prediction:
             saturated(0.0 - share * z),
         )
         self.axes(tool_length)
-        variance, deviations, kept_back = gaussian.variance, gaussian.deviations, 1.0 - share
+        variance, deviations = gaussian.variance, gaussian.deviations
         extra = NOTHING if self._spare is None else self._spare.added
         half_width = [
-            deviations * sqrt(variance * spread * spread + more) + kept_back * abs(value)
+            deviations * sqrt(variance * spread * spread + more) + abs(value + sent)
             if spread > 0.0
             else NOT_KNOWN
-            for spread, more, value in zip(self._spread, extra, drift, strict=True)
+            for spread, more, value, sent in zip(
+                self._spread, extra, drift, self.wanted, strict=True
+            )
         ]
         self.half_width = half_width[0], half_width[1], half_width[2]
 

@@ -104,18 +104,27 @@ def test_what_is_new_only_together_is_named_and_not_faded(five_point_table, as_m
     assert bench.step([nan] * 4).status == 11
 
 
-@pytest.mark.parametrize("share", [0.0, 0.6, 1.0])
-def test_a_share_is_sent_and_the_interval_says_what_is_kept_back(five_point_table, as_model, share):
+@pytest.mark.parametrize(
+    ("limits", "sent"),
+    [
+        ({"share": 0.0}, lambda offset: 0.0),
+        ({"share": 0.6}, lambda offset: 0.6 * offset),
+        ({"share": 1.0}, lambda offset: offset),
+        ({"offset_um": 4.0}, lambda offset: min(max(offset, -4.0), 4.0)),
+    ],
+)
+def test_the_interval_has_what_the_offset_leaves(five_point_table, as_model, limits, sent):
     table = free(five_point_table)
     whole = Bench(as_model(table))
-    part = Bench(as_model(table | {"limits": table["limits"] | {"share": share}}))
+    part = Bench(as_model(table | {"limits": table["limits"] | limits}))
     for bench in (whole, part):
         bench.step(ROOM)
     all_of_it, some = (bench.step(warm(2.0, 4.0)) for bench in (whole, part))
-    assert some[:3] == pytest.approx([share * offset for offset in all_of_it[:3]])
+    wanted = all_of_it[:3]
+    assert some[:3] == pytest.approx([sent(offset) for offset in wanted])
     assert some[3:6] == all_of_it[3:6]
-    kept_back = [(1.0 - share) * abs(offset) for offset in all_of_it[:3]]
-    widths = [width + more for width, more in zip(all_of_it[6:9], kept_back, strict=True)]
+    left = [abs(offset - sent(offset)) for offset in wanted]
+    widths = [width + more for width, more in zip(all_of_it[6:9], left, strict=True)]
     assert some[6:9] == pytest.approx(widths)
 
 

@@ -174,8 +174,9 @@ static void predict(struct compensator *self, const struct input *input)
     geometry_pose(now->targets, now->output.pose);
     for (size_t axis = 0; axis < 3; axis++) {
         double deviation = model_gaussian.deviations * sqrt(compensator_variance(self, axis));
-        double half_width = deviation + (1.0 - share) * fabs(drift[axis]);
-        now->wanted[axis] = clamped(0.0 - share * drift[axis], -limit, limit);
+        double wanted = clamped(0.0 - share * drift[axis], -limit, limit);
+        double half_width = deviation + fabs(drift[axis] + wanted);
+        now->wanted[axis] = wanted;
         now->output.half_width[axis] = self->spread[axis] > 0.0 ? half_width : PREDICTION_NOT_KNOWN;
     }
     now->unmodelled = 0.0;

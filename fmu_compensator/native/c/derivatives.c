@@ -54,17 +54,17 @@ void compensator_derive(
     geometry_pose(self->moved, found + 3);
     for (size_t axis = 0; axis < 3; axis++) {
         double spread = self->spread[axis], wanted = now->wanted[axis];
-        bool free = now->fault.cause == 0 && fabs(wanted) < model_limits.offset_um;
+        double sent = fabs(wanted) < model_limits.offset_um ? 0.0 - share * moved[axis] : 0.0;
         /* An offset that the slew limit holds back does not follow. */
-        if (free && now->output.offset[axis] == wanted) {
-            found[axis] = 0.0 - share * moved[axis];
+        if (now->fault.cause == 0 && now->output.offset[axis] == wanted) {
+            found[axis] = sent;
         }
         if (spread > 0.0) {
             double turned = spread_moved(self, axis, tool_seed);
             found[6 + axis] = model_gaussian.deviations * spread
                                   * (0.5 * more * spread + variance * turned)
                                   / sqrt(compensator_variance(self, axis))
-                              + (1.0 - share) * copysign(1.0, drift[axis]) * moved[axis];
+                              + copysign(1.0, drift[axis] + wanted) * (moved[axis] + sent);
         }
     }
 }
