@@ -69,7 +69,7 @@ docs: $(STAMP)
 
 bench: $(STAMP)
 	$(BIN)/python -m benchmarks.peers
-	$(BIN)/python tests/gateway/on_vcan.py python -m benchmarks.gateway_latency
+	$(BIN)/python -m benchmarks.gateway_latency
 	$(BIN)/python -m benchmarks.gateway_faults
 
 clean:
