@@ -1,6 +1,5 @@
 """Maps: any control's frames under the gateway's own names, and what is wrong with a map."""
 
-import contextlib
 import re
 import shutil
 from collections.abc import Callable
@@ -23,7 +22,7 @@ from measurement.errors import BadInput
 from measurement.runs import read_run
 from scenarios.cli import main
 from tests.gateway.bus import gateway_thread
-from tests.gateway.conftest import Wire, new_wire
+from tests.gateway.conftest import new_wire
 
 COLD = GatewaySettings(proof=Proof(said=True))
 BUILDER = MAPS / "machine_builder.toml"
@@ -165,15 +164,12 @@ def test_the_limits_of_a_compensator_are_known_in_either_form(shipped_in_c):
 def test_a_builders_machine_is_compensated(wire, builder, quick_fmu):
     """The same offsets as by the shipped frames, to the resolution of these."""
     control = Builder()
-    with (
-        gateway_thread(wire, builder, quick_fmu, COLD) as service,
-        contextlib.closing(_Bus(wire)) as bus,
-    ):
+    with gateway_thread(wire, builder, quick_fmu, COLD) as service, wire.open() as bus:
         assert _until(bus, control, lambda o, s: o["OfsOk"] == 1.0, control.messages())
-        done = _until(
-            bus, control, lambda o, s: o["OfsOk"] == 1.0 and s["CmpState"] == 0, _Warm(control)
+        rising = control.messages(Tmp01=20.4, Tmp04=20.4)
+        offsets, status = _until(
+            bus, control, lambda o, s: o["OfsOk"] == 1.0 and s["CmpState"] == 0, rising
         )
-        offsets, status = done[-1]
         assert status["CmpTrust"] == 0
         outputs = service.unit.outputs
         for axis in "XYZ":
@@ -186,44 +182,25 @@ def test_a_builders_machine_is_compensated(wire, builder, quick_fmu):
         assert _until(bus, control, lambda o, s: s["CmpFault"] in (9, 15), setup)
 
 
-class _Warm(list[can.Message]):
-    """The frames of a machine whose temperatures have risen."""
-
-    def __init__(self, control: Builder) -> None:
-        super().__init__(control.messages(Tmp01=20.4, Tmp04=20.4))
-
-
-class _Bus:
-    def __init__(self, wire: Wire) -> None:
-        self.bus = wire.open()
-
-    def close(self) -> None:
-        self.bus.shutdown()
-
-
 def _until(
-    bus: _Bus,
+    bus: can.BusABC,
     control: Builder,
     wanted: Callable[[dict[str, float], dict[str, float]], bool],
     messages: list[can.Message],
-    cycles: int = 150,
-) -> list[tuple[dict[str, float], dict[str, float]]]:
+) -> tuple[dict[str, float], dict[str, float]]:
     """Send the same frames every 50 ms until the answer is as wanted; fail if it never is."""
-    found: list[tuple[dict[str, float], dict[str, float]]] = []
     offsets: dict[str, float] = {}
-    for _ in range(cycles):
+    for _ in range(150):
         for message in messages:
-            bus.bus.send(message)
-        while (message := bus.bus.recv(0.05)) is not None:
+            bus.send(message)
+        while (message := bus.recv(0.05)) is not None:
             if not message.is_extended_id:
                 continue
             content = control.read(message)
             offsets |= content
-            if "CmpState" in content and "OfsOk" in offsets:
-                found.append((dict(offsets), content))
-                if wanted(*found[-1]):
-                    return found
-    raise AssertionError(f"not seen; the last answer is {found[-1] if found else 'none'}")
+            if "CmpState" in content and "OfsOk" in offsets and wanted(offsets, content):
+                return offsets, content
+    raise AssertionError(f"not seen; the last answer is {offsets}")
 
 
 def test_both_ends_run_by_a_map(builder, fmu_folder, tmp_path, quick_fmu):
