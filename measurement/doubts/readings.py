@@ -138,7 +138,8 @@ def _displacements(runs: Sequence[Run], warm: Sequence[FloatArray]) -> Iterator[
         for run, rise in zip(runs, warm, strict=True):
             if name not in run.frame or not run.frame[name].notna().any():
                 continue
-            span, kelvin = float(np.ptp(run.frame[name].dropna())), float(np.ptp(rise))
+            ends = np.quantile(run.frame[name].dropna(), (0.02, 0.98))  # no single reading decides
+            span, kelvin = float(np.ptp(ends)), float(np.ptp(rise))
             ratio = span / max(kelvin, WARMS_K)
             # A machine that does not warm may rest; it cannot move by metres.
             if span == 0.0 or (kelvin < WARMS_K and ratio < usual):

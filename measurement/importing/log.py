@@ -19,6 +19,7 @@ from measurement.importing.side_by_side import by_clock
 from measurement.importing.splitting import Piece, split
 from measurement.importing.tables import Table, axes_to_ask, fits, table_of
 from measurement.runs import Run
+from measurement.units import split_column
 
 
 @dataclass(frozen=True)
@@ -122,6 +123,7 @@ def import_files(
         pieces += found
         folders += len(found) * [log.paths[0].resolve().parent.name]
         notes += [*left_out, *_sparse(log, found, mapping)]
+    notes += _speeds({column: header for log in logs for column, header in log.sources.items()})
     placed = {header for table in tables for header in table.rules.keys() - table.hints.keys()}
     hints = {
         header: text
@@ -214,6 +216,15 @@ def _sparse(log: Log, pieces: Sequence[Piece], mapping: Mapping) -> list[str]:
         return []
     text = f"{100 * share:.0f} % of the rows lack a value, since the tables' clocks differ"
     return [f"{text}: --every SECONDS puts all on one grid"]
+
+
+def _speeds(sources: Mapped[str, str]) -> list[str]:
+    """Say that commands know none of several speeds."""
+    several = [header for name, header in sources.items() if split_column(name)[1] == "rpm"]
+    if len(several) < 2 or "speed_rpm" in sources:
+        return []
+    named = ", ".join(several)
+    return [f'no speed is known: name = "speed" in the mapping file says which it is of {named}']
 
 
 def _decided(tables: Sequence[Table], mapping: Mapping) -> Mapping:

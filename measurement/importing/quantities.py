@@ -38,6 +38,8 @@ class Conversion:
 _SPELLINGS: tuple[tuple[Conversion, str], ...] = (
     (Conversion("s"), "s sec secs second seconds sek sekunden"),
     (Conversion("s", 1e-3), "ms millisecond milliseconds"),
+    (Conversion("s", 1e-6), "us µs microsecond microseconds"),
+    (Conversion("s", 1e-9), "ns nanosecond nanoseconds"),
     (Conversion("s", 60.0), "min minute minutes minuten mins"),
     (Conversion("s", 3600.0), "h hr hrs hour hours std stunden"),
     (Conversion("s", 86400.0), "d day days tage"),

@@ -63,6 +63,7 @@ TEXTS = {
     ),
     "thousands set apart by blanks": SECONDS.replace(";6000;", ";6\u202f000;"),
     "minus signs of their own": SECONDS.replace(";-", ";\N{MINUS SIGN}"),
+    "nanoseconds since 1970": table([f"{1.7e18 + 6e10 * n:.0f}" for n in range(40)], clock="Time"),
     "seconds since 1904": table([f"{3.85e9 + 60 * n:.0f}" for n in range(40)], clock="Time"),
     "days of a spreadsheet": table(
         [f"{46083.25 + n / 1440:.12f}".replace(".", ",") for n in range(40)], clock="Date"
@@ -230,6 +231,15 @@ def test_a_temperature_between_others_begins_no_block(name, tmp_path):
     path.write_text(text, encoding="utf-8")
     (run,) = imported(path, units={"T2": "degC"} if name == "T2" else {}).runs
     assert run.frame.iloc[:, 2].tolist() == signals()[:, 0].tolist()
+
+
+def test_of_several_speeds_none_is_known_and_that_is_told(tmp_path):
+    path = tmp_path / "log.csv"
+    header = [HEADER[0], "S set [rpm]", HEADER[2], "S act [rpm]", HEADER[4]]
+    path.write_text(table(elapsed(), clock="t [s]", header=header), encoding="utf-8")
+    (note,) = imported(path).notes
+    assert note.startswith('no speed is known: name = "speed"')
+    assert note.endswith("S set [rpm], S act [rpm]")
 
 
 def test_fahrenheit(tmp_path):
