@@ -44,6 +44,10 @@ def workers(count: int | None = None) -> Iterator[ProcessPoolExecutor]:
         # could still write: this process, which never does.
         with suppress(AttributeError, OSError):
             pool._result_queue._writer.close()  # type: ignore[attr-defined]
+        # And the thread that feeds workers waits until somebody reads, as long as anybody could:
+        # this process, again, which Python 3.11.2 keeps open.
+        with suppress(AttributeError, OSError):
+            pool._call_queue._reader.close()  # type: ignore[attr-defined]
 
     # One thread each: small matrices gain nothing from more, and workers would crowd each other.
     pool = ProcessPoolExecutor(count or os.cpu_count(), initializer=_begin, initargs=(os.getpid(),))
