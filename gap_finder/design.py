@@ -11,9 +11,10 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import permutations
+from itertools import permutations, repeat
 
 import numpy as np
 import numpy.typing as npt
@@ -102,14 +103,16 @@ def sensitivities_of(machine: Machine, observed: Observations, fixed: Priors) ->
 
 
 def all_sensitivities(
-    calibrated: Machine, observed: Sequence[Observations]
+    calibrated: Machine, observed: Sequence[Observations], pool: Executor | None = None
 ) -> list[RunSensitivities]:
     """Compute what every run answers to, about a calibrated machine.
 
-    ``other`` is in those directions that move something in these runs.
+    ``other`` is in those directions that move something in these runs. With a pool, runs are
+    computed in its processes.
     """
     fixed = Priors.of(calibrated, calibrated=False)
-    parts = [sensitivities_of(calibrated, run, fixed) for run in observed]
+    over_runs = pool.map if pool else map
+    parts = list(over_runs(sensitivities_of, repeat(calibrated), observed, repeat(fixed)))
     others = fewer([part.other for part in parts])
     return [replace(part, other=other) for part, other in zip(parts, others, strict=True)]
 

@@ -191,9 +191,9 @@ def find_gap(
         calibration, observed, faults = calibrated(
             machine, ordered, seed=search.seed, progress=progress
         )
-        sensitivities = all_sensitivities(calibration.machine, observed)
-        nothing = scored(machine, observed, calibration, sensitivities)
         with processes(search.workers) as pool:
+            sensitivities = all_sensitivities(calibration.machine, observed, pool)
+            nothing = scored(machine, observed, calibration, sensitivities)
             found = Searching(pool, nothing, search, progress).run(sensitivities)
     return GapResult(found, tuple(faults))
 

@@ -177,7 +177,7 @@ class Searching:
                 break
             self._progress(f"calibrating with {best.keys[-1]}")
             parts = before.fit.machine.node_index
-            best, sensitivities = recalibrated(best)
+            best, sensitivities = recalibrated(best, self._pool)
             # What else acts changes little in what an addition does; the proposed are simulated.
             if best.fit.machine.node_index != parts:
                 listed = None
@@ -373,10 +373,12 @@ def _moved_as(machine: Machine, calibrated: Machine) -> Machine:
     return machine.with_values(shared, beyond=True)
 
 
-def recalibrated(hypothesis: Hypothesis) -> tuple[Hypothesis, list[RunSensitivities]]:
+def recalibrated(
+    hypothesis: Hypothesis, pool: Executor
+) -> tuple[Hypothesis, list[RunSensitivities]]:
     """Return a hypothesis calibrated and scored with what answers about itself, and this."""
     base, near, observed = hypothesis.fit.base, hypothesis.fit.machine, hypothesis.fit.observed
-    sensitivities = all_sensitivities(near, observed)
+    sensitivities = all_sensitivities(near, observed, pool)
     calibrated = fit(base, observed, [near], sensitivities)
     assert calibrated is not None
     additions = _read(hypothesis.additions, calibrated.machine)
