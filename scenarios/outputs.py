@@ -165,7 +165,8 @@ def check_output(path: Path, kind: str) -> None:
         # A folder of results is made beside the one that it replaces, others grow.
         grows = kind != FOLDER and not path.is_file()
         beside = (path if grows else path.resolve().parent) / TABLE
-        if not is_forced():
+        # A gateway that is told to goes on without its log and its state.
+        if not (is_forced() and kind in (LOG, STATE)):
             check_writable(path, beside if kind in FOLDERS else path)
     except OSError as error:
         raise BadInput(path, "", f"cannot be used: {error.strerror}") from None
