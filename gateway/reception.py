@@ -169,13 +169,14 @@ class Watch:
         self.spoilt = self.spoilt or self._finding(fault, text)
         return fault
 
-    def _absence(self, page: _Page, now: float) -> Finding:
+    def _absence(self, number: int | None, page: _Page, now: float) -> Finding:
         if self.stray is not None:
             return self.stray  # why it is missing
+        what = "" if number is None else f"page {number} "
         if self.last is None and page.seen_at == -inf:
-            return self._finding("startup", "has not been seen yet")
+            return self._finding("startup", f"{what}has not been seen yet")
         age = "" if self.together else f": it is {now - page.seen_at:.3f} s old"
-        return self._finding("missing", f"is missing{age}")
+        return self._finding("missing", f"{what}is missing{age}")
 
     def _out_of_step(self, closing: tuple[int, int] | None) -> Finding | None:
         """Compare the counts with those of the closing frame; None in a silence."""
@@ -213,14 +214,14 @@ class Watch:
             spoilt = self.stray
         wrong = list[Finding]()
         # What several pages hold is taken from the newest.
-        for page in sorted(self.pages.values(), key=lambda page: page.seen_at):
+        for number, page in sorted(self.pages.items(), key=lambda item: item[1].seen_at):
             fresh = page.new if self.together else now - page.seen_at <= self.timeout_s
             if fresh and page.seen_at > -inf:
                 values.update(page.values)
                 for problem in page.problems:
                     wrong.append(Finding(problem.fault, self.frame, problem.text, problem.signal))
             elif page.needed and spoilt is None:
-                spoilt = self._absence(page, now)
+                spoilt = self._absence(number, page, now)
             page.new = False
         # Only silence excuses a counter that has moved on; a stuck sender stays a fault.
         self.missed += self.together and not self.heard

@@ -10,7 +10,7 @@ import cantools
 import numpy as np
 import pytest
 
-from gateway.codec import Sender, Value
+from gateway.codec import Encoder, Sender, Value
 from gateway.database import COMPENSATOR, MACHINE, Database, key_of
 from gateway.mapcheck import limits_of, problems_of
 from gateway.mapfile import MAPS
@@ -153,6 +153,15 @@ def test_the_pages_that_the_gateway_sends_are_the_builders(builder):
         found |= control.read(message)
     assert {found[f"Tmp{n:02d}"] for n in range(1, 12)} == {20.0 + n for n in range(1, 12)}
     assert found["OpMode"] == 2
+
+
+def test_a_page_that_does_not_come_is_told_by_its_number(builder):
+    frame = next(frame for frame in builder.of(MACHINE) if frame.multiplexer)
+    reception = Reception([frame], together=False)
+    *messages, _ = Encoder(frame).messages({})
+    for message in messages:
+        reception.take(frame.key, message.data, 0.0)
+    assert f"page {frame.pages[-1]} has not been seen yet" in reception.look(0.1).finding.text
 
 
 def test_the_limits_of_a_compensator_are_known_in_either_form(shipped_in_c):
