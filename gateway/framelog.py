@@ -61,7 +61,7 @@ class FrameLog:
         self.path, self._say, self._largest = path, say, largest_mb * 1e6
         self._lost, self._retry_at, self._synced_at = 0, 0.0, time.monotonic()
         self._writer: Any = None
-        self._reopen = False
+        self._reopen = self._failing = False
         try:
             self._open()
         except (OSError, ValueError) as error:
@@ -114,6 +114,9 @@ class FrameLog:
             return
         try:
             self._sync()
+            if self._failing:
+                self._failing = False
+                self._say(f"{self.path}: written again; {self._lost} frames were not")
             if self._reopen or not self._is_there():
                 self._reopen = False
                 self._writer.stop()
@@ -147,7 +150,7 @@ class FrameLog:
         except (OSError, ValueError):
             self._retry_at = now + RETRY_S
             return False
-        self._say(f"{self.path}: written again; {self._lost} frames were not")
+        self._synced_at = float("-inf")  # what can be opened on a full disk cannot be flushed
         return True
 
     def _sync(self) -> None:
@@ -167,7 +170,10 @@ class FrameLog:
     def _fail(self, error: Exception) -> None:
         self._stop()
         self._retry_at = time.monotonic() + RETRY_S
-        self._say(f"{self.path}: cannot be written: {one_line(error)}; the gateway goes on without")
+        if not self._failing:
+            what = f"cannot be written: {one_line(error)}; the gateway goes on without"
+            self._say(f"{self.path}: {what}")
+        self._failing = True
 
     def _close(self) -> None:
         self._stop()
