@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias, Union
 
@@ -11,6 +12,7 @@ import pandas as pd
 
 from measurement.doubts import doubts, together
 from measurement.errors import BadInput
+from measurement.naming import distinct
 from measurement.runs import Run
 from measurement.runs import read_run as read_run_file
 
@@ -33,13 +35,21 @@ def as_run(given: RunLike, name: str = "run") -> Run:
 
 
 def as_runs(given: RunLike | Sequence[RunLike]) -> list[Run]:
-    """Return several runs; frames are called ``run_1``, ``run_2``, ..."""
+    """Return several runs; frames are called ``run_1``, ``run_2``, ...
+
+    Runs of one name get that of their file's folder or a number, too: results go by names.
+    """
     if isinstance(given, (Run, pd.DataFrame, str, Path)):
         return [as_run(given)]
     runs = [as_run(entry, f"run_{number}") for number, entry in enumerate(given, 1)]
     if not runs:
         raise BadInput("runs", "", "none was given: at least one is needed")
-    return runs
+    folders = [run.path.resolve().parent.name if run.path else "" for run in runs]
+    names = distinct([run.name for run in runs], folders)
+    return [
+        run if run.name == name else replace(run, name=name)
+        for run, name in zip(runs, names, strict=True)
+    ]
 
 
 class DoubtfulData(UserWarning):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from collections.abc import Mapping as Mapped
 from dataclasses import dataclass, replace
@@ -18,6 +17,7 @@ from measurement.importing.sheets import read_sheets
 from measurement.importing.side_by_side import by_clock
 from measurement.importing.splitting import Piece, split
 from measurement.importing.tables import Table, axes_to_ask, fits, table_of
+from measurement.naming import distinct
 from measurement.runs import Run
 from measurement.units import split_column
 
@@ -137,8 +137,9 @@ def import_files(
         for header, text in table.hints.items()
         if header in placed
     ]
-    pieces = _distinct(pieces, folders)
-    runs = [piece.run for piece in pieces]
+    names = distinct([piece.run.name for piece in pieces], folders)
+    runs = [replace(piece.run, name=name) for piece, name in zip(pieces, names, strict=True)]
+    pieces = [replace(piece, run=run) for piece, run in zip(pieces, runs, strict=True)]
     return Imported(
         tuple(pieces),
         _decided(tables, mapping),
@@ -164,25 +165,6 @@ def _once(paths: Iterable[Path]) -> Iterator[Path]:
             raise BadInput(path, "", "is given twice")
         before.add(path.resolve())
         yield path
-
-
-def _distinct(pieces: Sequence[Piece], folders: Sequence[str]) -> list[Piece]:
-    """Return the runs with names that differ: by their logs' folders, or else by a number."""
-    names = [piece.run.name for piece in pieces]
-    shared = Counter(map(str.casefold, names))
-    names = [
-        f"{folder}_{name}" if shared[name.casefold()] > 1 else name
-        for folder, name in zip(folders, names, strict=True)
-    ]
-    shared, given = Counter(map(str.casefold, names)), Counter[str]()
-    for place, name in enumerate(names):
-        if shared[name.casefold()] > 1:
-            given[name.casefold()] += 1
-            names[place] = f"{name}_{given[name.casefold()]}"
-    return [
-        replace(piece, run=replace(piece.run, name=name))
-        for piece, name in zip(pieces, names, strict=True)
-    ]
 
 
 def _need_signals(tables: Sequence[Table]) -> None:

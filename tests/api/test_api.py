@@ -18,6 +18,7 @@ from measurement.runs import write_run
 from scenarios.cli import main
 from scenarios.fmu_files import build_compensator
 from scenarios.replay import model_of, replay, rig_of_model
+from spindle_drift._inputs import as_runs
 
 FUNCTIONS = [
     "read_run", "import_log", "summary", "points", "fit", "compare", "Compensator", "Machine",
@@ -206,6 +207,14 @@ def test_a_comparison_is_that_of_the_command(runs, tmp_path, capsys):
     assert found.best in ("mlr", "ridge")
     with pytest.raises(sd.BadInput, match="is the same run as"):
         sd.compare(paths[:2], paths[:1])
+
+
+def test_runs_of_one_name_are_told_apart_by_their_folders(runs, tmp_path):
+    paths = [tmp_path / day / "run.csv" for day in ("mon", "tue")]
+    for path, run in zip(paths, runs, strict=False):
+        path.parent.mkdir()
+        write_run(run, path)
+    assert [run.name for run in as_runs(paths)] == ["mon_run", "tue_run"]
 
 
 def test_an_imported_log_can_be_saved(tmp_path):
