@@ -95,7 +95,7 @@ class Judge:
         """Expect no particular time next: cycles were lost."""
         self._expected_s = None
 
-    def judge(self, cycle: Cycle, arrived: float, now: float, *, begun: bool) -> Verdict:
+    def judge(self, cycle: Cycle, arrived: float, now: float) -> Verdict:
         """Judge a cycle.
 
         Parameters
@@ -104,8 +104,6 @@ class Judge:
             What the frames were found to be.
         arrived, now : float
             When its last frame arrived, and the present [s].
-        begun : bool
-            The compensator has begun.
         """
         state = "running"
         if self._states is not None:
@@ -127,7 +125,7 @@ class Judge:
         elif self._proof is not None and not proven:
             text = "does not prove that its cycle is fresh"
             usable, finding = False, Finding("not_fresh", self._proof, f"{self._proof.name} {text}")
-        elif wrong is not None and (state == "running" or begun):
+        elif wrong is not None and state == "running":
             usable, finding = False, wrong
         elif not usable and (self._state_is_known(cycle) or finding is None):
             text = f"the machine is {state.replace('_', ' ')}"

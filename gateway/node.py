@@ -287,7 +287,7 @@ class GatewayNode:
     # One cycle
 
     def _on_cycle(self, cycle: Cycle, arrived: float, now: float) -> None:
-        verdict = self._judge.judge(cycle, arrived, now, begun=self.begun)
+        verdict = self._judge.judge(cycle, arrived, now)
         # A time of day that was set shows by two clocks that agree: the machine's and this one.
         set_ahead = verdict.usable and verdict.in_time
         own_s = self._unseen_s(now, believed=not set_ahead)

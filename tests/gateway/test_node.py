@@ -233,6 +233,13 @@ def test_without_a_bus_offsets_are_given_up_and_the_return_is_ramped(bench):
     assert_no_step(bench)
 
 
+def test_a_machine_that_stops_within_its_step_is_not_one_whose_time_jumps(bench):
+    bench.settle(WARM)
+    bench.time_s = round(bench.time_s - bench.step_s, 3)  # the step that it announced last
+    bench.give(bench.frames(state="stopping"))
+    assert bench.last["bus_fault"] == "machine_not_running"
+
+
 def test_a_restart_of_the_machine_is_survived(bench, database):
     bench.settle(WARM)
     held = bench.offsets

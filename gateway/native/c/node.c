@@ -301,7 +301,7 @@ static const char *on_cycle(struct instance *self)
     if (cycle.usable && needs_proof && !node->proven) {
         usable = false;
         finding = (struct finding){FAULT_NOT_FRESH, machine_frames[needs_proof ? PROOF_FRAME : 0].id};
-    } else if (cycle.usable && wrong != FAULT_NONE && (running || node->begun)) {
+    } else if (cycle.usable && wrong != FAULT_NONE && running) {
         usable = false;
         finding = (struct finding){wrong, closing};
     } else if (
