@@ -41,7 +41,7 @@ class LevelStepper:
             self.modes = modes.with_state_decay(network.state_decay())
 
     def forced(self, heat: Ends, outside: Ends) -> Ends:
-        """Return the heat from inputs and boundaries at the start and the end of each step [W].
+        """Return what heat does at the start and the end of each step, (sets, K, size) in modes.
 
         Parameters
         ----------
@@ -50,12 +50,19 @@ class LevelStepper:
         outside : pair of array, shape (K, boundaries)
             Boundary temperatures [degC].
         """
-        first = heat[0] + np.einsum("snb,kb->skn", self._boundary, outside[0])
+        first = last = self._forced(heat[0], outside[0])
         # Where a master holds all inputs both ends are one array.
-        last = first
         if heat[1] is not heat[0] or outside[1] is not outside[0]:
-            last = heat[1] + np.einsum("snb,kb->skn", self._boundary, outside[1])
+            last = self._forced(heat[1], outside[1])
         return first, last
+
+    def _forced(self, heat: FloatArray, outside: FloatArray) -> FloatArray:
+        force = heat + np.einsum("snb,kb->skn", self._boundary, outside)
+        nodes = self.network.node_count
+        to_modes = np.swapaxes(self.modes.to_modes[:, :nodes, :nodes], 1, 2)
+        in_modes = np.matmul(force / self.network.capacity[:, None, :], to_modes)
+        states = self.modes.decay.shape[1] - nodes
+        return np.pad(in_modes, ((0, 0), (0, 0), (0, states))) if states else in_modes
 
     def exact(
         self, start: FloatArray, steps: FloatArray, held: Held, heat: Ends, outside: Ends
@@ -74,14 +81,9 @@ class LevelStepper:
         outside : pair of array, shape (K, boundaries)
             Boundary temperatures there [degC].
         """
-        force = self.forced(heat, outside)
         network, modes = self.network, self.modes
         nodes = network.node_count
-        to_modes = np.swapaxes(modes.to_modes, 1, 2)
-        capacity = network.capacity[:, None, :]
-        first = last = np.matmul(force[0] / capacity, to_modes)
-        if force[1] is not force[0]:
-            last = np.matmul(force[1] / capacity, to_modes)
+        first, last = self.forced(heat, outside)
         before = apply(modes.to_modes, start[:, :nodes])
         ends = linear_steps(modes, before, steps, first, last)
         after = np.matmul(ends, np.swapaxes(modes.to_state, 1, 2))

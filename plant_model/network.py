@@ -188,7 +188,7 @@ class Network:
         rates : array, shape (sets, times, own states)
             Each in its state's unit per second.
         """
-        out = np.zeros_like(temperatures)
+        out = np.zeros(temperatures.shape)
         rates = np.zeros_like(states)
         for entry in self.one_way:
             out[..., entry.node] += entry.conductance * temperatures[..., entry.other]

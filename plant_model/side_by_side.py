@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, cast
 
 import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from plant_model.integrate import ExponentialRungeKutta, apply
 from plant_model.level import Ends, Held, LevelStepper
@@ -31,8 +33,8 @@ class Track:
         In force in each step.
     held : dict of str to array, shape (K,)
         Inputs that stay in each step.
-    force : pair of array, shape (sets, K, nodes)
-        Heat from inputs and boundaries at the start and the end of each step [W].
+    force : pair of array, shape (sets, K, size)
+        What heat from inputs and boundaries does at the start and the end of each step, in modes.
     outside : pair of array, shape (K, boundaries)
         Boundary temperatures there [degC].
     part : float
@@ -132,16 +134,62 @@ class _Forcing:
         self._network, self._scheme = network, scheme
         self._names = list(network.machine.boundary_index)
         self._decay = network.state_decay()[:, None]
-        self._capacity = network.capacity[:, None]
 
     def __call__(self, at: FloatArray, in_modes: FloatArray) -> FloatArray:
         nodes = self._network.node_count
-        now = apply(self._scheme.to_state, in_modes)
+        to_nodes, own = self._scheme.to_state[..., :nodes, :nodes], in_modes[..., nodes:]
         gone = at[:, None]
         around = self.outside[0] + gone * (self.outside[1] - self.outside[0])
         inputs = self.held | {name: around[:, i] for i, name in enumerate(self._names)}
-        heat, rates = self._network.dependent(inputs, around, now[..., :nodes], now[..., nodes:])
-        heat += self.force[0] + gone * (self.force[1] - self.force[0])
-        rates += self._decay * now[..., nodes:]
-        rate = np.concatenate([heat / self._capacity, rates], axis=-1)
-        return apply(self._scheme.to_modes, rate)
+        temperatures = cast(FloatArray, _Temperatures(to_nodes, in_modes[..., :nodes]))
+        heat, rates = self._network.dependent(inputs, around, temperatures, own)
+        rate = self.force[0] + gone * (self.force[1] - self.force[0])
+        rate[..., :nodes] += _in_modes(heat, to_nodes)
+        rate[..., nodes:] += rates + self._decay * own
+        return np.asarray(rate)
+
+
+class _Temperatures(NDArrayOperatorsMixin):
+    """Temperatures of nodes from modes, each found when it is read: most effects read few.
+
+    Parameters
+    ----------
+    to_nodes : array, shape (sets, runs, nodes, nodes)
+    in_modes : array, shape (sets, runs, nodes)
+    """
+
+    def __init__(self, to_nodes: FloatArray, in_modes: FloatArray) -> None:
+        self._to_nodes, self._in_modes = to_nodes, in_modes
+        self.shape = in_modes.shape
+
+    def __len__(self) -> int:
+        return len(self._in_modes)
+
+    def __getitem__(self, at: Any) -> FloatArray:
+        if not (isinstance(at, tuple) and len(at) == 2 and at[0] is Ellipsis):
+            return np.asarray(np.asarray(self)[at])
+        rows = self._to_nodes[..., at[1], :]
+        if rows.ndim == self._in_modes.ndim:
+            return np.asarray(np.einsum("...m,...m->...", rows, self._in_modes))
+        return apply(rows, self._in_modes)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> FloatArray:
+        return apply(self._to_nodes, self._in_modes)
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *given: Any, **options: Any) -> Any:
+        arrays = [np.asarray(value) if value is self else value for value in given]
+        return getattr(ufunc, method)(*arrays, **options)
+
+
+def _in_modes(heat: FloatArray, to_nodes: FloatArray) -> FloatArray:
+    """Return what heat [W] does to modes: with modes that are orthogonal, by the same matrix.
+
+    Parameters
+    ----------
+    heat : array, shape (sets, runs, nodes)
+        Most effects heat few nodes.
+    to_nodes : array, shape (sets, runs, nodes, nodes)
+    """
+    heated = np.flatnonzero(heat.any(axis=(0, 1)))
+    rows = to_nodes if len(heated) == heat.shape[-1] else to_nodes[..., heated, :]
+    return np.asarray(np.matmul(heat[..., None, heated], rows)[..., 0, :])

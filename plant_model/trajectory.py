@@ -221,7 +221,7 @@ def _track(
 ) -> Track:
     """Return a run ready to be stepped beside others."""
     outside = _outside(network.machine, drive)
-    first, last = np.empty_like(heats[0]), np.empty_like(heats[0])
+    first, last = (np.empty((len(start), len(drive.grid) - 1, start.shape[1])) for _ in range(2))
     levels: list[LevelStepper] = []
     for level, at in stretches:
         ends = (heats[0][:, at], heats[1][:, at]), (outside[0][at], outside[1][at])
