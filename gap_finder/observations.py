@@ -17,7 +17,7 @@ import pandas as pd
 
 from measurement.errors import BadInput
 from measurement.runs import Run
-from plant_model.drive import Drive, drive_from, switches_of
+from plant_model.drive import SWITCH, Drive, drive_from
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import column_of, displacement_names, noise_and_resolution
@@ -40,6 +40,10 @@ data."""
 SHARP_S = 30.0
 """Rows no further apart than this give a switch's instant well enough [s], and are taken together
 where a part switches: no cooler does so as fast. Set on no data."""
+
+MOST_SWITCHES = 0.3
+"""An input that switches at more than this share of the rows is taken as a ramp [1]; set on no
+data."""
 
 RELATIVE_TOLERANCE = 0.02
 """Tolerance beside the constant one, as a share of the channel's span in the runs [1]; set on no
@@ -277,7 +281,10 @@ def _segments(machine: Machine, run: Run) -> npt.NDArray[np.int64]:
         if entry.is_boundary or entry.column not in run.frame.columns:
             continue
         held = run.frame[entry.column].ffill().bfill().to_numpy(dtype=np.float64)
-        switched[switches_of(run.time_s, held, entry.high - entry.low, BIN_S)] = True
+        jumps = np.abs(np.diff(held)) > SWITCH * (entry.high - entry.low)
+        # An input that jumps all the time is a ramp or noise, and has no instants to speak of.
+        if jumps.mean() <= MOST_SWITCHES:
+            switched[1:] |= jumps
     return np.cumsum(switched)
 
 

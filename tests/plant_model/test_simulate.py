@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import plant_model.simulate as simulate_module
-from plant_model.drive import DriveError, drive_from, switches_of
+from plant_model.drive import DriveError, drive_from
 from plant_model.machine_file import read_machine
 from plant_model.parameters import ParameterError
 from plant_model.simulate import simulate
@@ -133,16 +133,3 @@ def test_held_inputs_keep_their_mean_on_the_grid(speeds, seed):
     drive = drive_from(machine, frame, 10.0)
     turned = np.sum(drive.held["speed"] * np.diff(drive.grid))
     assert turned == pytest.approx(np.sum(np.array(speeds)[:-1] * np.diff(time)), rel=1e-9)
-
-
-def test_an_input_switches_where_it_stays_for_a_step():
-    time = np.arange(0.0, 600.0, 10.0)
-    step = np.where(time < 300.0, 0.0, 1000.0)
-    ramp = np.clip((time - 200.0) * 10.0, 0.0, 1000.0)
-    noise = np.random.default_rng(0).uniform(0.0, 1000.0, len(time))
-    assert switches_of(time, step, 1000.0, 60.0).tolist() == [30]
-    # A ramp begins and ends with a stay, and does not switch between.
-    assert switches_of(time, ramp, 1000.0, 60.0).tolist() == [21, 30]
-    assert not switches_of(time, noise, 1000.0, 60.0).size
-    # A row for every step: each value stays for one.
-    assert len(switches_of(time, ramp, 1000.0, 10.0)) == 10
