@@ -225,7 +225,8 @@ class Watch:
             page.new = False
         # Only silence excuses a counter that has moved on; a stuck sender stays a fault.
         self.missed += self.together and not self.heard
-        wrong = wrong or [self.stray] if self.stray else wrong
+        if self.stray and not wrong:
+            wrong = [self.stray]
         self.stray = self.spoilt = None
         self.heard = False
         return spoilt, wrong

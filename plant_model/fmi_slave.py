@@ -10,6 +10,7 @@ from typing import Any
 
 from fmu_packaging.slave import DriftSlave, FmuError
 from fmu_packaging.variables import START_DEGC, START_TOOL_MM, Variable
+from plant_model.effect_names import name_of
 from plant_model.effects import catalogue
 from plant_model.machine import Input, Machine
 from plant_model.noise import LARGEST_SEED
@@ -290,7 +291,7 @@ def tunable(machine: Machine) -> set[str]:
         family, key, *_ = name.split(".")
         if family == "numbers":
             continue  # it moves what is tied to it
-        own_states = family == "effects" and catalogue()[key.partition(":")[0]].states
+        own_states = family == "effects" and catalogue()[name_of(key)].states
         group = moves if family in TUNABLE_FAMILIES and not own_states else stays
         group.add(parameter.tied or name)
     return moves - stays

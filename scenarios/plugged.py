@@ -14,6 +14,7 @@ from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.modelfile import Model
 from fmu_packaging.bundle import needed_by, problem_alone
 from measurement.plugins import PlugIn
+from plant_model.effect_names import name_of
 from plant_model.effects import Effect, shipped_effects
 from plant_model.machine import Machine
 from plant_model.plugins import plugged_effects
@@ -30,7 +31,7 @@ def effect_files(
         For one that cannot go into an FMU.
     """
     plugins = plugged_effects(frozenset(shipped_effects()))
-    names = {key.partition(":")[0] for key in machine.effects}
+    names = {name_of(key) for key in machine.effects}
     return {
         f"plant_model.effects.{name}": _source(plugins[name], Effect, roots, third_party)
         for name in sorted(names & plugins.keys())

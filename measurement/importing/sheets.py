@@ -239,8 +239,7 @@ def _headings(
     usual = _usual_length(rows[first:])
     width = max(len(_trimmed(row)) for row in rows[first : first + 50] if len(row) == usual)
     width = max(width, *(len(texts) - _blank_end(texts) for texts in (names, units)))
-    padded = [(texts + [""] * width)[:width] for texts in (names, units)]
-    return headings(*padded), width, at
+    return headings(*(_padded(texts, width) for texts in (names, units))), width, at
 
 
 def _names_and_units(lines: list[list[str]], filled: int) -> tuple[list[str], list[str], int]:
@@ -261,9 +260,12 @@ def _names_and_units(lines: list[list[str]], filled: int) -> tuple[list[str], li
     return plain
 
 
+def _padded(texts: list[str], width: int) -> list[str]:
+    return (texts + [""] * width)[:width]
+
+
 def _names_a_time(names: list[str], units: list[str]) -> bool:
-    padded = (names + [""] * len(units))[: len(units)]
-    found = headings(padded, units)
+    found = headings(_padded(names, len(units)), units)
     kinds = [conversion_of(entry.unit) for entry in found if entry.unit]
     return any(entry.is_time for entry in found) or Conversion("s") in kinds
 

@@ -54,22 +54,7 @@ PARTS = {
 }
 """What a part of a column's name says of where its thermometer sits."""
 
-OF_A_FEED = {
-    "x",
-    "y",
-    "z",
-    "a",
-    "b",
-    "c",
-    "u",
-    "v",
-    "w",
-    "axis",
-    "achse",
-    "feed",
-    "vorschub",
-    "servo",
-}
+OF_A_FEED = {*"xyzabcuvw", "axis", "achse", "feed", "vorschub", "servo"}
 """Words for an axis: a motor whose name has one does not turn the spindle."""
 
 TOP = {"top", "upper", "oben"}

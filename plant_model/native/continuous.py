@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from fmu_packaging.variables import Variable
+from plant_model.effect_names import name_of
 from plant_model.effects import catalogue
 from plant_model.fmi_slave import variable_name, variables
 from plant_model.machine import Machine
@@ -110,7 +111,7 @@ def _states(machine: Machine, equations: Equations) -> list[Variable]:
         for node in machine.nodes
     ]
     for effect in equations.acting:
-        names = catalogue()[effect.key.partition(":")[0]].states
+        names = catalogue()[name_of(effect.key)].states
         told += [
             (f"effects.{effect.key}.{name}", f"Own state {name} of the effect {effect.key}", "")
             for name in names

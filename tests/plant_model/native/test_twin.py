@@ -1,7 +1,7 @@
 """The plant in C beside the plant in Python: every effect, random numbers, random inputs."""
 
 import ctypes
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +21,6 @@ from tests.plant_model.conftest import with_effects
 from tests.plant_model.drawing.pages import machine_of, small_page
 from tests.plant_model.native.conftest import Core
 
-LibraryOf = Callable[[Machine], ctypes.CDLL]
 STEPS_S = (1.0, 10.0, 60.0, 0.1, 300.0)
 CLOSE = 1e-8
 NOISE_SEED = 11
