@@ -199,13 +199,14 @@ def answers(
     Returns
     -------
     iterator of Output
-        What is sent after each step.
+        What is sent after each step; of what was measured the next one knows first.
     """
     compensator = RunningCompensator(model)
     for time, step, readings, speed, probe in inputs:
-        yield compensator.step(
-            float(time), float(step), readings.tolist(), float(speed), tool_length_mm, probe
-        )
+        sample = readings.tolist(), float(speed), tool_length_mm
+        yield compensator.step(float(time), float(step), *sample)
+        if probe is not None:
+            compensator.step(float(time), 0.0, *sample, probe)
 
 
 def _probes(

@@ -1,8 +1,8 @@
 """The replay: a compensator FMU driven by a measured run instead of the plant.
 
-Each row of the run is one step: the compensator takes in the row's temperatures and speed, and its
-offsets stand against the drift that the *next* row shows. So every offset answers an older sample,
-as in a real control, and nothing is interpolated.
+Each row of the run is one sample: what the compensator answers stands against the drift that the
+same row shows. A control asks it many times a minute, so that its offsets are as new as that, and
+nothing is interpolated. A probe is known a second after its row, whose error is what it found.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 
 from fmu_compensator.driving import held, refuse_lacking
+from fmu_compensator.fit.training import GRID_S
 from fmu_compensator.runtime.fmi_slave import MODEL_FILE
 from fmu_compensator.runtime.geometry import FivePoint
 from fmu_compensator.runtime.modelfile import Model, parse_model
@@ -194,7 +195,7 @@ def _driven(
 def _drive(
     slave: Slave, run: Run, length: float, probed: ProbedRun | None
 ) -> tuple[dict[str, np.ndarray], np.ndarray, list[Event]]:
-    """Step through the run; return offsets in force at each row, status codes, and events."""
+    """Step through the run; return what is sent at each row, status codes, and events."""
     seen = Port(slave, [name for name in slave.names("input") if not name.startswith(PROBED)])
     rows = np.full((len(run.time_s), len(seen.names)), math.nan)
     for place, name in enumerate(seen.names):
@@ -212,19 +213,24 @@ def _drive(
     status = np.zeros(len(rows))
     events: list[Event] = []
     time_s = run.time_s - run.time_s[0]
-    with slave.starting(float(time_s[-1])):
+    ends_s = np.append(time_s[1:], time_s[-1] + GRID_S)
+    with slave.starting(float(ends_s[-1])):
         seen.values[:] = rows[0]
         seen.set()
-    for k in range(len(rows)):
-        if k:
-            seen.values[:] = rows[k - 1]
-            seen.set()
-            if probed is not None:
-                due = probed.due(k - 1, table[k - 1, axes:].tolist())
-                probe.set(probed.targets[k - 1] if due else None)
-            slave.step(float(time_s[k - 1]), float(time_s[k] - time_s[k - 1]))
+    for k, (start_s, end_s) in enumerate(zip(time_s.tolist(), ends_s.tolist(), strict=True)):
+        seen.values[:] = rows[k]
+        seen.set()
+        measured = None
+        if k and probed is not None and probed.due(k, table[k - 1, axes:].tolist()):
+            measured = probed.targets[k]
+        known_s = end_s if measured is None else min(start_s + 1.0, (start_s + end_s) / 2.0)
+        slave.step(start_s, known_s - start_s)
         sent.get()
         codes.get()
+        if measured is not None:
+            probe.set(measured)
+            slave.step(known_s, end_s - known_s)
+            probe.set(None)
         table[k], status[k] = sent.values, codes.values[0]
         code, sensor = (int(value) for value in codes.values)
         if not events or (events[-1].code, events[-1].sensor) != (code, sensor):

@@ -15,10 +15,10 @@ import pandas as pd
 from fmu_compensator.driving import answers, inputs_of
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.survey import survey
+from fmu_compensator.fit.training import GRID_S
 from fmu_compensator.fit.updating import update_compensator
 from fmu_compensator.monitoring import Report
 from fmu_compensator.monitoring import monitor as watch
-from fmu_compensator.runtime.compensator import WAITING
 from fmu_compensator.runtime.modelfile import Model, load_model, parse_model
 from measurement.drift import measured_drift
 from measurement.files import write_atomically
@@ -146,9 +146,7 @@ class Compensator:
             return write_atomically(path, compensator_text(self.model.table))
 
     def predict(self, run: RunLike, *, tool_length_mm: float | None = None) -> pd.DataFrame:
-        """Return the offsets that it would have sent, at every row of a run.
-
-        As in a control, and in the FMU, the offsets in force at a row answer the row before.
+        """Return the offsets with which it answers every row of a run.
 
         Parameters
         ----------
@@ -170,10 +168,9 @@ class Compensator:
         """
         recorded = as_run(run)
         readings, speed = inputs_of(self.model, recorded)
-        time = recorded.time_s - recorded.time_s[0]
-        inputs = zip(time[:-1], np.diff(time), readings, speed, repeat(None))
-        first = (0.0, 0.0, 0.0, -1.0, -1.0, -1.0, 0.0, float(WAITING))
-        sent = [first] + [
+        steps = np.diff(recorded.time_s, append=recorded.time_s[-1] + GRID_S)
+        inputs = zip(recorded.time_s, steps, readings, speed, repeat(None))
+        sent = [
             (*out[:3], *out[6:9], float(out.valid), float(out.status))
             for out in answers(self.model, inputs, self.model.limits.judged_tool(tool_length_mm))
         ]

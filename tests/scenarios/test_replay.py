@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from fmu_compensator.driving import drive
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from measurement.drift import measured_drift
 from measurement.errors import BadInput
@@ -90,20 +91,22 @@ def test_directions_come_from_the_compensator_file(direct_fmu):
         assert frame[f"error_{axis}_um"].to_numpy() == pytest.approx(total)
 
 
-def test_an_offset_answers_the_row_before(direct_fmu):
-    """A jump in the last row's temperatures cannot change the last row's offset."""
-    model = model_of(direct_fmu)
-    run = warming("unseen", 9)
-    frame = run.frame.copy()
-    frame.loc[frame.index[-1], ["T1_degC", "T2_degC"]] = 60.0
-    jumped = Run("jumped", frame)
-    offsets = [
-        replay(direct_fmu, model, entry, rig_of_model(model)).frame["dZ_um"].to_numpy()
-        for entry in (run, jumped)
-    ]
-    assert np.array_equal(*offsets)
-    # The first row finds no offset, since nothing had been read before it.
-    assert offsets[0][0] == 0.0
+@pytest.mark.parametrize("probing", [None, Probing(every_s=900.0, noise_um=0.0)])
+def test_a_replay_judges_as_fit_does(doubting_fmu, probing):
+    model = model_of(doubting_fmu)
+    run = Run("unseen", strange("unseen", 9).frame[::3].reset_index(drop=True))  # a row a minute
+    rig = rig_of_model(model)
+    frame = replay(doubting_fmu, model, run, rig, probing=probing).frame
+    every_s = None if probing is None else probing.every_s
+    driven = drive(model, run, run, rig, 100.0, probe_every_s=every_s)
+    second = 0.01  # later a probe is known here: so much may happen in it [um]
+    for place, axis in enumerate("XYZ"):
+        if f"error_{axis}_um" in frame:
+            expected = pytest.approx(driven.error[:, place], abs=second)
+            assert frame[f"error_{axis}_um"].to_numpy() == expected
+            assert frame[f"d{axis}_uncertainty_um"].to_numpy() == pytest.approx(
+                driven.half_width[:, place], abs=second
+            )
 
 
 def test_the_tilt_counts_at_the_tool_length(tmp_path):
