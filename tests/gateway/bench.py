@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 
 import can
 
-from gateway.codec import Sender, Value, name_of
+from gateway.codec import Sender, Value
 from gateway.database import COMPENSATOR, MACHINE, Database, Frame
 from gateway.node import GatewayNode, GatewaySettings
 from gateway.proof import ECHO_BITS, proof_of
@@ -175,13 +175,3 @@ def proven(
 def sealed(message: can.Message, data: bytes, frame: Frame) -> can.Message:
     """Return a message with other data and the CRC that fits."""
     return with_bytes(message, frame.protection.sealed(data))
-
-
-def start_values(database: Database) -> dict[str, str]:
-    """Return the names that the DBC gives to start values of enumerations."""
-    return {
-        signal.name: name_of(signal, signal.start)
-        for frame in database.frames
-        for signal in frame.signals.values()
-        if signal.is_enumeration
-    }

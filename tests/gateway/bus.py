@@ -8,6 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
@@ -25,19 +26,30 @@ from gateway.serving import Service
 from gateway.unit import CompensatorUnit
 from scenarios.cli import main
 from tests.gateway.bench import proven, told_by_machine
-from tests.gateway.conftest import Wire
 
 ROOT = Path(__file__).resolve().parents[2]
 PATIENCE_S = 60.0
 Answer = dict[str, float | str]
 
 
-def wait_for(condition: Callable[[], bool], timeout_s: float = PATIENCE_S) -> None:
-    """Wait until something is so; fail if it never is."""
-    until = time.monotonic() + timeout_s
-    while not condition():
-        assert time.monotonic() < until
-        time.sleep(0.02)
+@dataclass(frozen=True)
+class Wire:
+    """A bus to test on: python-can's names for it."""
+
+    interface: str
+    channel: str
+    options: dict[str, Any] = field(default_factory=dict)
+
+    def arguments(self) -> list[str]:
+        """Return it as arguments of the command line."""
+        found = ["--interface", self.interface, "--channel", self.channel]
+        for name, value in self.options.items():
+            found += ["--option", f"{name}={value}"]
+        return found
+
+    def open(self, **more: Any) -> can.BusABC:
+        """Return a node of its own on this bus."""
+        return can.Bus(interface=self.interface, channel=self.channel, **(self.options | more))
 
 
 class Listener:
@@ -291,14 +303,3 @@ class Program:
         if self._process.poll() is None:
             self.kill()
         self._output.close()
-
-
-@contextlib.contextmanager
-def programs(folder: Path) -> Iterator[Callable[..., Program]]:
-    """Starts programs, and ends those that are left."""
-    with contextlib.ExitStack() as stack:
-
-        def start(*arguments: Any) -> Program:
-            return stack.enter_context(contextlib.closing(Program(folder, *arguments)))
-
-        yield start

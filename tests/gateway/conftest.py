@@ -5,9 +5,7 @@ import os
 import socket
 import uuid
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import can
 import pytest
@@ -20,29 +18,10 @@ from scenarios.fmu_files import build_compensator
 from tests.conftest import once
 from tests.fmus.models import five_point_table
 from tests.gateway.bench import Bench
+from tests.gateway.bus import Program, Wire
 
 HOLD_S, RECOVER_S, SLEW_UM_PER_S = 2.0, 0.5, 10.0
 GROUP = "239.74.163.2"
-
-
-@dataclass(frozen=True)
-class Wire:
-    """A bus to test on: python-can's names for it."""
-
-    interface: str
-    channel: str
-    options: dict[str, Any] = field(default_factory=dict)
-
-    def arguments(self) -> list[str]:
-        """Return it as arguments of the command line."""
-        found = ["--interface", self.interface, "--channel", self.channel]
-        for name, value in self.options.items():
-            found += ["--option", f"{name}={value}"]
-        return found
-
-    def open(self, **more: Any) -> can.BusABC:
-        """Return a node of its own on this bus."""
-        return can.Bus(interface=self.interface, channel=self.channel, **(self.options | more))
 
 
 def vcan_problem(channel: str = "vcan0") -> str:
@@ -154,3 +133,12 @@ def new_unit(quick_fmu: Path) -> Iterator[Callable[[], CompensatorUnit]]:
     """Makes more compensators."""
     with contextlib.ExitStack() as stack:
         yield lambda: stack.enter_context(contextlib.closing(CompensatorUnit(quick_fmu)))
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Callable[..., Program]]:
+    """Starts commands in processes, and ends those that are left."""
+    with contextlib.ExitStack() as stack:
+        yield lambda *arguments: stack.enter_context(
+            contextlib.closing(Program(tmp_path, *arguments))
+        )

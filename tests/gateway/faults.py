@@ -29,6 +29,10 @@ def dropped(place: int) -> Change:
     return lambda database: lambda messages: [*messages[:place], *messages[place + 1 :]]
 
 
+def twice(place: int) -> Change:
+    return lambda database: lambda messages: [*messages[: place + 1], *messages[place:]]
+
+
 def short(place: int) -> Change:
     def do(messages: Messages) -> Messages:
         messages[place] = with_bytes(messages[place], bytes(messages[place].data[:7]))

@@ -2,10 +2,8 @@
 
 import ast
 import struct
-import tempfile
 from collections.abc import Sequence
 from math import inf, isnan, nan
-from pathlib import Path
 
 import cantools
 import pytest
@@ -19,7 +17,6 @@ from gateway.mapfile import InputMap
 from gateway.mapped_signals import mapped_signal
 from gateway.mapping import read_database
 from measurement.errors import BadInput
-from tests.gateway.bench import start_values
 
 DATABASE = read_database()
 ALL = [(frame, signal) for frame in DATABASE.frames for signal in frame.signals.values()]
@@ -37,7 +34,7 @@ def read(frame: Frame, data: bytes | bytearray) -> tuple[dict[str, float], Seque
 
 @each_signal
 @given(data=st.data())
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_a_value_comes_back_to_half_a_digit(frame, signal, data):
     if signal.is_enumeration:
         name = data.draw(st.sampled_from(list(signal.named)))
@@ -72,7 +69,7 @@ def test_what_is_not_there_or_cannot_be_carried_is_marked(frame, signal, value, 
 
 
 @given(st.sampled_from(DATABASE.frames), st.binary(min_size=8, max_size=8))
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=500)
 def test_any_bytes_give_a_value_in_range_or_a_problem(frame, data):
     values, problems = read(frame, data)
     wrong = [problem.signal for problem in problems]
@@ -110,7 +107,9 @@ def test_every_frame_and_signal_says_what_it_is():
 
 
 def test_the_start_values_are_safe(database):
-    assert start_values(database) == {
+    signals = [signal for frame in database.frames for signal in frame.signals.values()]
+    start = {s.name: name_of(s, s.start) for s in signals if s.is_enumeration}
+    assert start == {
         "valid": "invalid",
         "freshness": "not_proven",
         "gateway_state": "starting",
@@ -157,7 +156,6 @@ def faults_in_code() -> set[str]:
     return found
 
 
-TEMPORARY = tempfile.TemporaryDirectory(prefix="spindle-drift-")
 GOOD = DBC.read_text(encoding="utf-8")
 
 
@@ -197,27 +195,17 @@ def test_a_file_that_is_no_text_is_refused_in_a_line_that_a_terminal_can_take(tm
     assert len(caught.value.problem) < 400
 
 
-def refusal(path: Path) -> str:
-    """Return why a DBC file is refused; empty if it is not."""
+@given(st.data())
+@settings(max_examples=60)
+def test_a_mangled_dbc_file_is_read_or_refused_in_one_line(tmp_path, data):
+    at = data.draw(st.integers(0, len(GOOD) - 1))
+    length = data.draw(st.integers(0, 40))
+    path = tmp_path / "mangled.dbc"
+    text = GOOD[:at] + data.draw(st.text(max_size=5)) + GOOD[at + length :]
+    path.write_text(text, encoding="utf-8", errors="replace")
+    told = ""
     try:
         read_database(path)
     except BadInput as error:
-        return str(error)
-    return ""
-
-
-@given(st.data())
-@settings(max_examples=60, deadline=None)
-def test_a_mangled_dbc_file_is_read_or_refused_in_one_line(data):
-    at = data.draw(st.integers(0, len(GOOD) - 1))
-    length = data.draw(st.integers(0, 40))
-    text = GOOD[:at] + data.draw(st.text(max_size=5)) + GOOD[at + length :]
-    path = Path(TEMPORARY.name) / "mangled.dbc"
-    path.write_text(text, encoding="utf-8", errors="replace")
-    assert "\n" not in refusal(path)
-
-
-def test_a_missing_or_foreign_file_is_refused(tmp_path):
-    for path in (tmp_path / "none.dbc", tmp_path, Path(__file__)):
-        with pytest.raises(BadInput):
-            read_database(path)
+        told = str(error)
+    assert "\n" not in told

@@ -134,7 +134,7 @@ def test_every_control_has_an_emulator():
 
 
 @pytest.mark.parametrize("name", NAMES)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     st.lists(
         st.tuples(*[st.one_of(st.floats(-650.0, 650.0), st.just(nan))] * 3), min_size=1, max_size=8

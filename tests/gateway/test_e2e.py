@@ -1,4 +1,4 @@
-"""Protection: known CRCs, every small corruption found, counters, fuzz of the receiver."""
+"""Protection: identifiers, counters, and a receiver that nothing breaks."""
 
 import pytest
 from hypothesis import given, settings
@@ -6,30 +6,10 @@ from hypothesis import strategies as st
 
 from gateway.codec import Sender
 from gateway.database import COMPENSATOR, MACHINE
-from gateway.mapping import read_database
-from gateway.protection import COUNTERS, profile_1
+from gateway.protection import COUNTERS
 from gateway.reception import Reception
 
-DATABASE = read_database()
-"""Hypothesis does not go with fixtures."""
 CONTENT = bytes.fromhex("0003ec2ea12f55aa")
-
-
-def bit_by_bit(data: bytes) -> int:
-    crc = 0
-    for byte in data:
-        crc ^= byte
-        for _ in range(8):
-            crc = (crc << 1 ^ 0x1D if crc & 0x80 else crc << 1) & 0xFF
-    return crc
-
-
-@given(st.binary(min_size=8, max_size=8), st.integers(0, 0xFFFF))
-@settings(deadline=None)
-def test_the_crc_is_that_of_a_plain_shift_register(data, data_id):
-    assert profile_1(data_id).sealed(data)[0] == bit_by_bit(
-        data_id.to_bytes(2, "little") + data[1:]
-    )
 
 
 def test_a_frame_of_another_identifier_does_not_fit(database):
@@ -58,10 +38,9 @@ FRAMES = st.tuples(
 
 
 @given(st.lists(FRAMES, max_size=60))
-@settings(max_examples=200, deadline=None)
-def test_nothing_that_arrives_breaks_the_receiver(frames):
+@settings(max_examples=200)
+def test_nothing_that_arrives_breaks_the_receiver(database, frames):
     """Any bytes, also with a CRC that fits: no exception, and never a value out of its range."""
-    database = DATABASE
     reception = Reception(database.of(MACHINE))
     ids = {frame.frame_id: frame for frame in database.of(MACHINE)}
     signals = {signal.name: signal for _, signal in database.signals(MACHINE)}
@@ -80,10 +59,9 @@ def test_nothing_that_arrives_breaks_the_receiver(frames):
 
 
 @given(st.data())
-@settings(max_examples=100, deadline=None)
-def test_a_usable_cycle_holds_what_was_sent_whatever_came_between(data):
+@settings(max_examples=100)
+def test_a_usable_cycle_holds_what_was_sent_whatever_came_between(database, data):
     """Junk between good frames is either left out or spoils the cycle; it never changes a value."""
-    database = DATABASE
     reception, sender = Reception(database.of(MACHINE)), Sender(database, MACHINE)
     generator = data.draw(st.randoms(use_true_random=False))
     for k in range(6):

@@ -16,7 +16,6 @@ from gateway.reception import Cycle
 from gateway.state import StateFile
 from gateway.unit import CompensatorUnit
 from measurement.errors import BadInput
-from scenarios.assignments import options_of
 from scenarios.cli import main
 from tests.gateway.bench import WARM
 from tests.scenarios.tiny_fmus import COMPENSATOR as TINY_COMPENSATOR
@@ -131,16 +130,6 @@ def test_a_file_that_is_no_state_is_refused(tmp_path, text):
     path.write_text(text)
     with pytest.raises(BadInput, match="is not a state of an FMU"):
         StateFile(path, "x").read()
-
-
-def test_options_of_an_interface():
-    assert options_of(["bitrate=500000", "fd=false", "app_name=x y"]) == {
-        "bitrate": 500000,
-        "fd": False,
-        "app_name": "x y",
-    }
-    with pytest.raises(BadInput):
-        options_of(["bitrate"])
 
 
 # Bus load

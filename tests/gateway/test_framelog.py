@@ -13,7 +13,7 @@ import pytest
 from gateway import background, framelog
 from gateway.background import Background
 from gateway.framelog import FrameLog
-from tests.gateway.bus import wait_for
+from tests.patience import until
 
 ENDINGS = [".log", ".asc", ".blf"]
 
@@ -33,14 +33,18 @@ def numbers(path: Path) -> list[int]:
         return [int.from_bytes(message.data, "little") for message in reader]
 
 
+def logged(path: Path, *messages: can.Message, **options: float) -> None:
+    log = FrameLog(path, **options)
+    for message in messages:
+        log.write(message)
+    log.close()
+
+
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_a_log_is_appended_to(tmp_path, ending):
     path = tmp_path / f"frames{ending}"
     for start in (0, 10):
-        log = FrameLog(path)
-        for number in range(start, start + 10):
-            log.write(frame(number))
-        log.close()
+        logged(path, *map(frame, range(start, start + 10)))
     older = tmp_path / f"frames.1{ending}"
     found = (numbers(older) if ending == ".asc" else []) + numbers(path)
     assert found == list(range(20))
@@ -62,31 +66,26 @@ def test_a_log_survives_a_kill_but_for_its_last_second(tmp_path):
     assert done.returncode == -9
     for path in paths:
         assert numbers(path)[:300] == list(range(300))
-        log = FrameLog(path)
-        log.write(frame(1000))
-        log.close()
+        logged(path, frame(1000))
         assert numbers(path)[-1] == 1000
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_a_channel_may_have_any_name(tmp_path, ending):
     path = tmp_path / f"frames{ending}"
-    log = FrameLog(path)
-    for number, channel in enumerate(("bus-4711", "a1b2c3d4e5f60718293a4b5c6d7e8f90", "can0", 3)):
-        message = frame(number)
+    channels = ("bus-4711", "a1b2c3d4e5f60718293a4b5c6d7e8f90", "can0", 3)
+    messages = [frame(number) for number in range(len(channels))]
+    for message, channel in zip(messages, channels, strict=True):
         message.channel = channel
-        log.write(message)
-    log.close()
+    logged(path, *messages)
     assert numbers(path) == [0, 1, 2, 3]
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_a_frame_older_than_the_first_keeps_its_day(tmp_path, ending):
     path = tmp_path / f"frames{ending}"
-    log = FrameLog(path)
-    for number in (1, 0, 2):  # the kernel stamped one before this process sent its first
-        log.write(frame(number))
-    log.close()
+    # The kernel stamped one before this process sent its first.
+    logged(path, *map(frame, (1, 0, 2)))
     with can.LogReader(str(path)) as reader:
         times = [message.timestamp for message in reader]
     assert np.diff(times) == pytest.approx([0.0, 1.0])
@@ -95,9 +94,7 @@ def test_a_frame_older_than_the_first_keeps_its_day(tmp_path, ending):
 def test_half_a_line_at_the_end_is_cut_off(tmp_path):
     path = tmp_path / "frames.log"
     path.write_text("(1.0) vcan0 210#0100000000000000 R\n(1.1) vcan0 21")
-    log = FrameLog(path)
-    log.write(frame(2))
-    log.close()
+    logged(path, frame(2))
     assert numbers(path) == [1, 2]
 
 
@@ -106,11 +103,11 @@ def test_a_renamed_log_is_begun_anew(tmp_path, told):
     path, away = tmp_path / "frames.log", tmp_path / "away.log"
     log = FrameLog(path)
     log.write(frame(1))
-    wait_for(lambda: path.stat().st_size > 0)
+    until(lambda: path.stat().st_size > 0)
     path.rename(away)
     if told:
         log.reopen()
-    wait_for(path.exists)
+    until(path.exists)
     log.write(frame(2))
     log.close()
     assert (numbers(away), numbers(path)) == ([1], [2])
@@ -121,10 +118,7 @@ def test_a_large_log_is_turned_over(tmp_path, ending, monkeypatch):
     monkeypatch.setattr(framelog, "SYNC_S", 0.0)
     monkeypatch.setattr(background, "LAST_S", 30.0)
     path = tmp_path / f"frames{ending}"
-    log = FrameLog(path, largest_mb=0.0004)
-    for number in range(200):
-        log.write(frame(number))
-    log.close()
+    logged(path, *map(frame, range(200)), largest_mb=0.0004)
     parts = sorted(tmp_path.iterdir())
     assert 2 < len(parts) <= framelog.KEPT + 1
     assert numbers(path) == [] or numbers(path)[-1] == 199
@@ -141,7 +135,7 @@ def test_a_full_disk_is_told_and_survived(tmp_path, monkeypatch):
     log = FrameLog(path, said.append)
     for number in range(50):
         log.write(frame(number))
-    wait_for(lambda: len(said) > 0)
+    until(lambda: len(said) > 0)
     for _ in range(40):
         log.write(frame(50))
         time.sleep(0.01)
@@ -167,7 +161,7 @@ def test_a_disk_that_takes_no_log_does_not_keep_the_gateway_from_starting(tmp_pa
     assert tried.wait(60.0)
     folder.unlink()
     time.sleep(0.1)
-    wait_for(lambda: bool(log.write(frame(2)) or (folder / "frames.log").exists()))
+    until(lambda: bool(log.write(frame(2)) or (folder / "frames.log").exists()))
     log.close()
     assert set(numbers(folder / "frames.log")) == {2}
     assert any("written again" in line for line in said)
@@ -195,4 +189,4 @@ def test_a_disk_that_hangs_keeps_nobody_waiting(monkeypatch):
     monkeypatch.setattr(background, "LAST_S", 0.2)
     assert not worker.close()
     gate.set()
-    wait_for(lambda: done == [0, 1, 2] or done == [0, 1])
+    until(lambda: done == [0, 1, 2] or done == [0, 1])

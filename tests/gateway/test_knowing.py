@@ -32,18 +32,13 @@ def test_a_cold_restart_in_a_warm_up_is_never_valid(bench):
     assert bench.node.steps == 0
 
 
-def test_a_machine_that_says_it_is_cold_is_believed_for_a_minute_and_no_longer(
-    bench, database, new_unit
-):
-    for late_s, begins in ((50.0, True), (70.0, False)):
-        bench = Bench(database, new_unit())
-        for _ in range(3):
-            bench.give(bench.frames({"thermal_state": "cold"}, state="starting"))
-        for _ in range(round(late_s / 0.1)):
-            bench.give(bench.frames(NOT_COLD, state="starting"))
-        bench.cycle(NOT_COLD)
-        assert (bench.node.steps > 0) == begins
-        assert (bench.last["status"] != "reference_unknown") == begins
+def test_a_machine_that_says_it_is_cold_is_believed_for_a_minute_only(bench):
+    for _ in range(3):
+        bench.give(bench.frames({"thermal_state": "cold"}, state="starting"))
+    for _ in range(700):
+        bench.give(bench.frames(NOT_COLD, state="starting"))
+    assert bench.cycle(NOT_COLD)["status"] == "reference_unknown"
+    assert bench.node.steps == 0
 
 
 def test_temperatures_that_stand_with_the_ambient_one_prove_a_cold_machine(database, unit):
@@ -207,28 +202,6 @@ def test_a_burst_that_overlaps_newer_cycles_costs_only_itself():
         assert clock.judge(12_000 + 100 * k, 12.0 + 0.1 * k) is None
 
 
-@pytest.mark.parametrize("proven", [False, True])
-def test_a_machines_clock_that_is_ahead_tells_of_time_not_seen(proven):
-    """As after this computer's clock stood still: a paused virtual machine."""
-    clock = settled()
-    found = clock.judge(10_000 + 7_200_000, 10.0, jumped=True, proven=proven)
-    assert found is not None
-    assert found[0] == "time_jump"
-    assert clock.unseen_s == pytest.approx(7200.0, abs=0.1)
-    assert clock.judge(10_100 + 7_200_000, 10.1, proven=proven) is None
-    assert clock.unseen_s == 0.0
-
-
-def test_a_gateway_without_the_machines_speed_up_is_not_valid(bench):
-    bench.settle(WARM)
-    first = len(bench.answers)
-    for k in range(100):
-        bench.cycle({**WARM, "machine_time": 100.0 + 5.0 * k, "machine_step": 5.0})
-    after = bench.answers[first + 1 :]
-    assert {answer["valid"] for answer in after} == {"invalid"}
-    assert {answer["bus_fault"] for answer in after[1:]} == {"time_rate"}
-
-
 @pytest.mark.parametrize("machine_clock", [False, True])
 def test_a_time_that_stands_is_a_fault(database, unit, machine_clock):
     bench = Bench(database, unit, GatewaySettings(machine_clock=machine_clock))
@@ -259,28 +232,6 @@ def test_the_wrap_of_the_machines_time_is_no_fault(database, unit, machine_clock
 
 
 # Age
-
-
-@pytest.mark.parametrize("machine_clock", [False, True])
-def test_a_cycle_that_waited_to_be_read_is_not_valid(database, unit, machine_clock):
-    """As after a SIGSTOP: frames in the kernel's queue are intact, in sequence, and old."""
-    bench = Bench(database, unit, GatewaySettings(machine_clock=machine_clock))
-    bench.settle(WARM)
-    queue = [(bench.now + 0.1 * k, bench.frames(WARM)) for k in range(1, 51)]
-    bench.now += 5.1
-    first = len(bench.answers)
-    for arrived, messages in queue:
-        for message in messages:
-            bench.node.handle(message, bench.now, bench.now - arrived)
-    ages = [bench.now - arrived for arrived, _ in queue]
-    answers = bench.answers[first:]
-    assert len(answers) == 50
-    for age, answer in zip(ages, answers, strict=True):
-        assert age <= 0.25 or answer["valid"] == "invalid"
-    assert answers[0]["bus_fault"] == "stale"
-    for _ in range(30):
-        bench.cycle(WARM)
-    assert bench.last["valid"] == "valid"
 
 
 def test_an_answer_that_took_long_is_not_valid(bench):
@@ -336,22 +287,3 @@ def test_an_offset_that_no_frame_can_carry_is_not_valid(bench, offset):
     bench.settle(WARM)
     bench.answering(dY=offset)
     assert bench.cycle(WARM)["valid"] == "invalid"
-
-
-# What was lost
-
-
-@pytest.mark.parametrize("lost", ["bus_off", "interface_lost"])
-def test_a_lost_bus_is_told_when_it_is_back(bench, lost):
-    bench.settle(WARM)
-    for _ in range(3):
-        bench.now += 0.1
-        bench.node.tick(bench.now, lost)
-    bench.node.reconnected()
-    for _ in range(3):
-        assert bench.cycle(WARM)["bus_fault"] == lost
-    assert not any("lost" in line or "bus off" in line for line in bench.said)  # the link says it
-    for _ in range(30):
-        bench.cycle(WARM)
-    assert bench.last["bus_fault"] == "none"
-    assert bench.last["valid"] == "valid"

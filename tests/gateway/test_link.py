@@ -12,7 +12,6 @@ from gateway.database import MACHINE
 from gateway.link import FIRST_WAIT_S, LONGEST_WAIT_S, Link
 from gateway.replay import recorded
 from measurement.errors import BadInput
-from tests.gateway.bench import with_bytes
 
 MESSAGE = can.Message(arbitration_id=0x210, data=bytes(8), is_extended_id=False)
 
@@ -205,14 +204,6 @@ def test_a_log_without_our_frames_is_refused(tmp_path, content, database):
     with pytest.raises(BadInput) as caught:
         recorded(path, database)
     assert "\n" not in str(caught.value)
-
-
-def test_a_log_is_read_back(tmp_path, database):
-    path = tmp_path / "frames.log"
-    path.write_text("(1.0) vcan0 210#0102030405060708\n(1.1) vcan0 190#00\n(1.2) vcan0 215#00\n")
-    found = recorded(path, database)
-    assert [message.arbitration_id for message in found] == [0x210, 0x215]
-    assert bytes(found[0].data) == with_bytes(MESSAGE, bytes(range(1, 9))).data
 
 
 def test_a_log_converted_to_mf4_is_read(tmp_path, database):

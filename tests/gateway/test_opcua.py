@@ -7,6 +7,7 @@ import signal
 import socket
 import time
 from collections.abc import Callable, Coroutine, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -17,8 +18,9 @@ from gateway.node import GatewaySettings
 from gateway.protocols.opcua import HallStatus, Security, checked_url, security_of
 from gateway.serving import Service
 from measurement.errors import BadInput
-from tests.gateway.bus import Control, gateway_thread, wait_for
+from tests.gateway.bus import Control, gateway_thread
 from tests.gateway.conftest import new_wire
+from tests.patience import until
 
 asyncua = pytest.importorskip("asyncua")
 from asyncua import Client  # noqa: E402
@@ -27,29 +29,30 @@ from asyncua.crypto.security_policies import SecurityPolicyBasic256Sha256  # noq
 from asyncua.ua.uaerrors import UaError  # noqa: E402
 from cryptography.x509.oid import ExtendedKeyUsageOID  # noqa: E402
 
-CLOCK = GatewaySettings(machine_clock=True, timeout_s=2.0)
+CLOCK = GatewaySettings(machine_clock=True, timeout_s=30.0)  # a busy computer is no fault
 MILD = {"T1": 20.4, "T4": 20.4}
 NAMESPACE = "https://spindle-drift.invalid/gateway"
 T = TypeVar("T")
 
 
-def free_url(host: str = "127.0.0.1") -> str:
+def free_url() -> str:
     """Return a URL with a port that nobody uses."""
     with socket.socket() as probe:
-        probe.bind((host, 0))
-        return f"opc.tcp://{host}:{probe.getsockname()[1]}/spindle-drift"
+        probe.bind(("127.0.0.1", 0))
+        return f"opc.tcp://127.0.0.1:{probe.getsockname()[1]}/spindle-drift"
 
 
-def patiently(work: Callable[[], Coroutine[Any, Any, T]], timeout_s: float = 90.0) -> T:
+def patiently(work: Callable[[], Coroutine[Any, Any, T]]) -> T:
     """Return what a client gets, as soon as the server is there."""
-    until = time.monotonic() + timeout_s
-    while True:
-        try:
-            return asyncio.run(work())
-        except (OSError, TimeoutError, ConnectionError, UaError):
-            if time.monotonic() > until:
-                raise
-            time.sleep(0.3)
+    got: list[T] = []
+
+    def tried() -> bool:
+        with contextlib.suppress(OSError, TimeoutError, ConnectionError, UaError):
+            got.append(asyncio.run(work()))
+        return bool(got)
+
+    until(tried)
+    return got[0]
 
 
 async def found(client: Client, name: str) -> Any:
@@ -66,25 +69,26 @@ async def value_of(client: Client, name: str) -> Any:
     return data.Value.Value if data.StatusCode.is_good() else None
 
 
+@dataclass
 class Hall:
     """A gateway with a hall status, and a control."""
 
-    def __init__(self, service: Service, control: Control, url: str, said: list[str]) -> None:
-        self.service, self.control, self.url, self.said = service, control, url, said
+    service: Service
+    control: Control
+    url: str
 
 
 @contextlib.contextmanager
 def told_hall(database: Database, fmu: Path) -> Iterator[Hall]:
     """A gateway on a bus in memory that tells the hall."""
-    url, said = free_url(), []
+    url = free_url()
     wire = new_wire("virtual")
     with contextlib.ExitStack() as stack:
         service = stack.enter_context(gateway_thread(wire, database, fmu, CLOCK))
-        status = HallStatus(url, None, service.unit, said.append)
-        stack.callback(status.close)
+        status = stack.enter_context(contextlib.closing(HallStatus(url, None, service.unit)))
         service.participants.append(status)
         control = stack.enter_context(contextlib.closing(Control(wire, database, 1.0)))
-        yield Hall(service, control, url, said)
+        yield Hall(service, control, url)
 
 
 @pytest.fixture(scope="module")
@@ -95,43 +99,41 @@ def hall(database: Database, quick_fmu: Path) -> Iterator[Hall]:
         yield one
 
 
-@pytest.fixture
-def own_hall(database: Database, quick_fmu: Path) -> Iterator[Hall]:
-    """One that may be broken."""
-    with told_hall(database, quick_fmu) as one:
-        yield one
-
-
 def test_the_hall_reads_what_the_bus_carries(hall):
-    answer = hall.control.cycle(MILD)
+    answer, unit = hall.control.cycle(MILD), hall.service.unit
+    steps = hall.service.node.steps
 
     async def read() -> dict[str, Any]:
         async with Client(hall.url) as client:
             hall.control.cycle(MILD)
-            names = ["inputs.T1", "inputs.T7", "outputs.dX", "outputs.dX_uncertainty"]
-            names += [f"state.{n}" for n in ("valid", "status", "status_text", "trust", "steps")]
-            names += ["state.compensator_sha256", "state.gateway_state"]
+            names = [f"state.{n}" for n in ("steps", "valid", "status", "status_text", "trust")]
+            names += ["state.compensator_sha256", "state.gateway_state", "inputs.T1", "inputs.T7"]
+            names += ["outputs.dX", "outputs.dX_uncertainty"]
             found_values = {name: await value_of(client, name) for name in names}
-            if found_values["inputs.T1"] is None:
+            if (found_values["state.steps"] or 0) < steps:
                 raise TimeoutError
-            unit = await (await found(client, "outputs.dX")).get_child("0:EngineeringUnits")
-            found_values["unit"] = (await unit.read_value()).DisplayName.Text
+            node = await (await found(client, "outputs.dX")).get_child("0:EngineeringUnits")
+            found_values["unit"] = (await node.read_value()).DisplayName.Text
             return found_values
 
     values = patiently(read)
-    assert values["inputs.T1"] == pytest.approx(20.4)
-    assert values["inputs.T7"] == pytest.approx(20.0)
-    assert values["outputs.dX"] == pytest.approx(answer["dX"], abs=0.02)
-    known = hall.service.unit.outputs["dX_uncertainty"]  # by now a cycle or two later
-    assert values["outputs.dX_uncertainty"] == pytest.approx(known, rel=0.02)
-    assert values["unit"] == "um"
-    assert values["state.valid"] is True
-    assert values["state.status"] == 0
-    assert values["state.trust"] == "protected"
-    assert values["state.gateway_state"] == "running"
-    assert values["state.compensator_sha256"] == hall.service.unit.slave.sha256
-    assert values["state.steps"] > 2
-    assert values["state.status_text"]
+    # By now a cycle or two later.
+    assert values.pop("outputs.dX_uncertainty") == pytest.approx(
+        unit.outputs["dX_uncertainty"], rel=0.02
+    )
+    assert values.pop("outputs.dX") == pytest.approx(answer["dX"], abs=0.02)
+    assert values.pop("inputs.T1") == pytest.approx(20.4)
+    assert values.pop("inputs.T7") == pytest.approx(20.0)
+    assert values.pop("state.steps") >= steps > 2
+    assert values.pop("state.status_text")
+    assert values == {
+        "unit": "um",
+        "state.valid": True,
+        "state.status": 0,
+        "state.trust": "protected",
+        "state.gateway_state": "running",
+        "state.compensator_sha256": unit.slave.sha256,
+    }
 
 
 def test_nothing_can_be_written_or_called_or_added(hall):
@@ -151,11 +153,9 @@ def test_nothing_can_be_written_or_called_or_added(hall):
                 "call": lambda: client.nodes.server.call_method("0:GetMonitoredItems", 1),
             }.items():
                 try:
-                    result = await attempt()
+                    await attempt()
                 except UaError:
                     refused.append(name)
-                else:
-                    print(name, result)
             assert await node.read_value() == pytest.approx(before, abs=1.0)
         return refused
 
@@ -232,30 +232,32 @@ def test_a_gateway_that_stands_still_is_told_from_one_that_has_nothing_new(datab
 
         patiently(read)
         status.tell(0.0, {"T1": 20.0}, {"dX": 1.0}, state)
-        until = time.monotonic() + 20.0
-        while asyncio.run(read()) is not True:
-            assert time.monotonic() < until
+
+        def shown() -> bool:
             status.tell(time.monotonic(), {"T1": 20.0}, {"dX": 1.0}, state)
+            return asyncio.run(read()) is True
+
+        until(shown)
         patiently(lambda: unknown(url))
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="needs signals")
-def test_a_server_that_hangs_keeps_nobody_waiting(own_hall):
-    own_hall.control.settle(MILD)
-    (status,) = own_hall.service.participants
-    assert isinstance(status, HallStatus)
-    os.kill(status._server.pid, signal.SIGSTOP)
-    slowest = 0.0
-    for _ in range(150):
+def test_a_server_that_hangs_keeps_nobody_waiting(database, quick_fmu):
+    with told_hall(database, quick_fmu) as hall:
+        hall.control.settle(MILD)
+        (status,) = hall.service.participants
+        assert isinstance(status, HallStatus)
+        os.kill(status._server.pid, signal.SIGSTOP)
+        slowest = 0.0
+        for _ in range(150):
+            begun = time.monotonic()
+            for _ in range(10):
+                status.event("x" * 500)
+            answer = hall.control.cycle(MILD)
+            slowest = max(slowest, time.monotonic() - begun)
+        assert answer["valid"] == "valid"
+        assert slowest < 2.0
         begun = time.monotonic()
-        for _ in range(10):
-            status.event("x" * 500)
-        answer = own_hall.control.cycle(MILD)
-        slowest = max(slowest, time.monotonic() - begun)
-    assert answer["valid"] == "valid"
-    assert slowest < 2.0
-    begun = time.monotonic()
-    status.close()
     assert time.monotonic() - begun < 15.0
 
 
@@ -267,7 +269,7 @@ def test_a_server_that_is_gone_does_not_end_the_gateway(database, unit):
         taken.listen()
         url = f"opc.tcp://127.0.0.1:{taken.getsockname()[1]}"
         with contextlib.closing(HallStatus(url, None, unit, said.append)) as status:
-            wait_for(lambda: bool(said))
+            until(lambda: bool(said))
             for _ in range(1000):
                 status.event("x" * 500)
     assert any("the server is gone" in line and "in use" in line for line in said), said

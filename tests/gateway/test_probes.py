@@ -24,8 +24,6 @@ from tests.gateway.conftest import new_wire
 # Small enough to be believed at once.
 SHOWN = {"elongation": 0.4, "yaw": 1.0, "pitch": -1.0, "near_x": 0.4, "near_y": -0.3}
 MEASURED = {f"measured_{name}": value for name, value in SHOWN.items()}
-SPEED_UP = 300.0
-NINE_HOURS = round(9 * 3600 / (0.1 * SPEED_UP))
 Change = Callable[[list[can.Message]], list[can.Message]]
 
 
@@ -57,41 +55,6 @@ class Probe:
     def cycle(self, measured: dict[str, float], late_s: float = 0.0) -> dict[str, float | str]:
         """Run a cycle with a probe before it."""
         return self.bench.cycle({}, lambda m: [*self.frames(measured, late_s), *m])
-
-
-def running_for_hours(database: Database, unit: CompensatorUnit) -> Bench:
-    """Return a gateway that has run for nine hours: by then its uncertainty grows no more."""
-    bench = Bench(database, unit, GatewaySettings(speed_up=SPEED_UP))
-    for _ in range(3):
-        bench.give(bench.frames(state="starting"))
-    for _ in range(NINE_HOURS):
-        bench.cycle()
-    return bench
-
-
-def test_a_probe_reaches_the_compensator(database, fmu_folder):
-    """The offsets and the uncertainty are those of the FMU with the same probe."""
-    with contextlib.closing(CompensatorUnit(fmu_folder / "compensator.fmu")) as unit:
-        bench = running_for_hours(database, unit)
-        before = bench.last
-        assert Probe(bench).cycle(MEASURED)["probes_taken"] == 1
-        answer = bench.cycle()  # what a probe brings shows at the next step
-        assert answer["probes_taken"] == 1
-    with contextlib.closing(CompensatorUnit(fmu_folder / "compensator.fmu")) as unit:
-        unit.start()
-        values = {f"T{n}": 20.0 for n in range(1, 12)} | {"speed": 3000.0, "tool_length": 150.0}
-        for _ in range(NINE_HOURS):
-            unit.step(values, 0.1 * SPEED_UP)
-        plain = dict(unit.outputs)
-        unit.step({**values, **MEASURED}, 0.1 * SPEED_UP)
-        unit.step(values, 0.1 * SPEED_UP)
-        for axis in "XYZ":
-            name = f"d{axis}_uncertainty"
-            assert before[name] == pytest.approx(plain[name], abs=0.02)
-            assert answer[name] == pytest.approx(unit.outputs[name], abs=0.02)
-            assert unit.outputs[name] < plain[name] + 1e-6
-            assert answer[f"d{axis}"] == pytest.approx(unit.outputs[f"d{axis}"], abs=0.02)
-        assert unit.outputs["dZ_uncertainty"] < 0.9 * plain["dZ_uncertainty"]
 
 
 def test_one_probe_counts_once_however_often_it_comes(probed):

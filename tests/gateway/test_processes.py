@@ -3,7 +3,6 @@
 import contextlib
 import json
 import time
-from collections.abc import Callable, Iterator
 from itertools import pairwise
 from pathlib import Path
 
@@ -17,18 +16,11 @@ from scenarios.cli import main
 from scenarios.cosimulation import simulate
 from scenarios.scenario import read_scenario
 from tests.gateway.bench import WARM
-from tests.gateway.bus import Answer, Control, Listener, Program, programs
+from tests.gateway.bus import Answer, Control, Listener
 from tests.gateway.conftest import SLEW_UM_PER_S, new_wire
 
 LOCKSTEP = ("--clock", "machine", "--timeout", 10000)
 LONG_S = 100
-
-
-@pytest.fixture
-def start(tmp_path: Path) -> Iterator[Callable[..., Program]]:
-    """Starts commands in processes."""
-    with programs(tmp_path) as starter:
-        yield starter
 
 
 def answers_of(log: Path, database: Database) -> dict[float, tuple[object, ...]]:

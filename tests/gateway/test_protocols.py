@@ -11,8 +11,9 @@ from gateway.protocols.base import Adapter, Participant
 from measurement import plugins
 from scenarios import cli
 from tests.gateway.bench import WARM
-from tests.gateway.bus import Control, gateway_thread, wait_for
+from tests.gateway.bus import Control, gateway_thread
 from tests.gateway.conftest import new_wire
+from tests.patience import until
 
 
 class Lamp(Participant):
@@ -62,7 +63,7 @@ def test_a_participant_sees_the_gateway_and_may_hold_it_back(database, quick_fmu
         contextlib.closing(Control(wire, database, 1.0)) as control,
     ):
         control.settle(WARM)
-        wait_for(lambda: lamp.shines)
+        until(lambda: lamp.shines)
         assert any("status" in line for line in lamp.lines)
         lamp.operational = False
         assert service.node is not None

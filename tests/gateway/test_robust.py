@@ -5,22 +5,14 @@ import os
 import signal
 import socket
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from scenarios.cli import main
 from tests.gateway.bench import WARM
-from tests.gateway.bus import Control, Program, programs
-from tests.gateway.conftest import Wire
-
-
-@pytest.fixture
-def start(tmp_path: Path) -> Iterator[Callable[..., Program]]:
-    """Starts commands in processes."""
-    with programs(tmp_path) as starter:
-        yield starter
+from tests.gateway.bus import Control, Wire
+from tests.patience import until
 
 
 @pytest.fixture
@@ -30,17 +22,13 @@ def arguments(shared_wire: Wire, quick_fmu: Path) -> tuple[object, ...]:
     return ("gateway", *bus, "--compensator", quick_fmu, "--clock", "machine")
 
 
-def send(program: Program, number: signal.Signals) -> None:
-    os.kill(program.pid, number)
-
-
 def test_a_gateway_that_was_stopped_answers_nothing_old_as_valid(
     shared_wire, database, arguments, start
 ):
     gateway = start(*arguments, "--timeout", 400)
     with contextlib.closing(Control(shared_wire, database, 1.0)) as control:
         control.settle(WARM)
-        send(gateway, signal.SIGSTOP)
+        os.kill(gateway.pid, signal.SIGSTOP)
         sent: dict[float, float] = {}
         # No more than a socket keeps.
         for _ in range(30):
@@ -48,7 +36,7 @@ def test_a_gateway_that_was_stopped_answers_nothing_old_as_valid(
             control.send(control.messages(WARM))
             sent[answered] = time.monotonic()
             time.sleep(0.05)
-        send(gateway, signal.SIGCONT)
+        os.kill(gateway.pid, signal.SIGCONT)
         first = time.monotonic()
         last = [*sent][-1]
         answers = control.ear.until(lambda answer: answer["answered_time"] == last)
@@ -70,24 +58,22 @@ def test_a_full_disk_and_a_hangup_do_not_stop_it_and_its_end_is_told(
     gateway = start(*arguments, "--force", "--log", log, "--state", state, "--state-every", 0.1)
     with contextlib.closing(Control(shared_wire, database, 1.0)) as control:
         control.settle(WARM)
-        until = time.monotonic() + 20.0
-        while "No space left" not in gateway.text() or "without saving" not in gateway.text():
-            assert time.monotonic() < until, gateway.text()
-            control.cycle(WARM)
-        send(gateway, signal.SIGHUP)
+        for told in ("No space left", "without saving"):
+            until(lambda told=told: told in gateway.text() or not control.cycle(WARM))
+        os.kill(gateway.pid, signal.SIGHUP)
         for _ in range(20):
             answer = control.cycle(WARM)
         assert answer["valid"] == "valid"
         # Two interrupts end a program at once; the bus is told all the same.
-        send(gateway, signal.SIGINT)
-        send(gateway, signal.SIGINT)
+        os.kill(gateway.pid, signal.SIGINT)
+        os.kill(gateway.pid, signal.SIGINT)
         last = control.ear.until(lambda answer: answer["gateway_state"] == "stopping", 5.0)[-1]
         assert (last["valid"], last["dX"]) == ("invalid", "not_available")
         gateway.wait(20.0)
 
         gateway = start(*arguments)
         control.settle(WARM)
-        send(gateway, signal.SIGHUP)
+        os.kill(gateway.pid, signal.SIGHUP)
         last = control.ear.until(lambda answer: answer["gateway_state"] == "stopping", 5.0)[-1]
     assert last["valid"] == "invalid"
     assert gateway.wait(20.0) == 0
@@ -109,13 +95,10 @@ def test_a_service_is_alive_and_takes_a_new_reference(
         assert heard.count(b"WATCHDOG=1") > 5
         with contextlib.closing(Control(shared_wire, database, 1.0)) as control:
             control.settle(WARM)
-            until = time.monotonic() + 60.0
-            while not state.exists():
-                control.cycle(WARM)
-                assert time.monotonic() < until, gateway.text()
+            until(lambda: control.cycle(WARM) and state.exists())
             assert main(["reference", str(state)]) == 0
-            while control.cycle(WARM)["dX"] != 0.0 or control.answers[-1]["valid"] != "valid":
-                assert time.monotonic() < until, gateway.text()
+            wanted = {"dX": 0.0, "valid": "valid"}
+            until(lambda: wanted.items() <= control.cycle(WARM).items())
         # A kernel may keep as few as ten messages that nobody has read; more are lost.
         manager.setblocking(False)
         with contextlib.suppress(BlockingIOError):

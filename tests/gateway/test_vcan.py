@@ -11,8 +11,9 @@ import pytest
 from gateway.database import MACHINE
 from gateway.node import GatewaySettings
 from tests.gateway.bench import WARM
-from tests.gateway.bus import Control, gateway_thread, wait_for
+from tests.gateway.bus import Control, gateway_thread
 from tests.gateway.conftest import Wire
+from tests.patience import until
 
 pytestmark = pytest.mark.vcan
 CLOCK = GatewaySettings(machine_clock=True)
@@ -32,7 +33,7 @@ def test_the_kernel_drops_foreign_frames(vcan, database, quick_fmu):
         subprocess.run(["cansend", "vcan0", "210#0011223344556677"], check=True)
         node = service.node
         assert node is not None
-        wait_for(lambda: node.reception.counts["bad_crc"] == 1)
+        until(lambda: node.reception.counts["bad_crc"] == 1)
         assert node.reception.counts["foreign"] == 0
 
 
@@ -45,8 +46,8 @@ def test_bus_off_is_told_and_survived(vcan, database, quick_fmu):
         held = control.settle(WARM)
         # An error frame of the class "bus off", as a controller's driver would give it.
         subprocess.run(["cansend", "vcan0", "20000040#0000000000000000"], check=True)
-        wait_for(lambda: any("bus off" in line for line in said))
-        wait_for(lambda: any("back" in line for line in said))
+        until(lambda: any("bus off" in line for line in said))
+        until(lambda: any("back" in line for line in said))
         first = len(control.answers)
         control.cycle(WARM)
         assert control.answers[first]["valid"] == "invalid"
@@ -68,11 +69,11 @@ def test_an_interface_that_goes_and_comes_back(vcan, database, quick_fmu):
             with contextlib.closing(Control(wire, database, 1.0)) as control:
                 held = control.settle(WARM)
             subprocess.run(["ip", "link", "set", name, "down"], check=True)
-            wait_for(lambda: service.link.lost == "interface_lost")
+            until(lambda: service.link.lost == "interface_lost")
             assert not service.unit.outputs["valid"] or service.link.lost
             time.sleep(0.8)
             subprocess.run(["ip", "link", "set", name, "up"], check=True)
-            wait_for(lambda: not service.link.lost, 10.0)
+            until(lambda: not service.link.lost)
             with contextlib.closing(Control(wire, database, 1.0)) as control:
                 found = control.ear.until(lambda answer: True, 5.0)
                 assert found[0]["valid"] == "invalid"
