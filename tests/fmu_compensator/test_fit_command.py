@@ -43,16 +43,6 @@ def test_it_writes_a_file_and_says_how_good_it_is(run_files, tmp_path, capsys):
     assert f"wrote {out}" in text
 
 
-def test_the_studys_way_of_choosing_points_can_be_asked_for(run_files, tmp_path):
-    out = tmp_path / "c.json"
-    study = ["--absolute-image", "initial", "--image", "mean", "--theta", "0.4"]
-    scored = ["--score", "relational", "--score-target", "elongation"]
-    assert call(*run_files, "-o", str(out), "--model", "mlr", *study, *scored) == 0
-    options = load_model(out).table["provenance"]["options"]
-    wanted = {"absolute_image": "initial", "image": "mean", "theta": 0.4, "target": "elongation"}
-    assert {name: options[name] for name in wanted} == wanted
-
-
 def test_without_a_model_the_gaussian_stands_alone_and_a_share_is_kept(run_files, tmp_path):
     out = tmp_path / "c.json"
     assert call(*run_files, "-o", str(out), "--share", "0.7") == 0

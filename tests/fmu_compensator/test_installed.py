@@ -6,16 +6,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fmu_compensator.driving import drive
 from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.gaussian import Gaussian
 from fmu_compensator.fit.installed import COVERAGE, DEVIATIONS, Installed
 from fmu_compensator.fit.recipe import Recipe
-from fmu_compensator.runtime.compensator import UNTRAINED, RunningCompensator
+from fmu_compensator.runtime.compensator import RunningCompensator
 from fmu_compensator.runtime.modelfile import parse_model
 from measurement.runs import Run
-from tests.fmu_compensator.conftest import DIRECT_RIG, RIG, make_run
+from tests.fmu_compensator.conftest import DIRECT_RIG, make_run
 from tests.fmu_compensator.dense import LAGS_S, drawn
 from tests.fmu_compensator.test_error_models import KINDS, QUICK
 
@@ -101,20 +100,6 @@ def together(seed: int, apart: float = 0.0) -> Run:
     noise = 0.02 * np.random.default_rng(seed).standard_normal(len(rise))
     own = apart * np.minimum(run.time_s / 5400.0, 1.0)
     return Run(run.name, run.frame.assign(T4_degC=21.0 + 0.8 * rise + noise + own))
-
-
-def test_an_input_that_goes_its_own_way_is_said_and_named():
-    table = fit_compensator([together(seed) for seed in range(4)], RIG, points="T1,T4", judge=False)
-    model = parse_model(compensator_text(table), "file")
-    usual, new = together(9), together(9, apart=15.0)
-    assert UNTRAINED not in drive(model, usual, usual, RIG, 100.0).status
-    found = drive(model, new, new, RIG, 100.0)
-    assert (found.status[-60:] == UNTRAINED).all()
-    assert found.outputs[-1].status_text.startswith("conditions outside training make ")
-    assert "T4" in found.outputs[-1].status_text
-    assert model.sensors[found.outputs[-1].status_sensor - 1].name in ("T1", "T4")
-    calm = drive(model, usual, usual, RIG, 100.0)
-    assert (found.half_width[-1] > 1.5 * calm.half_width[-1]).all()
 
 
 def test_the_interval_holds_what_it_promises_of_runs_drawn_from_the_model():

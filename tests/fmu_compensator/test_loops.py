@@ -28,18 +28,6 @@ def test_a_delayed_drift_has_that_lag_and_its_rate(lag):
     assert found.open == pytest.approx(found.closed) if lag == 0 else found.open > 0.1
 
 
-def test_a_first_order_lag_opens_the_loop_and_a_delay_closes_most_of_it():
-    hours = np.arange(ROWS) * STEP_S / 3600.0
-    rise = 10.0 * (1.0 - np.exp(-hours / 1.0)) * (1.0 + 0.3 * np.sin(hours))
-    drift, state = np.zeros(ROWS), 0.0
-    for row, value in enumerate(rise):
-        state += (3.0 * value - state) * STEP_S / 1800.0
-        drift[row] = state
-    found = loop_of([rise], [drift], STEP_S)
-    assert 15.0 <= found.lag_min <= 45.0
-    assert found.closed < 0.5 * found.open
-
-
 def test_a_lag_longer_than_the_runs_allow_is_told_as_a_limit():
     time = np.arange(ROWS, dtype=float)
     found = loop_of([time**2], [np.maximum(time - 300.0, 0.0) ** 2], STEP_S)

@@ -9,7 +9,6 @@ import build_fmu
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.runtime.compensator import RunningCompensator
 from fmu_compensator.runtime.modelfile import parse_model
-from measurement.errors import BadInput
 from tests.fmu_compensator.conftest import RIG, make_run
 from tests.fmu_packaging.apart import apart
 
@@ -73,12 +72,3 @@ show(found)
     found = apart(code, tmp_path / "compensator.fmu")
     expected = outputs(RunningCompensator(parse_model(text, "t")), 0, count, probed=probed)
     assert found == [row[:9] for row in expected]
-
-
-def test_options_of_a_model_reach_it_and_wrong_ones_do_not(text):
-    table = fit_compensator(RUNS[:1], RIG, "bp", hidden=(3,), iterations=5)
-    assert len(table["error_model"]["layers"][0]["biases"]) == 3
-    assert table["input_form"] == "rise"
-    assert parse_model(text, "t").input_form == "level"
-    with pytest.raises(BadInput, match="turbo"):
-        fit_compensator(RUNS[:1], RIG, "bp", turbo=True)

@@ -95,15 +95,7 @@ def test_all_subsets_against_plain_regressions():
             here = np.column_stack([runs[out][0][:, one.columns], np.ones(40)])
             missed.append(runs[out][1] - here @ b)
         assert one.held_out_rmse == pytest.approx(np.sqrt(np.mean(np.concatenate(missed) ** 2)))
-
-
-def test_plain_r_never_falls_and_adjusted_r2_does():
-    random = np.random.default_rng(3)
-    x = random.standard_normal((60, 3))
-    found = {one.columns: one for one in all_subsets([(x, x[:, 0] + random.standard_normal(60))])}
-    assert found[(0, 1, 2)].multiple_r >= found[(0, 1)].multiple_r >= found[(0,)].multiple_r
-    assert max(found.values(), key=lambda one: one.r2_adjusted).columns != (0, 1, 2)
-    assert np.isnan(found[(0,)].held_out_rmse)  # one run: nothing can be left out
+    assert np.isnan(all_subsets(runs[:1])[0].held_out_rmse)  # one run: nothing can be left out
 
 
 @pytest.mark.parametrize("grouping", ["hierarchical", "fuzzy"])
