@@ -7,7 +7,6 @@ that the data do not define is NaN.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -158,21 +157,6 @@ def compensation_table(before: pd.DataFrame, after: pd.DataFrame) -> list[Compen
     if set(first) != set(second):
         raise ValueError(f"before has the axes {sorted(first)} and after {sorted(second)}")
     return [_row(axis, first[axis], second[axis]) for axis in AXES if axis in first]
-
-
-def table_text(rows: Sequence[CompensationRow], title: str = "") -> str:
-    """Return a compensation table as lines of fixed-width text."""
-    lines = [
-        *([title] if title else []),
-        "axis    before: max    mean     after: max    mean   improvement",
-        "                 um      um             um      um             %",
-    ]
-    lines += [
-        f"{row.axis:<4}{row.before_max_um:>15.1f}{row.before_mean_um:>8.1f}"
-        f"{row.after_max_um:>15.1f}{row.after_mean_um:>8.1f}{row.improvement_percent:>14.1f}"
-        for row in rows
-    ]
-    return "\n".join(lines)
 
 
 def _by_axis(frame: pd.DataFrame, what: str) -> dict[str, npt.NDArray[np.float64]]:

@@ -123,24 +123,6 @@ def test_a_wrong_ambient_column_is_refused(column, problem):
         summarise(blank, ambient="T5_degC")
 
 
-def test_the_text_says_what_a_report_states():
-    text = summarise(standard_test(), RIG, "T5_degC").text()
-    assert "rotating spindle" in text
-    assert "sensor spacing of 100 mm" in text
-    assert "T5_degC" in text
-    row = next(line for line in text.splitlines() if line.startswith("  S5 (axial)"))
-    assert row.split()[2:] == ["um", "10.0", "40.0", "40.0", "-40.0"]
-    assert max(map(len, text.splitlines())) <= 100
-
-
-def test_a_long_spectrum_is_cut_in_the_text_only():
-    speed = np.arange(40) % 2 * 1000.0
-    run = Run("r", pd.DataFrame({"time_s": np.arange(40) * 60.0, "speed_rpm": speed}))
-    summary = summarise(run)
-    assert "and 9 more" in summary.text()
-    assert len(summary.to_dict()["segments"]) == len(summary.segments) == 39
-
-
 @pytest.mark.long
 @pytest.mark.real_data
 def test_every_measured_run_has_a_summary(lathe_runs, electric_spindle_run):
@@ -168,3 +150,21 @@ def test_the_schedule_of_a_measured_run_is_found(lathe_runs):
     ]
     assert spectrum[:3] == [(1200, 2.5), (0, 1.0), (1800, 2.5)]  # as its publisher's schedule says
     assert spectrum[3:] == [(0, 0.0)]  # the last samples, after the schedule's end
+
+
+def test_the_text_says_what_a_report_states():
+    text = summarise(standard_test(), RIG, "T5_degC").text()
+    assert "rotating spindle" in text
+    assert "sensor spacing of 100 mm" in text
+    assert "T5_degC" in text
+    row = next(line for line in text.splitlines() if line.startswith("  S5 (axial)"))
+    assert row.split()[2:] == ["um", "10.0", "40.0", "40.0", "-40.0"]
+    assert max(map(len, text.splitlines())) <= 100
+
+
+def test_a_long_spectrum_is_cut_in_the_text_only():
+    speed = np.arange(40) % 2 * 1000.0
+    run = Run("r", pd.DataFrame({"time_s": np.arange(40) * 60.0, "speed_rpm": speed}))
+    summary = summarise(run)
+    assert "and 9 more" in summary.text()
+    assert len(summary.to_dict()["segments"]) == len(summary.segments) == 39

@@ -8,7 +8,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from measurement.iso230 import summarise
-from measurement.overview import draw_overview, png_bytes
+from measurement.overview import draw_overview
 from measurement.rig import FivePointRig, Rig
 from measurement.runs import Run
 
@@ -52,18 +52,6 @@ def test_there_is_a_panel_per_kind_of_signal_that_the_run_has(columns, expected)
     assert figure.axes[0].get_figure() is figure
 
 
-def test_no_legend_covers_data():
-    figure = draw(FULL, RIG)
-    figure.draw_without_rendering()
-    panels = [axes.get_window_extent() for axes in figure.axes]
-    for axes in figure.axes:
-        legend = axes.get_legend()
-        if legend is not None:
-            box = legend.get_window_extent()
-            assert not any(box.overlaps(panel) for panel in panels)
-            assert box.x1 <= figure.bbox.x1
-
-
 def test_a_line_is_not_drawn_across_a_gap():
     holed = FULL["S1_um"].to_numpy().copy()
     holed[40:60] = math.nan
@@ -83,9 +71,3 @@ def test_frozen_stretches_are_shaded_once():
         patch.get_label() for axes in figure.axes for patch in axes.patches if patch.get_alpha()
     ]
     assert shaded == ["frozen or saturated"]
-
-
-def test_a_png_is_the_same_every_time():
-    first, second = (png_bytes(draw(FULL, RIG), dpi=40) for _ in range(2))
-    assert first == second
-    assert first.startswith(b"\x89PNG")

@@ -45,14 +45,6 @@ def test_the_average_is_the_mean_of_the_interpolant_by_quadrature():
         assert value == pytest.approx(area / 120.0, abs=1e-9)
 
 
-def test_two_samples_within_a_step_are_averaged_and_one_is_not():
-    time, values = np.array([0.0, 10.0, 20.0, 30.0]), np.array([0.0, 0.0, 8.0, 8.0])
-    # From 9 s to 21 s the interpolant is 0 for 1 s, rises to 8 in 10 s, and stays for 1 s.
-    two = resample(time, values, np.array([15.0, 17.0]), 12.0)
-    assert two[0] == pytest.approx((0.0 + 40.0 + 8.0) / 12.0)
-    assert two[1] == pytest.approx(0.8 * 7.0)  # 11 s to 23 s holds one sample only
-
-
 def test_speed_holds_and_temperature_runs_smoothly():
     frame = pd.DataFrame(
         {"time_s": [0.0, 10.0, 20.0], "speed_rpm": [0.0, 500.0, 0.0], "T1_degC": [20.0, 22.0, 26.0]}

@@ -31,15 +31,6 @@ def test_a_measured_speed_that_wavers_is_one_step():
     assert [(round(speed), length) for speed, length, _ in steps(wavering)] == [(1000, 40), (0, 20)]
 
 
-def test_creeping_is_running_beside_any_speed():
-    slow = steps([0, 0, 100, 100, 20_000, 20_000])
-    assert [speed for speed, _, _ in slow] == [0, 100, 20_000]
-
-
-def test_turning_the_other_way_is_running_too():
-    assert [state for _, _, state in steps([-500, -500, 0, 0])] == ["running", "stopped"]
-
-
 def test_a_missing_speed_holds_and_an_unknown_beginning_stays_unknown():
     first, second = steps([math.nan, math.nan, 500, math.nan, 500])
     assert math.isnan(first[0])
@@ -57,7 +48,3 @@ def test_the_only_column_in_rpm_is_the_speed_and_of_two_the_one_called_speed():
     frame = pd.DataFrame({"time_s": [0.0, 1.0], "fan_rpm": [9.0, 9.0], "pump_rpm": [1.0, 1.0]})
     assert speed_spectrum(Run("r", frame))[0].state == "unknown"
     assert speed_spectrum(Run("r", frame.assign(speed_rpm=7.0)))[0].speed_rpm == 7.0
-
-
-def test_a_single_sample_is_a_step_of_no_length():
-    assert steps([100.0]) == [(100, 0, "running")]

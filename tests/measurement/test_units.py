@@ -20,19 +20,6 @@ def test_splitting_undoes_joining(name, unit):
     assert split_column(column(name, unit)) == (name, unit)
 
 
-@pytest.mark.parametrize(
-    ("name", "parts"),
-    [
-        ("feed_mm_min", ("feed", "mm_min")),
-        ("disp_x_um", ("disp_x", "um")),
-        ("tool_length_mm", ("tool_length", "mm")),
-        ("valid_1", ("valid", "1")),
-    ],
-)
-def test_known_columns(name, parts):
-    assert split_column(name) == parts
-
-
 @pytest.mark.parametrize("name", ["T1", "T1_degF", "_um", " _um", "um", "T1_DEGC", "", "T1_um "])
 def test_a_name_without_a_known_unit_is_refused(name):
     with pytest.raises(ValueError, match="is not a column name"):

@@ -72,16 +72,6 @@ def test_a_probe_that_slips_is_bad_from_there_on(column, size):
     assert the_fault(runs) == ("step", "run1", column, 120.0, 299.0)
 
 
-def test_a_dead_thermometer_in_one_run_and_in_all():
-    dead = np.full(len(TIME), 17.0)
-    one = [GOOD[0], run_of(1, T3_degC=dead), *GOOD[2:]]
-    assert the_fault(one) == ("dead", "run1", "T3_degC", 0.0, 299.0)
-    every = [run_of(n, T3_degC=dead) for n in range(4)]
-    assert {(f.kind, f.column, f.run) for f in unusable(find_faults(every))} == {
-        ("dead", "T3_degC", f"run{n}") for n in range(4)
-    }
-
-
 @pytest.mark.parametrize("error", [3.0, -3.0])
 def test_small_errors_and_drifts_are_left_for_physics(error):
     for change in (np.full(len(TIME), error), error * TIME / TIME[-1]):

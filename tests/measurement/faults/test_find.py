@@ -37,11 +37,6 @@ def test_a_sensor_that_jumps_between_runs_is_named_in_each():
     assert "T3_degC, level_jump in run4, run5; " in faults_text([first, last])
 
 
-def test_runs_that_are_alike_to_the_last_digit_are_no_trouble():
-    assert "nothing" in faults_text([])
-    assert find_faults([Run(name, GOOD[0].frame) for name in "abc"]) == []
-
-
 def test_a_run_is_judged_alike_alone_and_among_others():
     odd = changed(GOOD[2], "T3_degC", GOOD[2].frame["T3_degC"].to_numpy() - 20.0)
     runs = looked_over([*GOOD[:2], odd, *GOOD[3:]])
@@ -107,3 +102,8 @@ def test_the_known_faults_of_the_lathe(lathe_runs):
     assert frozen == {(motor, "20200907") for motor in motors}
     thermometers = {column for _, column in found if column.endswith("degC")}
     assert thermometers == {"PT10_degC"} | motors
+
+
+def test_runs_that_are_alike_to_the_last_digit_are_no_trouble():
+    assert "nothing" in faults_text([])
+    assert find_faults([Run(name, GOOD[0].frame) for name in "abc"]) == []

@@ -59,20 +59,6 @@ def test_a_channel_at_rest_with_all_others_is_not_frozen():
     assert found(warm_up(**still)) == []
 
 
-def test_a_short_standstill_and_an_offset_that_is_not_sent_are_no_findings():
-    short = warm_up()["S1_um"].to_numpy().copy()
-    short[30:45] = short[30]  # 14 min
-    assert found(warm_up(S1_um=short)) == []
-    assert found(warm_up(offset_X_um=0.0)) == []
-
-
-def test_missing_samples_within_a_standstill_do_not_hide_it():
-    frozen = warm_up()["S1_um"].to_numpy().copy()
-    frozen[30:60] = frozen[30]
-    frozen[40:42] = np.nan
-    assert found(warm_up(S1_um=frozen)) == [("frozen", "S1_um")]
-
-
 def test_a_drift_that_runs_into_the_end_of_the_range_is_saturated():
     clipped = np.minimum(GROWTH + NOISE[1], 20.0)
     assert found(warm_up(S1_um=clipped)) == [("saturated", "S1_um")]

@@ -242,16 +242,6 @@ def test_of_several_speeds_none_is_known_and_that_is_told(tmp_path):
     assert note.endswith("S set [rpm], S act [rpm]")
 
 
-def test_fahrenheit(tmp_path):
-    values = signals()
-    values[:, :3] = values[:, :3] * 1.8 + 32.0
-    header = [name.replace("°C", "°F").replace("degC", "degF") for name in HEADER]
-    path = tmp_path / "log.csv"
-    path.write_text(table(elapsed(), clock="t [s]", header=header, values=values), encoding="utf-8")
-    (run,) = imported(path).runs
-    np.testing.assert_allclose(run.frame[NAMES[1:]], signals(), atol=1e-3)
-
-
 def test_rows_of_whole_seconds_are_spread_and_told(tmp_path):
     clock = [(START + dt.timedelta(seconds=n // 4)).strftime(LOCAL) for n in range(40)]
     path = tmp_path / "log.csv"

@@ -178,10 +178,3 @@ def test_a_column_of_time_that_is_not_there_is_refused(tmp_path):
 def test_no_file_is_refused():
     with pytest.raises(BadInput, match="import: files: none was given"):
         import_files([])
-
-
-def test_a_unit_for_a_column_that_is_not_there_is_refused(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text(SECONDS, encoding="utf-8")
-    with pytest.raises(BadInput, match=r"--unit: no column is called 'Oil\*'"):
-        import_files([path], units={"Oil*": "K"})
