@@ -105,18 +105,3 @@ def test_the_fields_of_a_dataclass_are_options_and_one_without_a_default_must_be
     text = " ".join(made.format_help().split())
     assert "--rest SECONDS how long it rests --size {half-pound,pound} how much" in text
     assert "such as 'T*=Tea'; may be repeated" in text
-
-
-def test_what_the_docstring_does_not_list_is_refused(parser, capsys):
-    with pytest.raises(SystemExit):
-        parser.parse_args(["--put-in", "bag"])
-    assert "choose from" in capsys.readouterr().err
-
-
-def test_help_says_what_the_docstring_says(parser):
-    text = " ".join(parser.format_help().split())
-    assert "how long, at heat (default: 40)" in text
-    assert "temperature [degC]; by default what is usual, 100 % sure" in text
-    assert "what it stands in (default: tin)" in text
-    assert "--fan move the air" in text
-    assert "Never" not in text

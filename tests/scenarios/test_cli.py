@@ -30,16 +30,6 @@ def test_help_lists_every_command_and_is_quick():
         assert f"\n    {command} " in done.stdout
 
 
-def test_no_command_shows_the_help(capsys):
-    assert main([]) == 0
-    assert "examples:" in capsys.readouterr().out
-
-
-def test_version(capsys):
-    assert main(["--version"]) == 0
-    assert capsys.readouterr().out.startswith("spindle-drift ")
-
-
 @pytest.mark.parametrize(
     ("argv", "message"),
     [
@@ -175,3 +165,13 @@ def test_a_termination_does_not_cut_the_clean_up_short(monkeypatch, capsys):
     monkeypatch.setattr(cli, "_run", terminated_again_while_cleaning_up)
     assert main([]) == 143
     assert capsys.readouterr().err.startswith("cleaned up")
+
+
+def test_no_command_shows_the_help(capsys):
+    assert main([]) == 0
+    assert "examples:" in capsys.readouterr().out
+
+
+def test_version(capsys):
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out.startswith("spindle-drift ")

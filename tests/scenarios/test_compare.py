@@ -47,18 +47,6 @@ def test_compare_prints_a_ranking_and_writes_page_and_figures(runs, tmp_path, ca
     assert table["models"][0]["score"] < 0.1
 
 
-def test_compare_as_json(runs, capsys):
-    code = main(
-        ["compare", "--train", *runs[:2], "--validate", *runs[2:], "--models", "mlr", "--json"]
-    )
-    assert code == 0
-    table = json.loads(capsys.readouterr().out)
-    row = next(row for row in table["models"] if row["name"] == "mlr")
-    assert row["train"]["yaw"]["rmse"] > 0
-    assert [one["run"] for one in row["validate"]["per_run"]] == ["c", "d"]
-    assert row["validate"]["per_run"][0]["elongation"]["eta"] > 0.9
-
-
 def test_runs_can_be_left_out_in_turn(runs, capsys):
     assert main(["compare", "--runs", *runs, "--models", "mlr", "--json"]) == 0
     table = json.loads(capsys.readouterr().out)
@@ -108,13 +96,6 @@ def test_points_prints_degrees_and_groups_and_draws(runs, tmp_path, capsys):
     table = json.loads((out / "points.json").read_text())
     assert table["degree"][0][0] == 1.0
     assert len(table["subsets"]) == 3
-
-
-def test_points_refuses_in_one_line(runs, capsys):
-    assert main(["points", *runs, "--lambda", "1.5"]) == 2
-    assert "lambda: 1.5 is not allowed" in capsys.readouterr().err
-    assert main(["points", *runs, "--target", "roll"]) == 2
-    assert "roll" in capsys.readouterr().err
 
 
 def test_fit_takes_options_of_the_model(runs, tmp_path, capsys):

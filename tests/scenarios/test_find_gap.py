@@ -19,7 +19,6 @@ from scenarios import gap_cosimulation, gap_runner
 from scenarios.cli import main
 from scenarios.fmu_files import build_plant
 from scenarios.gap_cosimulation import compare_fmus
-from scenarios.progress import FIND_GAP, Fraction
 from tests.gap_finder.conftest import runs_of
 
 RIVALS = ("thermal_preload", "friction_speed_exponent", "centrifugal_shift")
@@ -86,17 +85,6 @@ def test_a_run_without_what_drives_the_machine_is_refused(
     assert f"{paths[0]}: {told}" in line
 
 
-def test_sensors_that_the_runs_lack_are_named(machine):
-    runs = runs_of(machine)
-    without = [Run(run.name, run.frame.drop(columns="T3_degC")) for run in runs]
-    first = Run(without[0].name, without[0].frame.drop(columns="S1_um"))
-    assert gap_runner.not_compared(machine, runs) == []
-    assert gap_runner.not_compared(machine, [first, *without[1:]]) == [
-        "not compared: T3, its column T3_degC is in no run",
-        "not compared: S1, its column S1_um is not in down",
-    ]
-
-
 def test_too_few_runs_that_can_be_used(machine, tmp_path, capsys):
     runs = runs_of(machine)
     hall = runs[0].frame["T5_degC"] + np.where(runs[0].time_s > 3000.0, 20.0, 0.0)
@@ -131,20 +119,6 @@ def test_nothing_is_left_of_a_folder_when_something_fails(machine, tmp_path, mon
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
         Path(path).name for path in paths
     )
-
-
-def test_the_bar_never_goes_back_and_ends_full():
-    said = ["looking for broken channels"]
-    said += [f"iteration {i}" for i in range(1, 9)]
-    said += ["screening, 1", *(f"scoring {name}" for name in catalogue())]
-    said += ["screening, 2", "something new", "judging by what was kept back"]
-    said += ["co-simulating plant_before.fmu", "co-simulating plant_after.fmu"]
-    fraction = Fraction(FIND_GAP)
-    done = [fraction.after(text) for text in said]
-    assert done[0] == 0.0
-    assert np.all(np.diff(done) >= 0.0)
-    assert 0.25 < done[said.index("screening, 2")] < 0.7
-    assert 0.9 < done[-1] < 1.0
 
 
 @pytest.mark.long

@@ -80,10 +80,3 @@ def test_a_run_in_wrong_units_is_doubted_wherever_it_goes(lab, tmp_path, capsys)
     with pytest.warns(UserWarning, match="taken for") as caught:
         sd.Compensator.load(compensator).judge(wrong)
     assert len(caught) == 2
-
-
-def test_a_log_of_two_rows_reassures_nobody(lab, tmp_path, capsys):
-    rows = read_run(lab / "runs" / "Sheet18.csv").frame.iloc[:2]
-    two = write_run(Run("two", rows), tmp_path / "two.csv")
-    assert main(["monitor", str(lab / "c.json"), str(two)]) == 0
-    assert capsys.readouterr().out.startswith("too_short: nothing can be said")

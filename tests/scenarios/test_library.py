@@ -13,11 +13,9 @@ from scenarios import build_command
 from scenarios.cli import main
 from scenarios.cosimulation import simulate
 from scenarios.fmu_files import find_fmu
-from scenarios.replay import model_of
 from scenarios.runner import run_scenario
 from scenarios.scenario import library, read_scenario
 from scenarios.signals.base import Setting
-from scenarios.views import rig_of
 
 SIMULATED = [path.stem for path in library() if read_scenario(path).cases]
 
@@ -70,30 +68,6 @@ def test_the_main_scenario_shows_what_it_is_for(shipped_in_c, tmp_path):
         left = [group.rows[2].axes[axis].after_mean_um for group in (short, long)]
         assert left[1] > left[0]
     assert {row["name"] for group in table["table"] for row in group["rows"]} >= {"long_tool"}
-
-
-def test_a_missing_thermometer_never_makes_the_offsets_jump(shipped_in_c):
-    overrides = [("duration_s", 1800), ("record_s", 10)]
-    faults = [{"sensor": "T1", "kind": "missing", "start_s": 600, "end_s": 1200}]
-    (case,) = read_scenario("sensor_failure", [*overrides, ("faults", faults)]).cases
-    plant, compensator = in_c(shipped_in_c)
-    found = simulate(case, plant, compensator, quiet=True)
-    slew = model_of(compensator).limits.slew_um_per_s
-    for axis in "XYZ":
-        assert found.frame[f"d{axis}_um"].diff().abs().max() <= slew * 1.0001
-    codes = [event.code for event in found.events]
-    assert codes[:2] == [1, 0]
-    assert 4 in codes
-    assert max(codes) == 4
-    assert "T1 is missing" in next(event.text for event in found.events if event.code == 4)
-    assert found.events[-1].code in (0, 2)
-
-
-def test_the_rig_comes_from_the_plant(shipped, tiny_plant):
-    rig = rig_of(shipped / "plant.fmu")
-    assert rig is not None
-    assert rig.columns == [f"S{i}_um" for i in range(1, 6)]
-    assert rig_of(tiny_plant) is None
 
 
 def test_missing_fmus_are_built(shipped_in_c, tmp_path, monkeypatch, capsys):

@@ -125,33 +125,6 @@ def test_a_new_page_has_the_parts_that_thermometers_name(tmp_path, capsys):
     assert (nut["name"], nut["feed"]) == ("z_nut", {"input": "feed"})
 
 
-@pytest.mark.parametrize(
-    ("columns", "placed", "waiting"),
-    [
-        # Neither a feed nor a second thermometer of the column: nothing to draw it by.
-        ("nut_degC column_top_degC", {"column_top": "column"}, ["nut"]),
-        ("inside_degC x_nut_degC feed_x_mm_min", {"inside": "enclosure", "x_nut": "x_nut"}, []),
-        ("T1_degC T2_degC T3_degC", {}, ["T1", "T2", "T3"]),
-        (
-            "nose_degC front_degC front_left_degC front_unten_degC front_right_degC",
-            {"nose": "Y+", "front_left": "X-", "front_unten": "Y-", "front_right": "X+"},
-            ["front"],
-        ),
-    ],
-)
-def test_where_a_new_page_has_its_thermometers(columns, placed, waiting, tmp_path, capsys):
-    run = run_of(tmp_path, f"hall_degC {columns}")
-    path = tmp_path / "mine.toml"
-    assert main(["new-machine", "-o", str(path), *BELT, "--from-run", str(run)]) == 0
-    told = capsys.readouterr().out
-    assert ("not placed" in told) == bool(waiting)
-    assert not waiting or f"until you do: {', '.join(waiting)}\n" in told
-    assert "on one spot" not in told
-    page = tomllib.loads(path.read_text(encoding="utf-8"))
-    found = {entry["name"]: entry.get("side", entry["part"]) for entry in page["thermometers"]}
-    assert found == placed
-
-
 def test_a_column_that_a_page_cannot_name_is_told(tmp_path, capsys):
     run = run_of(tmp_path, "hall_degC front_degC Gehäuse_vorn_degC 3.Lager_degC")
     path = tmp_path / "mine.toml"

@@ -3,14 +3,12 @@
 import json
 import shutil
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
 from fmu_compensator.runtime.modelfile import load_model
 from measurement.runs import Run, write_run
 from scenarios.cli import main
-from scenarios.monitor_figure import axis_verdict
 from tests.fmu_compensator.conftest import make_run
 
 
@@ -50,25 +48,6 @@ def test_an_update_writes_a_file_and_shows_the_old_one_s_errors(
     assert compensator.read_bytes() == before
 
 
-def test_an_update_does_not_replace_the_old_file_unasked(compensator, new_run, capsys):
-    before = compensator.read_bytes()
-    assert main(["update", str(compensator), str(new_run), "-o", str(compensator)]) == 2
-    assert "is an input of this command" in capsys.readouterr().err
-    assert compensator.read_bytes() == before
-
-
-def test_an_update_of_a_file_of_a_version_before_is_refused_in_a_line(
-    compensator, new_run, tmp_path, capsys
-):
-    compensator.write_text(compensator.read_text().replace('"format": 3', '"format": 2'))
-    capsys.readouterr()
-    assert main(["update", str(compensator), str(new_run), "-o", str(tmp_path / "x.json")]) == 2
-    error = capsys.readouterr().err
-    assert error.count("\n") == 1
-    assert "fit it again from its runs: spindle-drift fit RUN" in error
-    assert not (tmp_path / "x.json").exists()
-
-
 def test_the_first_line_of_monitor_is_the_verdict(compensator, new_run, tmp_path, capsys):
     capsys.readouterr()
     out = tmp_path / "watched"
@@ -93,22 +72,9 @@ def test_monitor_as_json_is_one_document(compensator, tmp_path, capsys):
     assert report["runs"][0]["errors"] == []
 
 
-def test_monitor_names_what_a_run_lacks(compensator, tmp_path, capsys):
-    frame = make_run("lost", 61, hours=1.0).frame.drop(columns="T1_degC")
-    lost = write_run(Run("lost", frame), tmp_path / "lost.csv")
-    assert main(["monitor", str(compensator), str(lost)]) == 2
-    assert "lost.csv: column T1_degC: is missing" in capsys.readouterr().err
-
-
 def test_a_run_that_is_too_short_is_drawn_too(compensator, new_run, tmp_path):
     short = tmp_path / "short.csv"
     short.write_text("".join(new_run.read_text().splitlines(keepends=True)[:12]))
     out = tmp_path / "watched"
     assert main(["monitor", str(compensator), str(short), "--out", str(out)]) == 0
     assert json.loads((out / "monitor.json").read_text())["runs"][0]["verdict"] == "too_short"
-
-
-def test_an_axis_within_its_bound_is_drawn_as_fitting():
-    run = SimpleNamespace(verdict="changed")
-    drawn = [axis_verdict(run, SimpleNamespace(is_unusual=unusual)) for unusual in (True, False)]
-    assert drawn == ["changed", "fits"]

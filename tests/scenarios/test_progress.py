@@ -21,11 +21,3 @@ def test_a_line_is_written_as_long_as_it_takes(monkeypatch, capsys):
     lines = written.splitlines()
     assert lines[0].endswith(" s: calibrating")
     assert lines[-1].endswith(" s: screening")
-
-
-def test_quiet_work_says_nothing(monkeypatch, capsys):
-    monkeypatch.setattr(progress, "SPEAKS_S", 0.01)
-    with progress.spoken(quiet=True) as say:
-        say("calibrating")
-        time.sleep(0.05)
-    assert capsys.readouterr().err == ""

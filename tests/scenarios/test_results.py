@@ -31,23 +31,6 @@ def names(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
-def test_a_folder_appears_whole(tmp_path):
-    target = tmp_path / "deep" / "results"
-    with results_folder(target) as folder:
-        fill(folder)
-        assert not target.exists()
-    assert names(target) == ["new.txt", TABLE]
-    assert names(target.parent) == ["results"]
-
-
-@pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
-def test_a_failure_half_way_leaves_nothing(tmp_path, error):
-    target = tmp_path / "results"
-    with pytest.raises(error):
-        write_half(target, error)
-    assert names(tmp_path) == []
-
-
 def test_a_failure_half_way_leaves_what_was_there(tmp_path):
     target = tmp_path / "results"
     with results_folder(target) as folder:

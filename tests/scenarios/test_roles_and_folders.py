@@ -19,7 +19,7 @@ from scenarios.fmu import FmuError
 from scenarios.scenario import read_scenario
 from scenarios.unpacking import Unpacked
 from tests.patience import PATIENCE_S, until
-from tests.scenarios.tiny_fmus import COMPENSATOR, PLANT, build_tiny
+from tests.scenarios.tiny_fmus import PLANT, build_tiny
 
 
 @pytest.fixture
@@ -54,14 +54,6 @@ def test_a_plant_without_the_error_that_is_left_is_refused(tiny_scenario, tmp_pa
     (case,) = read_scenario(tiny_scenario).cases
     with pytest.raises(BadInput, match=r"is no plant: .* output error_X, error_Y, error_Z$"):
         simulate(case, plant, None, quiet=True)
-
-
-def test_a_compensator_whose_status_is_no_number_is_refused(tiny_scenario, tiny_plant, tmp_path):
-    source = COMPENSATOR.replace('("status", "status_sensor")', '("status_sensor",)')
-    other = build_tiny(source, "MuteCompensator", tmp_path / "mute")
-    (case,) = read_scenario(tiny_scenario).cases
-    with pytest.raises(BadInput, match=r"is no compensator: it has no output status$"):
-        simulate(case, tiny_plant, other, quiet=True)
 
 
 def test_a_good_run_and_a_failed_start_leave_nothing_unpacked(

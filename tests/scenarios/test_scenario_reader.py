@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from measurement.errors import BadInput
-from scenarios.scenario import Scenario, library, read_scenario, scenario_from_text, scenario_path
+from scenarios.scenario import Scenario, read_scenario, scenario_from_text, scenario_path
 from tests.mangling import JUNK, mangled, places
 
 TEXT = """
@@ -63,12 +63,6 @@ def test_variants_change_only_what_they_name():
     assert one.settings.plant.parameters == {"links.front.conductance": 3.0}
 
 
-def test_a_scenario_without_variants_is_one_case():
-    text = TEXT[: TEXT.index("[[variants]]")]
-    (case,) = read(text).cases
-    assert (case.name, case.title, case.settings.steps) == ("main", "A small one", 20)
-
-
 def test_overrides_reach_every_variant_unless_it_says_otherwise():
     one, two = read(TEXT, ("duration_s", 40), ("compensator.enabled", True)).cases
     assert (one.settings.steps, two.settings.steps) == (40, 40)
@@ -109,14 +103,6 @@ def test_a_mistake_is_one_line_that_names_the_place(old, new, message):
     assert "\n" not in str(caught.value)
 
 
-def test_a_replay_needs_nothing_else():
-    head = TEXT[: TEXT.index("[plant]")]
-    found = read(head + '[replay]\nruns = ["a.csv"]\n')
-    assert found.cases == ()
-    assert found.settings.replay is not None
-    assert found.settings.replay.runs == ["a.csv"]
-
-
 def test_a_typo_is_told_the_nearest_name():
     with pytest.raises(BadInput, match="did you mean step_speed"):
         scenario_path("step_sped")
@@ -130,11 +116,6 @@ def test_a_folder_or_a_binary_file_is_refused(tmp_path):
     (tmp_path / "b.toml").write_bytes(b"\xff\xfe")
     with pytest.raises(BadInput, match="cannot be read"):
         read_scenario(tmp_path / "b.toml")
-
-
-@pytest.mark.parametrize("path", library(), ids=lambda path: path.stem)
-def test_every_shipped_scenario_reads_and_is_named_like_its_file(path):
-    assert read_scenario(path.stem).settings.name == path.stem
 
 
 TABLE = tomllib.loads(TEXT)

@@ -30,10 +30,6 @@ def test_a_scaled_signal_is_a_factor_times_another():
         build({"kind": "scaled", "signal": {"kind": "rmap"}, "factor": 1.0}, setting())
 
 
-def test_a_bare_number_is_a_constant():
-    assert values(21) == [21.0] * 7
-
-
 def test_steps_jump_at_their_times_and_hold_before_the_first():
     steps = {"kind": "steps", "times_s": [5, 10], "values": [1, 2]}
     assert values(steps) == [1, 1, 1, 1, 2, 2, 2]

@@ -1,7 +1,6 @@
 """`spindle-drift ssp`: what is in the file; tests/masters runs it in other tools."""
 
 import io
-import json
 import shutil
 import zipfile
 from pathlib import Path
@@ -18,7 +17,6 @@ from fmpy.validation import validate_fmu
 from pyssp_standard.standard import ModelicaStandard
 
 from measurement.errors import BadInput
-from measurement.files import sha256_of
 from scenarios.cli import main
 from scenarios.scenario import read_scenario
 from scenarios.ssp.package import ssp_bytes
@@ -183,14 +181,6 @@ def test_without_a_compensator_only_the_signals_are_connected(tiny_scenario, tin
     )
     assert {element.name for element in ssd.system.elements} == {"plant", "signals"}
     assert wires(ssd) == {"signals.speed>plant.speed", "signals.tool_length>plant.tool_length"}
-
-
-def test_json_names_the_file_as_it_is(tiny_scenario, tiny_folder, tmp_path, capsys):
-    out = tmp_path / "a.ssp"
-    packed(tiny_scenario, tiny_folder, out, "--json")
-    found = json.loads(capsys.readouterr().out)
-    assert found["sha256"] == sha256_of(out)
-    assert (found["file"], found["variant"], found["step_s"]) == (str(out), "main", 1.0)
 
 
 def test_only_changes_are_kept_with_every_digit():
