@@ -7,9 +7,8 @@ import pytest
 from scipy.optimize import least_squares
 
 from measurement.errors import BadInput
-from studies.fit.bp import BackPropagation, Samples
+from studies.fit.bp import BackPropagation
 from studies.fit.ga_bp import GeneticBackPropagation
-from studies.fit.genetic import GeneticSettings, evolve
 from studies.fit.network_training import Shape, levenberg_marquardt, nguyen_widrow
 from tests.fmu_compensator.models.made import run_of, task_of
 
@@ -33,41 +32,6 @@ def test_the_jacobian_equals_finite_differences(nodes):
         step[k] = 1e-6
         numeric = (shape.outputs(theta + step, x) - shape.outputs(theta - step, x)) / 2e-6
         assert slopes[:, :, k] == pytest.approx(numeric, abs=1e-7)
-
-
-def test_a_4_10_3_network_has_83_genes():
-    # 4 x 10 + 10 x 3 weights and 10 + 3 thresholds; the study's own sum says 110.
-    assert Shape((4, 10, 3)).size == 70 + 13
-
-
-def test_a_population_is_computed_as_its_members_are():
-    shape, random = Shape((3, 4, 2)), np.random.default_rng(2)
-    people, x = random.standard_normal((7, shape.size)), random.standard_normal((9, 3))
-    together = shape.outputs(people, x)
-    assert together.shape == (7, 9, 2)
-    for person, values in zip(people, together, strict=True):
-        assert values == pytest.approx(shape.outputs(person, x))
-
-
-def test_training_only_goes_down_and_notes_the_goal():
-    shape, random = Shape((1, 6, 1)), np.random.default_rng(3)
-    x = np.linspace(-1, 1, 60)[:, None]
-    y = np.sin(3 * x)
-    found = levenberg_marquardt(
-        shape,
-        nguyen_widrow(shape, random),
-        x,
-        y,
-        np.full(60, 1 / 60),
-        iterations=200,
-        goal=1e-4,
-        decay=0.0,
-    )
-    assert all(b <= a for a, b in pairwise(found.curve))
-    assert found.curve[-1] < 1e-4
-    assert found.reached is not None
-    assert found.curve[found.reached] <= 1e-4 < found.curve[found.reached - 1]
-    assert np.mean((shape.outputs(found.theta, x) - y) ** 2) == pytest.approx(found.curve[-1])
 
 
 @pytest.mark.parametrize(("decay", "seed"), [(0.0, 0), (0.0, 1), (1e-3, 0), (1e-3, 1)])
@@ -98,18 +62,6 @@ def test_bp_bends_where_a_line_cannot():
     spread = task.runs[0].targets.std(axis=0)
     assert (missed.std(axis=0) < 0.1 * spread).all()
     assert fitted.report()["nodes"] == [4, 10, 3]
-
-
-def test_decay_keeps_the_network_smooth():
-    task = bent_task()
-    free, pulled = (BackPropagation.fit(task, decay=decay) for decay in (0.0, 1.0))
-    assert np.linalg.norm(pulled.training.theta) < 0.5 * np.linalg.norm(free.training.theta)
-
-
-def test_two_hidden_layers_as_in_the_time_series_study():
-    fitted = BackPropagation.fit(bent_task(), hidden=(5, 5), iterations=3)
-    assert fitted.report()["nodes"] == [4, 5, 5, 3]
-    assert fitted.report()["weights_and_thresholds"] == 4 * 5 + 5 + 5 * 5 + 5 + 5 * 3 + 3
 
 
 def test_ga_bp_4_10_3_trains_with_little_work_from_a_better_start(monkeypatch):
@@ -168,27 +120,6 @@ def test_data_left_out_choose_fewer_nodes_than_the_error_in_training():
     assert max(sizes["left_out"]) < min(sizes["training"])
     with pytest.raises(BadInput, match="nodes_by: 'luck' is not allowed: left_out, training"):
         GeneticBackPropagation.fit(task, nodes_by="luck")
-
-
-def test_rows_are_thinned_as_asked():
-    task = bent_task(rows=1000)
-    assert [len(Samples.of(task, rows).x) for rows in (0, 100, 800)] == [1000, 100, 500]
-    whole, thin = (BackPropagation.fit(task, rows=rows, iterations=3) for rows in (0, 100))
-    assert not np.allclose(whole.training.theta, thin.training.theta)
-
-
-def test_evolution_finds_a_peak_and_keeps_the_best():
-    random = np.random.default_rng(0)
-    target = np.array([0.5, -0.25, 0.75])
-
-    def fitness(people):
-        return 1.0 / (1e-6 + np.sum((people - target) ** 2, axis=1))
-
-    first = random.uniform(-1, 1, (40, 3))
-    best, history = evolve(first, fitness, -1.0, 1.0, GeneticSettings(40, 150), random)
-    assert best == pytest.approx(target, abs=0.1)
-    assert all(b >= a for a, b in pairwise(history))
-    assert history[-1] > 5 * history[0]
 
 
 @pytest.mark.parametrize(

@@ -10,11 +10,10 @@ from fmu_compensator.fit.error_models.mlr import MultipleLinearRegression
 from fmu_compensator.fit.training import TrainingRun
 from measurement.errors import BadInput
 from studies.fit.bayes import Bayes
-from studies.fit.by_run import Solution
 from studies.fit.lagged import features
 from studies.fit.lasso import Lasso
 from studies.fit.ridge import Ridge
-from studies.fit.thermal_states import WORTH, LagChoice, ThermalStates, averaged
+from studies.fit.thermal_states import ThermalStates
 from tests.fmu_compensator.models.made import lag, rms, run_of, steps, task_of
 
 # Thermal states
@@ -53,18 +52,6 @@ def test_what_is_solved_for_is_what_runs():
     run = hysteresis_run(3)
     wanted = features(run, fitted.lags_s, uses_speed=True, uses_levels=True) @ fitted.coefficients.T
     assert fitted.predict(run) == pytest.approx(wanted, abs=1e-9)
-
-
-def test_a_sensor_that_reads_high_in_a_new_run_does_no_harm():
-    fitted = ThermalStates.fit(task_of([hysteresis_run(seed) for seed in range(8)], "level"))
-    unseen = hysteresis_run(20)
-    jumped = unseen.inputs.copy()
-    jumped[:, 2] += 31.0
-    other = run_of(jumped, unseen.targets, speed=unseen.speed)
-    difference = rms(fitted.predict(other) - fitted.predict(unseen))
-    assert difference < 0.3 * rms(unseen.targets)
-    fine = run_of(unseen.inputs + 5.0, unseen.targets, speed=unseen.speed)
-    assert fitted.predict(fine) == pytest.approx(fitted.predict(unseen), abs=1e-6)
 
 
 def test_a_run_that_the_others_do_not_explain_is_trusted_less():
@@ -158,14 +145,3 @@ def test_lasso_solves_its_own_problem():
     assert 0 < active.sum() < active.size
     assert np.abs(slope[active]) == pytest.approx(0.05 * largest, rel=1e-3)
     assert (np.abs(slope[~active]) <= 0.05 * largest * 1.001).all()
-
-
-def test_the_shares_of_the_average_fall_with_the_error():
-    found = [
-        LagChoice((1.0,), False, 0.0, False, 1.0, Solution(np.zeros(1), np.ones(2), rms))
-        for rms in (np.full(2, 1.0), np.full(2, 1.1), np.full(2, 3.0))
-    ]
-    mix = averaged(found)
-    assert sum(share for share, _ in mix) == pytest.approx(1.0)
-    assert [one for _, one in mix] == found[:2]
-    assert mix[1][0] / mix[0][0] == pytest.approx(np.exp(-np.log(1.1) / WORTH))

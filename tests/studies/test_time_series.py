@@ -49,28 +49,6 @@ def test_a_measurement_takes_the_place_of_arx_own_prediction():
     assert gap[-1] == pytest.approx(0.0, abs=0.3)
 
 
-def noisy_arx_run(seed: int) -> TrainingRun:
-    run = arx_run(seed)
-    noise = np.random.default_rng(100 + seed).standard_normal(run.targets.shape)
-    return run_of(run.inputs, run.targets + noise, speed=run.speed, name=run.name)
-
-
-def test_armax_takes_off_what_sensor_noise_does_to_the_memory():
-    # With white noise v on the drift, y(k) = a y(k-1) + ... + v(k) - a v(k-1): an ARMAX.
-    task = task_of([noisy_arx_run(seed) for seed in range(8)])
-    plain, armax = (
-        AutoregressiveExogenous.fit(task, estimator=name) for name in ("prediction", "armax")
-    )
-    assert armax.report()["orders"]["y0"][2] >= 1
-    assert plain.report()["orders"]["y0"][2] == 0
-    memories = [float(model.report()["memory_s"][0]) for model in (plain, armax)]
-    assert memories[0] < 0.6 * 3600.0
-    assert memories[1] == pytest.approx(3600.0, rel=0.25)
-    unseen = arx_run(11)
-    missed = [rms(unseen.targets - model.predict(unseen)) for model in (plain, armax)]
-    assert missed[1] < 0.5 * missed[0]
-
-
 class Armax(MLEModel):
     """y(k) = a y(k-1) + b x(k) + e(k) + c e(k-1) in the state [y(k), c e(k)], by likelihood."""
 
@@ -168,15 +146,6 @@ def test_the_report_has_the_correlations_that_tell_the_kind_of_series():
     assert report["pacf"][1] == pytest.approx(0.7, abs=0.1)
     assert sum(abs(value) > bound for value in report["pacf"][2:]) <= 3
     assert report["aic"] == min(report["aic_by_order"].values())
-
-
-def test_every_row_counts_in_a_series():
-    # The first 600 rows are one series, the rest another: only all of them tell.
-    first, rest = integrated_ar(1, rows=600, phi=0.1), integrated_ar(2, rows=2400, phi=0.9)
-    joined = np.concatenate([first.targets, first.targets[-1] + rest.targets])
-    run = run_of(np.random.default_rng(0).standard_normal((3000, 1)), joined)
-    [report] = AutoregressiveMovingAverage.fit(task_of([run])).report()["targets"].values()
-    assert report["acf"][1] > 0.8
 
 
 def test_one_step_ahead_beats_persistence_and_says_nothing_of_a_free_run():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from measurement.errors import BadInput
-from studies.fit.vac import VectorAngleCosine, _Rows, conditions
+from studies.fit.vac import VectorAngleCosine, _Rows
 from tests.fmu_compensator.models.made import lag, run_of, steps, task_of
 
 
@@ -96,13 +96,6 @@ def test_measurements_move_the_weights_to_the_model_that_is_right():
     assert hybrid.uses_measured
 
 
-def test_a_hybrid_of_models_that_cannot_use_measurements_says_so():
-    fitted = VectorAngleCosine.fit(two_condition_task(range(3)), models="mlr,ne")
-    assert not fitted.uses_measured
-    assert fitted.report()["judged_on_runs_left_out"]
-    assert set(fitted.report()["weights"]) == {"steady"}
-
-
 def test_constituents_have_options_of_their_own():
     task = two_condition_task(range(2))
     options = {"models": "mlr,ne", "parts": {"ne": {"tau_s": 900.0}, "mlr": {"subset": False}}}
@@ -115,15 +108,6 @@ def test_constituents_have_options_of_their_own():
         VectorAngleCosine.fit(task, models="mlr,ne", parts="ne")
     with pytest.raises(BadInput, match="ne: speed: is not a known option"):
         VectorAngleCosine.fit(task, models="mlr,ne", parts={"ne": {"speed": 1.0}})
-
-
-def test_conditions_go_by_the_speed():
-    speed = np.concatenate([np.zeros(10), np.full(100, 5000.0), np.full(10, 5040.0), [np.nan] * 3])
-    run = run_of(np.zeros((len(speed), 1)), np.zeros((len(speed), 1)), speed=speed)
-    found = conditions(run)
-    assert (found[:10] == 0).all()
-    assert (found[10:70] == 1).all()  # an hour after the change
-    assert (found[70:] == 2).all()  # 40 rpm more is no change, nor is a speed not known
 
 
 @pytest.mark.parametrize(

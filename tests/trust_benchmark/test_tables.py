@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from benchmarks.trust.judge import CHOICE, PROTOTYPE
+from benchmarks.trust.judge import CHOICE
 from benchmarks.trust.tables import tables
 
 
@@ -32,15 +32,3 @@ def test_like_and_unlike_splits_are_told_apart_and_the_worst_is_shown():
     assert cells[1:] == ["20 %", "90 %", "60 %", "90 %", "120 %", "90 %", "25 %", "1.0 %"]
     assert "one idea" not in tables(found)
     assert "1.5 times the promise, in every axis, in 2 of 3 splits." in tables(found)
-
-
-def test_single_models_stand_beside_the_choice_and_refusals_nowhere():
-    found = [
-        answer("cold", CHOICE, 4.0, unlike=True),
-        answer("cold", PROTOTYPE, 15.0, unlike=True),
-        answer("cold", "mlr", 15.0, unlike=True),
-        {"data": "lathe", "question": "cold", "model": "arx", "refused": "too few rows"},
-    ]
-    [row] = [line for line in tables(found).splitlines() if line.startswith("| cold")]
-    assert row.startswith("| cold | unlike | Z | 10.0 | 4.00 | 3.00 | 90 %, 4.0 | 25 % |")
-    assert row.endswith("| 150 % of none |")

@@ -109,16 +109,6 @@ def test_a_start_that_is_not_level_costs_more_than_the_reduction(jig_borer, runs
     assert 0.3 < missed[0] < missed[1] < 0.85
 
 
-def test_it_finds_the_spindle_that_made_the_runs(runs):
-    fitted = FiniteElementModel.fit(task_of(runs[:2]))
-    factors = fitted.report()["factors"]
-    assert all(0.75 < value < 1.35 for value in factors.values()), factors
-    unseen = task_of(runs[2:]).runs[0]
-    error = fitted.predict(unseen) - unseen.targets
-    assert np.sqrt(np.mean(error**2, axis=0)) == pytest.approx([0.0, 0.0], abs=0.4)
-    assert np.ptp(unseen.targets[:, 0]) > 20.0
-
-
 def test_it_identifies_a_spindle_that_differs(jig_borer):
     """Half the cooling: the factor on the jackets finds it, and the error on new speeds shrinks."""
     form = jig_borer.description
