@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from benchmarks.gap import run
-from benchmarks.gap.plan import DELETED_SIZES, balanced, trials
+from benchmarks.gap.plan import balanced
 from tests.gap_benchmark.made_up import plan
 
 ARGUMENTS = ["--split", "development", "--workers", "1"]
@@ -36,21 +36,6 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, tuple[str, ...]]]:
     monkeypatch.setattr(run, "ask", ask)
     monkeypatch.setattr(run, "ask_empty", lambda folder: ask(folder, ("only calibrated",)))
     return found
-
-
-def test_single_effects_that_are_not_weak_are_also_deleted() -> None:
-    asked = [one for case in trials("reported", 143) for one in case]
-    single = {one.number: one for one in asked if one.kind == "effect"}
-    deleted = {one.number: one for one in asked if one.kind == "deleted"}
-    assert set(deleted) == {
-        number for number, one in single.items() if one.case.hidden[0][1] in DELETED_SIZES
-    }
-    for number, one in deleted.items():
-        assert one.case == single[number].case
-        assert one.without == (one.case.hidden[0][0],)
-        assert (one.name, one.files) == (f"{number:04d}_deleted", f"{number:04d}")
-    # What is asked besides changes no case.
-    assert [case[0] for case in trials("reported", 143)] == plan("reported", 143)
 
 
 def test_records_hold_question_truth_and_answer(

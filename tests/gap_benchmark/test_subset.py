@@ -66,12 +66,3 @@ def test_the_answer_stays_when_rows_are_dropped_and_runs_are_swapped(
         thinned.append(Run(run.name, run.frame[kept].reset_index(drop=True)))
     found = find_gap(jig_borer_lumps, thinned, Search(OTHERS))
     assert found.keys == ("centrifugal_shift",)
-
-
-@pytest.mark.long
-def test_nothing_is_named_where_nothing_is_hidden(jig_borer_lumps: Machine, tmp_path: Path) -> None:
-    runs, unseen = _runs(2, tmp_path)
-    found = find_gap(jig_borer_lumps, runs)
-    judged = Judged.of(found, observe(jig_borer_lumps, unseen))
-    assert judged.verdict == "none_missing"
-    assert found.after is found.before

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from benchmarks.gap import sections, table
@@ -119,17 +118,6 @@ def records(tmp_path: Path) -> Folder:
     both = answer(WINDAGE, RADIATION, one_of=("windage",))
     folder.put("pair", [hidden("windage"), hidden("radiation")], both, empty=2.0)
     return folder
-
-
-def test_a_case_is_strong_by_what_the_same_machine_and_runs_leave(records: Folder) -> None:
-    found = {one.table["number"]: one for one in read_records(records.folder)}
-    assert len(found) == 8
-    assert [found[i].strength for i in (1, 2, 3)] == ["strong", "faint", "visible"]
-    assert found[1].ratio == pytest.approx(3.0)
-    assert found[1].closed == pytest.approx(5.0 / 6.0)
-    # Nothing is known of this one's machine: the median of the others stands in.
-    assert not found[7].matched
-    assert found[7].empty == pytest.approx(np.median([3.0, 3.0, 2.5, 3.0, 5.0, 4.0, 2.0]))
 
 
 def test_the_figures_that_are_asked_for(records: Folder) -> None:
