@@ -44,12 +44,6 @@ def test_a_range_ends_two_deviations_out_and_is_no_wall(jig_borer_lumps: Machine
     np.testing.assert_allclose(values[4:], [20.0, 0.1])  # what f0 can be at all
 
 
-def test_positive_numbers_stay_positive(jig_borer_lumps: Machine) -> None:
-    priors = Priors.of(jig_borer_lumps, calibrated=True)
-    for name, value in priors.values(np.full((1, len(priors.names)), -30.0)).items():
-        assert value[0] > 0.0 or jig_borer_lumps.parameters[name].low <= 0.0
-
-
 def test_calibration_leaves_a_range_that_the_runs_contradict_and_says_so(
     jig_borer_lumps: Machine, tmp_path: Path
 ) -> None:

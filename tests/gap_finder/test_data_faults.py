@@ -7,7 +7,6 @@ import pytest
 
 from gap_finder.candidates import with_effect
 from gap_finder.data_faults import WHOLE_RUN, need_readings, without_faults
-from gap_finder.observations import observe
 from measurement.errors import BadInput
 from measurement.runs import Run
 from plant_model.machine import Machine
@@ -51,19 +50,6 @@ def test_real_effects_are_not_swallowed(
     moved = runs_of(with_effect(jig_borer_lumps, key, values), 240.0)
     for runs in (moved, [*seldom[:2], *moved[2:]]):
         assert without_faults(jig_borer_lumps, runs)[1] == []
-
-
-def test_a_wrong_level_leaves_nothing_of_the_channel_behind(jig_borer_lumps: Machine) -> None:
-    runs = runs_of(jig_borer_lumps)
-    broken = [changed(run, "T7_degC", run.frame["T7_degC"] + 31.0) for run in runs[2:]]
-    left, faults = without_faults(jig_borer_lumps, [*runs[:2], *broken])
-    assert {(f.run, f.channel, f.kind) for f in faults} == {
-        ("stops", "T7", "level_jump"),
-        ("steady", "T7", "level_jump"),
-    }
-    observed = observe(jig_borer_lumps, left)
-    t7 = observed[0].channels.index("T7")
-    assert [bool(one.weights[:, t7].any()) for one in observed] == [True, True, False, False]
 
 
 def test_only_what_the_machine_uses_is_told(jig_borer_lumps: Machine) -> None:

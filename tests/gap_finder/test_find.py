@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import json
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,7 +12,7 @@ import numpy as np
 import pytest
 
 from gap_finder.candidates import beyond_usual_range, with_effect
-from gap_finder.find import Judged, _need_excitation, find_gap, is_closed_where_better
+from gap_finder.find import Judged, find_gap, is_closed_where_better
 from gap_finder.observations import observe
 from gap_finder.search import Search
 from measurement.errors import BadInput
@@ -92,19 +91,6 @@ def test_too_few_runs_and_a_machine_at_rest_are_refused(jig_borer_lumps: Machine
         run.frame["speed_rpm"] = 0.0
     with pytest.raises(BadInput, match="stands still"):
         find_gap(jig_borer_lumps, runs)
-
-
-def test_an_input_with_a_default_moves_a_machine_too(jig_borer_lumps: Machine) -> None:
-    inputs = tuple(
-        replace(entry, default=0.0) if entry.name == "speed" else entry
-        for entry in jig_borer_lumps.inputs
-    )
-    machine, runs = replace(jig_borer_lumps, inputs=inputs), runs_of(jig_borer_lumps)
-    _need_excitation(machine, runs)
-    for run in runs:
-        run.frame["speed_rpm"] = 0.0
-    with pytest.raises(BadInput, match="stands still"):
-        _need_excitation(machine, runs)
 
 
 def test_a_written_machine_reads_back_and_keeps_its_comments(

@@ -43,12 +43,6 @@ def test_hours_beyond_the_usual_are_possible_and_cost_something(jig_borer_lumps:
     assert costs[1] - costs[0] == pytest.approx(2.0 * np.log(2.0))
 
 
-def test_a_lag_of_less_than_a_minute_is_ordinary() -> None:
-    for minutes, ordinary in ((0.8, True), (2.0, False)):
-        one = AddedEffect(Candidate("sensor_lag:T1", {"minutes": minutes}, ()))
-        assert one.is_ordinary is ordinary
-
-
 def test_candidates_cover_both_signs_and_stay_possible(jig_borer_lumps: Machine) -> None:
     for effect in missing_effects(jig_borer_lumps):
         sizes = {entry[effect.amplitude] for entry in grid(effect)}

@@ -48,15 +48,6 @@ def test_leaps_are_seen_where_the_bearing_slips(
         assert np.median(np.abs(beyond_the_model[at] - beyond_the_model[at - 1])) > 1.5
 
 
-def test_nothing_leaps_where_nothing_slips(jig_borer_lumps: Machine) -> None:
-    runs = [
-        Run(n, simulate(jig_borer_lumps, inputs_of(n), noise_seed=1).run_frame()) for n in SPECTRA
-    ]
-    for observed in observe(jig_borer_lumps, runs):
-        base = modelled(simulate_at(jig_borer_lumps, observed), observed)[0]
-        assert len(leaps_in(jig_borer_lumps, observed, base).sign) == 0
-
-
 def test_a_model_that_holds_too_long_slips_where_it_was_seen_to(
     jig_borer_lumps: Machine, slipping: list[Observations]
 ) -> None:

@@ -10,10 +10,8 @@ from gap_finder.linearise import modelled, simulate_at
 from gap_finder.observations import Observations, observe
 from gap_finder.switchings import (
     Relay,
-    Watched,
     carried_away,
     likely_switchings,
-    relay,
     watched,
 )
 from measurement.runs import Run
@@ -45,17 +43,6 @@ def found(machine: Machine, observed: list[Observations]) -> list[tuple[str, flo
     parts = list(catalogue()["coolant_thermostat"].drivers(machine))[1:]
     likely = likely_switchings(machine, observed, residuals, carried, parts)
     return [(one.part, one.relays[0].on_above, one.relays[0].dead_band) for one in likely]
-
-
-def test_a_relay_keeps_what_it_was_within_the_dead_band() -> None:
-    series = np.array([20.0, 24.0, 26.0, 24.5, 23.9, 24.5, 25.5])
-    (on,) = relay(series, np.array([25.0]), np.array([1.0]))
-    assert on.tolist() == [False, False, True, True, False, False, True]
-    ends = np.array([0.0, 100.0, 300.0, 600.0])
-    (share,) = Watched(np.arange(7.0) * 100.0, series).on_between(
-        np.array([25.0]), np.array([1.0]), ends
-    )
-    np.testing.assert_allclose(share, [0.0, 0.5, 1.0 / 3.0])
 
 
 def test_the_part_and_the_setting_are_found(
