@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,7 +14,6 @@ from plant_model.effects import catalogue
 from plant_model.effects.base import possible
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
-from plant_model.network import Network
 from plant_model.simulate import simulate
 from tests.plant_model.catalogue_machines import bare, lathe
 from tests.plant_model.conftest import inputs_over, key_of, with_effects
@@ -94,21 +92,6 @@ def test_a_set_in_which_all_are_off_is_as_without_them(jig_borer_lumps):
         np.testing.assert_allclose(both.readings[key][0], series[0], atol=1e-8, err_msg=key)
         np.testing.assert_allclose(both.readings[key][1], alone.readings[key][0], atol=5e-2)
     np.testing.assert_allclose(both.pose[0], without.pose[0], atol=1e-8)
-
-
-@pytest.mark.parametrize("name", [n for n in NAMES if catalogue()[n].temperature_dependent])
-def test_is_asked_no_more_than_some_times_a_row(name, jig_borer_lumps, monkeypatch):
-    inputs, asked, usual = inputs_over(2.0), [], Network.dependent
-
-    def counted(self: Network, *arguments: Any) -> Any:
-        asked.append(1)
-        return usual(self, *arguments)
-
-    monkeypatch.setattr(Network, "dependent", counted)
-    simulate(with_effects(jig_borer_lumps, name), inputs)
-    # The scheme asks three times a step, and most steps are as long as a row. How long that takes
-    # is another matter: it depends on the computer.
-    assert len(asked) <= 6 * len(inputs)
 
 
 @pytest.mark.parametrize("name", ["sensor_lag", "sensor_offset", "sensor_drift"])

@@ -14,15 +14,67 @@ from plant_model.parameters import Values
 from plant_model.simulate import simulate
 from tests.plant_model.catalogue_machines import change, heat_of, lathe, made, steady
 
-
-def test_thermal_preload_adds_load_torque_with_the_difference():
-    _, effect = made(lathe(), "thermal_preload", gain=0.2)
-    # M1 = 0.001 * 1000 * 120 = 120 N mm; times 0.2 * 10; H = 1.047e-4 * 3000 * 240 = 75.4 W.
-    heat = heat_of(effect, 3000.0, {"ring": 40.0, "race": 30.0})
-    assert heat["ring"] == heat["race"] == pytest.approx(75.384 / 2.0, rel=1e-9)
-    assert sum(heat_of(effect, 3000.0, {"race": 30.0}).values()) == 0.0
+ALL = "all parts"
+PRELOAD, IRON = {"gain": 0.2}, {"power": 400.0, "eddy_share": 0.75, "stator_share": 0.9}
+CUT = {"share": 0.05, "tool_share": 0.4}
+FILM, GRAY = {"film_at_10_K": 3.0}, {"emissivity": 0.5}
+OF_THE_LATHE = [
+    # M1 = 0.001 * 1000 * 120 = 120 N mm; times 0.2 * 10; H = 1.047e-4 * 3000 * 240 = 75.384 W.
+    ("thermal_preload", PRELOAD, 3000.0, {"ring": 40.0, "race": 30.0}, {"ring": 37.692}),
+    ("thermal_preload", PRELOAD, 3000.0, {"ring": 40.0, "race": 30.0}, {"race": 37.692}),
+    ("thermal_preload", PRELOAD, 3000.0, {"race": 30.0}, {ALL: 0.0}),
     # 1.047e-4 * 3000 * 120 * 9 = 339.2 W is all that a seizing bearing may add.
-    assert sum(heat_of(effect, 3000.0, {"ring": 200.0}).values()) == pytest.approx(339.228)
+    ("thermal_preload", PRELOAD, 3000.0, {"ring": 200.0}, {ALL: 339.228}),
+    # At 160 K twice the 3 W/(m2 K) that the film holds: 3 * 0.8 m2 * 160 K more; at 0.625 K half.
+    ("natural_convection", FILM, 0.0, {"headstock": 180.0}, {"headstock": -384.0}),
+    ("natural_convection", FILM, 0.0, {"headstock": -140.0}, {"headstock": 384.0}),
+    ("natural_convection", FILM, 0.0, {"headstock": 20.625}, {"headstock": 0.75}),
+    # 5.670374419e-8 * 0.5 * 0.8 m2 * (353.15^4 - 293.15^4), less 4 * 293.15^3 * 60 K of it.
+    ("radiation", GRAY, 0.0, {"headstock": 80.0}, {"headstock": -48.1410}),
+    # Half speed: 400 * (0.25 / 2 + 0.75 / 4) = 125 W.
+    ("motor_iron_loss", IRON, 2000.0, {}, {"winding": 112.5, "cage": 12.5}),
+    ("motor_iron_loss", IRON, 4000.0, {}, {ALL: 400.0}),
+    ("windage", {"power": 160.0}, 4000.0, {}, {"cage": 80.0, "winding": 80.0}),
+    # 60 W/K * ((1 + 0.1 * 5)^0.95 - 1) * 5 K; opening, the resistance grows by as much.
+    ("joint_resistance", {"gain": 0.1}, 0.0, {"race": 25.0}, {"headstock": 140.9689, "ring": 0.0}),
+    ("joint_resistance", {"gain": 0.1}, 0.0, {"race": 25.0}, {"race": -140.9689}),
+    ("joint_resistance", {"gain": -0.1}, 0.0, {"race": 25.0}, {"headstock": -95.9040}),
+    # No looser than a fifth of the pressure, however hot.
+    ("joint_resistance", {"gain": -0.3}, 0.0, {"race": 120.0}, {"headstock": -4699.442}),
+]
+# Area times radius cubed: 0.057 * 50^3 of 0.057 * 50^3 + 4 * 0.008 * 36^3 + 0.025 * 33^3.
+GAP = 7125.0 / (7125.0 + 1492.992 + 898.425)
+OF_THE_JIG_BORER = [
+    ("windage", {"power": 160.0}, 20000.0, 0.0, {}, {ALL: 160.0, "rotor": 80.0 * GAP}),
+    ("windage", {"power": 160.0}, 10000.0, 0.0, {}, {ALL: 20.0, "stator": 10.0 * GAP}),
+    # The highest torque is 200 N m, so 20 N m is the reference; at 275 degC copper has doubled.
+    ("copper_loss", {"power": 100.0}, 0.0, -20.0, {}, {"stator": 100.0}),
+    ("copper_loss", {"power": 100.0}, 0.0, 10.0, {}, {"stator": 25.0}),
+    ("copper_loss", {"power": 100.0}, 0.0, 20.0, {"stator": 275.0}, {"stator": 200.0}),
+    # 10 N m at 6000 r/min is 6283.2 W; 5 % of it 314.16 W.
+    ("cutting_heat", CUT, 6000.0, 10.0, {}, {"test_bar": 125.6637, "shaft_front": 188.4956}),
+    ("cutting_heat", CUT, 6000.0, 0.0, {}, {ALL: 0.0}),
+]
+
+
+def assert_hand_calculated(heat: dict[str, float], watts: dict[str, float]) -> None:
+    found = heat | {ALL: sum(heat.values())}
+    assert {node: found[node] for node in watts} == pytest.approx(watts, rel=1e-5, abs=1e-12)
+
+
+@pytest.mark.parametrize(("name", "own", "speed", "temperatures", "watts"), OF_THE_LATHE)
+def test_a_law_gives_the_heat_of_a_hand_calculation(name, own, speed, temperatures, watts):
+    assert_hand_calculated(heat_of(made(lathe(), name, **own)[1], speed, temperatures), watts)
+
+
+@pytest.mark.parametrize(
+    ("name", "own", "speed", "torque", "temperatures", "watts"), OF_THE_JIG_BORER
+)
+def test_a_law_of_gaps_and_torque_gives_the_heat_of_a_hand_calculation(
+    name, own, speed, torque, temperatures, watts, jig_borer_lumps
+):
+    _, effect = made(jig_borer_lumps, name, **own)
+    assert_hand_calculated(heat_of(effect, speed, temperatures, torque=torque), watts)
 
 
 def test_friction_speed_exponent_turns_about_half_the_highest_speed(jig_borer_lumps):
@@ -56,22 +108,6 @@ def test_forced_convection_grows_with_speed_and_vanishes_at_stop(jig_borer_lumps
     assert max(np.abs(series).max() for series in moved.values()) < 1e-9
 
 
-def test_natural_convection_is_the_fourth_root_of_the_difference():
-    _, effect = made(lathe(), "natural_convection", film_at_10_K=3.0)
-    # At 160 K twice the 3 W/(m2 K) that the film holds: 3 * 0.8 m2 * 160 K more.
-    assert heat_of(effect, 0.0, {"headstock": 180.0})["headstock"] == pytest.approx(-384.0)
-    assert heat_of(effect, 0.0, {"headstock": -140.0})["headstock"] == pytest.approx(384.0)
-    # At 0.625 K half of it: 1.5 * 0.8 * 0.625 W stay in the part.
-    assert heat_of(effect, 0.0, {"headstock": 20.625})["headstock"] == pytest.approx(0.75)
-
-
-def test_radiation_is_the_fourth_power_beyond_its_tangent_at_20_degrees():
-    _, effect = made(lathe(), "radiation", emissivity=0.5)
-    # 5.670374419e-8 * 0.5 * 0.8 m2 * (353.15^4 - 293.15^4), less 4 * 293.15^3 * 60 K of it.
-    heat = heat_of(effect, 0.0, {"headstock": 80.0})["headstock"]
-    assert heat == pytest.approx(-2.26814977e-8 * (353.15**4 - 293.15**4 - 240.0 * 293.15**3))
-
-
 @pytest.mark.parametrize(
     ("name", "own", "warmer"),
     [("radiation", {"emissivity": 0.9}, 0.01), ("natural_convection", {"film_at_10_K": 6.0}, 10.0)],
@@ -96,44 +132,6 @@ def with_film(item: Item, film: float) -> Item:
         return item
     known = replace(item.parameters["coefficient"], value=film, low=0.0)
     return replace(item, parameters=item.parameters | {"coefficient": known})
-
-
-def test_motor_iron_loss_has_a_linear_and_a_square_part():
-    _, effect = made(lathe(), "motor_iron_loss", power=400.0, eddy_share=0.75, stator_share=0.9)
-    heat = heat_of(effect, 2000.0)
-    # Half speed: 400 * (0.25 / 2 + 0.75 / 4) = 125 W.
-    assert heat["winding"] == pytest.approx(112.5)
-    assert heat["cage"] == pytest.approx(12.5)
-    assert sum(heat_of(effect, 4000.0).values()) == pytest.approx(400.0)
-
-
-def test_windage_is_the_cube_of_speed_and_shared_by_the_gaps(jig_borer_lumps):
-    _, effect = made(jig_borer_lumps, "windage", power=160.0)
-    full, half = heat_of(effect, 20000.0), heat_of(effect, 10000.0)
-    assert sum(full.values()) == pytest.approx(160.0)
-    assert sum(half.values()) == pytest.approx(20.0)
-    # Area times radius cubed: 0.057 * 50^3 of 0.057 * 50^3 + 4 * 0.008 * 36^3 + 0.025 * 33^3.
-    share = 7125.0 / (7125.0 + 1492.992 + 898.425)
-    assert full["rotor"] == full["stator"] == pytest.approx(80.0 * share)
-    without_gaps = heat_of(made(lathe(), "windage", power=160.0)[1], 4000.0)
-    assert without_gaps["cage"] == without_gaps["winding"] == pytest.approx(80.0)
-
-
-def test_copper_loss_follows_torque_squared_and_the_winding(jig_borer_lumps):
-    _, effect = made(jig_borer_lumps, "copper_loss", power=100.0)
-    # The highest torque is 200 N m, so 20 N m is the reference; at 275 degC copper has doubled.
-    assert heat_of(effect, 0.0, torque=-20.0)["stator"] == pytest.approx(100.0)
-    assert heat_of(effect, 0.0, torque=10.0)["stator"] == pytest.approx(25.0)
-    assert heat_of(effect, 0.0, {"stator": 275.0}, torque=20.0)["stator"] == pytest.approx(200.0)
-
-
-def test_cutting_heat_is_a_share_of_torque_times_speed(jig_borer_lumps):
-    _, effect = made(jig_borer_lumps, "cutting_heat", share=0.05, tool_share=0.4)
-    # 10 N m at 6000 r/min is 6283 W; 5 % of it 314.2 W.
-    heat = heat_of(effect, 6000.0, torque=10.0)
-    assert heat["test_bar"] == pytest.approx(0.4 * 314.159, rel=1e-5)
-    assert heat["shaft_front"] == pytest.approx(0.6 * 314.159, rel=1e-5)
-    assert sum(heat_of(effect, 6000.0).values()) == 0.0
 
 
 def test_bearing_run_in_counts_turning_hours_only(jig_borer_lumps):
@@ -274,18 +272,3 @@ def test_coolant_supply_offset_is_coolant_of_another_temperature(jig_borer_lumps
     moved, with_it, _ = change(jig_borer_lumps, "coolant_supply_offset", inputs, offset=0.7)
     np.testing.assert_allclose(with_it.temperatures, warmer.temperatures, atol=1e-9)
     assert np.all(moved["T9"] == 0.0)
-
-
-def test_joint_resistance_tightens_the_seat_by_its_law():
-    _, effect = made(lathe(), "joint_resistance", gain=0.1)
-    # 60 W/K * ((1 + 0.1 * 5)^0.95 - 1) * 5 K.
-    heat = heat_of(effect, 0.0, {"race": 25.0})
-    assert heat["headstock"] == pytest.approx(60.0 * (1.5**0.95 - 1.0) * 5.0)
-    assert heat["race"] == pytest.approx(-heat["headstock"])
-    assert heat["ring"] == 0.0
-    # Opening, the resistance grows by as much as the conductance would, tightening.
-    opened = heat_of(made(lathe(), "joint_resistance", gain=-0.1)[1], 0.0, {"race": 25.0})
-    assert opened["headstock"] == pytest.approx(60.0 * (1.5**-0.95 - 1.0) * 5.0)
-    # No looser than a fifth of the pressure, however hot.
-    loose = heat_of(made(lathe(), "joint_resistance", gain=-0.3)[1], 0.0, {"race": 120.0})
-    assert loose["headstock"] == pytest.approx(60.0 * (0.2**0.95 - 1.0) * 100.0)

@@ -8,11 +8,9 @@ import pandas as pd
 import pytest
 
 from plant_model.effects import catalogue
-from plant_model.network import Network, effects_in_force
-from plant_model.parameters import Values
 from plant_model.simulate import simulate
 from tests.plant_model.catalogue_machines import TEMPERATURES, change, heat_of, lathe, made, steady
-from tests.plant_model.conftest import inputs_over, with_effects
+from tests.plant_model.conftest import inputs_over
 
 
 def hall_step(hours: float) -> pd.DataFrame:
@@ -200,13 +198,3 @@ def test_sensor_offset_and_drift_have_their_size(jig_borer_lumps):
     np.testing.assert_allclose(moved["T1"], -31.0, atol=1e-9)
     moved, *_ = change(jig_borer_lumps, "sensor_drift", inputs, rate=0.25)
     np.testing.assert_allclose(moved["T1"], 0.25 * inputs["time_s"] / 3600.0, atol=1e-9)
-
-
-def test_effects_that_change_no_temperature_leave_the_network_linear(jig_borer_lumps):
-    lags = [name for name, effect in catalogue().items() if effect.lags]
-    assert len(lags) == 5
-    machine = with_effects(jig_borer_lumps, *lags)
-    values = Values(machine.parameters)
-    network = Network(machine, values, effects_in_force(machine, values))
-    assert network.linear
-    assert network.state_count == 8

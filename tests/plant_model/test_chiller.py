@@ -124,14 +124,6 @@ def test_rests_until_the_part_is_too_warm_and_then_takes_its_power(chilled):
         np.testing.assert_allclose(out[0, 0], [0.0, 0.0, -power])
 
 
-def test_keeps_running_or_resting_within_the_dead_band(chilled):
-    effect = Chiller(chilled, Values(chilled.parameters))
-    within = np.full((1, 3), ON_ABOVE - 0.5 * BAND)
-    for state in (0.0, 1.0):
-        assert effect.settled({}, within, np.array([[state]])) == state
-    assert effect.settled({}, within - BAND, np.array([[1.0]])) == 0.0
-
-
 def test_two_chillers_are_refused():
     with pytest.raises(BadInput, match="only one chiller"):
         machine_from_table(table_of(2), "chilled.toml")

@@ -41,36 +41,12 @@ def test_it_warms_and_grows_about_as_measured(lathe):
     assert -70.0 < z.min() < -10.0
 
 
-def test_what_carries_the_probes_follows_the_hall_before_the_bed_does(lathe):
-    time = np.arange(0.0, 3600.0 + 1.0, 60.0)
-    hall = np.where(time < 60.0, 20.0, 30.0)
-    columns = {"time_s": time, "speed_rpm": 0.0, "feed_mm_min": 0.0, "TC08_degC": hall}
-    shown = simulate(lathe, pd.DataFrame(columns)).run_frame().iloc[-1]
-    assert shown["PT04_degC"] - 20.0 < 3.0
-    # As measured: down where the hall rises.
-    assert -40.0 < shown["disp_z_um"] < -5.0
-
-
 def test_x_falls_within_the_hour_and_rises_for_the_rest_of_the_day(lathe):
     x = warmed(lathe, 2000.0, 5000.0).set_index("time_s")["disp_x_um"]
     # As measured: lowest after about an hour, by 9 to 20 um, and 20 to 35 um up at the end.
     assert -25.0 < x.min() < -5.0
     assert 30.0 < x.idxmin() / 60.0 < 100.0
     assert 15.0 < x.iloc[-1] < 45.0
-
-
-def test_x_rises_when_the_spindle_slows_down(lathe):
-    time = np.arange(0.0, 5 * 3600.0 + 1.0, 60.0)
-    columns = {"time_s": time, "speed_rpm": 2000.0, "feed_mm_min": 5000.0, "TC08_degC": 20.0}
-    slowed = columns | {"speed_rpm": np.where(time < 9000.0, 2000.0, 1000.0)}
-    steady, changed = (
-        simulate(lathe, pd.DataFrame(each)).run_frame().set_index("time_s")["disp_x_um"]
-        for each in (columns, slowed)
-    )
-    difference = changed - steady
-    # Nothing at once: X follows temperatures, not the speed itself.
-    assert abs(difference[9060.0]) < 1.0
-    assert 5.0 < difference[9000.0 + 3600.0] < 25.0
 
 
 @pytest.mark.real_data

@@ -66,17 +66,6 @@ def test_a_restored_state_continues_to_the_last_bit(jig_borer_lumps, extra):
     assert first.outputs() == second.outputs()
 
 
-def test_reset_repeats_the_run_with_its_noise(jig_borer_lumps):
-    stepper = PlantStepper(jig_borer_lumps, noise_seed=9)
-    runs = []
-    for _ in range(2):
-        stepper.reset(at(9000.0))
-        for _ in range(20):
-            stepper.step(10.0, at(9000.0, dY=4.0))
-        runs.append(stepper.outputs())
-    assert runs[0] == runs[1]
-
-
 def test_error_is_drift_plus_offset_in_force(jig_borer_lumps):
     stepper = PlantStepper(jig_borer_lumps)
     stepper.reset(at(12000.0))

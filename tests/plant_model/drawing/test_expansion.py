@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from measurement.errors import BadInput
 from plant_model.convergence import convergence
 from plant_model.drawing.layout import Drawing
 from plant_model.drawing.mesh import Mesh
@@ -15,8 +14,7 @@ from plant_model.machine_file import machine_from_table, read_machine
 from plant_model.machine_writer import write_machine
 from plant_model.parameters import ParameterError
 from plant_model.simulate import Simulation, simulate
-from plant_model.stepper import PlantStepper
-from plant_model.warm_up import held_at, warm_up
+from plant_model.warm_up import warm_up
 from tests.plant_model.drawing.by_hand import lumps
 from tests.plant_model.drawing.pages import changed, machine_of, shipped_page, small_page
 
@@ -62,11 +60,6 @@ def test_half_and_double_the_cells():
     assert usual.drift < 0.02
     assert usual.temperature < 0.03
     assert double.drift < 0.02
-
-
-def test_lumps_have_no_cells_to_count():
-    with pytest.raises(BadInput, match=r"is in lumps: only a page"):
-        convergence("jig_borer_lumps")
 
 
 def test_the_page_of_the_jig_borer_measures_what_its_lumps_measure(jig_borer_lumps):
@@ -116,18 +109,6 @@ def test_as_few_sectors_as_thermometers_allow(side, sectors):
     assert Mesh(Drawing(page, "page.toml")).sectors == sectors
     page["cells"]["sectors"] = 16
     assert Mesh(Drawing(page, "page.toml")).sectors == 16
-
-
-def test_a_page_is_stepped_as_it_is_simulated():
-    machine = machine_of(small_page())
-    inputs = {entry.name: held_at(entry) for entry in machine.inputs} | {"speed": 6000.0}
-    stepper = PlantStepper(machine, {"numbers.balls": 20.0})
-    stepper.reset(inputs)
-    for _ in range(60):
-        stepper.step(60.0, inputs)
-    frame = pd.DataFrame({"time_s": [0.0, 3600.0]} | {k: [v, v] for k, v in inputs.items()})
-    found = simulate(machine, frame, {"numbers.balls": 20.0}, step_s=60.0)
-    assert stepper.outputs()["T1"] == pytest.approx(found.readings["T1"][0, -1], abs=1e-9)
 
 
 def test_a_calibrated_page_is_written_in_lumps(tmp_path):

@@ -12,7 +12,7 @@ from plant_model.effects.base import Effect, Inputs
 from plant_model.machine_file import read_machine
 from plant_model.machine_writer import write_machine
 from plant_model.native.equations import NoFormulaError, equations_of
-from plant_model.native.trace import Expr, Graph, Traced, UntraceableError
+from plant_model.native.trace import Graph, UntraceableError
 from plant_model.parameters import FloatArray, Parameter
 
 
@@ -61,19 +61,6 @@ def test_numpy_is_itself_again_after_tracing():
     for effect in catalogue().values():
         module = __import__(effect.__module__, fromlist=["np"])
         assert getattr(module, "np", np) is np
-
-
-def test_formulas_are_shared_and_simplified():
-    graph = Graph()
-    a = graph.symbols("p", (2,))
-    total = a[0] * 1.0 + 0.0 * a[1] + a[0]
-    cell = total.cells[()]
-    assert isinstance(cell, Expr)
-    assert (cell.op, cell.args[0] is cell.args[1]) == ("add", True)
-    assert cell.rows == {"p"}
-    weights: Traced = a[None, :] @ np.eye(2)
-    assert weights.cells[0, 0] is a.cells[0]
-    assert float(np.where(np.array([True]), graph.constant([3.0]), a[:1])) == 3.0
 
 
 @pytest.mark.parametrize(

@@ -180,13 +180,6 @@ def test_every_effect_gives_the_numbers_of_python(machine, library_of):
     assert python.network.linear
 
 
-def test_long_steps_are_as_exact_as_short_ones(library_of):
-    everything, rng = with_all_effects(MACHINES[0]), np.random.default_rng(9)
-    values, library = linear_values_of(everything, rng), library_of(everything)
-    python, core, inputs = started(everything, library, values, rng)
-    assert max(differences(everything, python, core, rng, inputs, 60, (300.0,))) < CLOSE
-
-
 def test_parts_start_as_in_python(library_of):
     machine = machine_of(small_page())
     shares = {"head": ("T2", 0.4), "column": ("T1", 1.3), "tool": ("coolant_inlet", 0.5)}
