@@ -19,9 +19,10 @@ from fmu_compensator.runtime.limits import Limits
 from fmu_compensator.runtime.modelfile import Model, load_model
 from fmu_compensator.runtime.spare import Spare
 from fmu_packaging.variables import Variable
+from gateway.busload import frame_bits
 from gateway.mapfile import InputMap, MapFile, OutputMap
 from gateway.mapping import read_database
-from gateway.page import FRAME_HEAD, frame_rows, load_text, named_rows
+from gateway.page import load_text, named_rows
 from measurement.files import write_atomically
 from measurement.units import UNITS
 from plant_model import fmi_slave as plant_slave
@@ -245,7 +246,20 @@ def compensator_fields() -> str:
 def bus_frames() -> str:
     """Return the frames of the bus and its load."""
     database = read_database()
-    return f"{table(FRAME_HEAD, frame_rows(database))}\n\n{load_text(database)}"
+    rows = [
+        (
+            frame.name,
+            f"0x{frame.frame_id:03X}",
+            frame.sender,
+            "on demand" if frame.event else f"{frame.cycle_s * 1e3:g} ms",
+            " " if frame.event else f"{frame.timeout_s * 1e3:g} ms",
+            f"0x{frame.data_id:04X}",
+            str(frame_bits(frame.size)),
+        )
+        for frame in database.frames
+    ]
+    head = ("Frame", "Id", "From", "Every", "Late after", "Data id", "Bits, worst")
+    return f"{table(head, rows)}\n\n{load_text(database)}"
 
 
 def bus_values() -> str:

@@ -9,10 +9,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from math import isnan, nan
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from gateway.codec import CountedTime
 from gateway.state import OLDEST_S, Saved
+
+if TYPE_CHECKING:
+    from gateway.unit import CompensatorUnit
 
 _BOOT = getattr(time, "CLOCK_BOOTTIME", None)
 
@@ -27,30 +30,12 @@ def steady() -> float:
     return time.monotonic() if _BOOT is None else time.clock_gettime(_BOOT)
 
 
-class Unit(Protocol):
-    """What the gateway needs of a compensator; `unit.CompensatorUnit` is one."""
-
-    inputs: list[str]
-    probed: list[str]
-    outputs: dict[str, float]
-    time_s: float
-
-    def step(self, values: Mapping[str, float], step_s: float) -> dict[str, float]:
-        """Take in a sample and advance."""
-
-    def renew(self) -> None:
-        """Forget everything: the next sample is the first."""
-
-    def text(self) -> str:
-        """Return the status in words."""
-
-
 class Stepper:
     """Steps the compensator over cycles of the machine, over silence, and over time not seen.
 
     Parameters
     ----------
-    unit : Unit
+    unit : CompensatorUnit
         The compensator, started.
     speed_up : float
         Its seconds in one of this computer's clock.
@@ -77,7 +62,7 @@ class Stepper:
 
     def __init__(
         self,
-        unit: Unit,
+        unit: CompensatorUnit,
         speed_up: float,
         machine_clock: bool,
         cycle_s: float,

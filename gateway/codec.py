@@ -7,7 +7,7 @@ A value that is not known (NaN) is sent as *not available*, one that the frame c
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import isfinite, nan
 
 import can
@@ -23,12 +23,16 @@ ROUNDING = {16: 2.0**-11, 32: 2.0**-24}
 
 
 @dataclass(frozen=True)
-class Problem:
-    """A signal that cannot be used: its name, the kind of fault, and a text for people."""
+class Finding:
+    """Something wrong: the kind of fault as the DBC names it, the frame, a text for people.
 
-    signal: str
+    The signal, where only that is concerned.
+    """
+
     fault: str
+    frame: Frame
     text: str
+    signal: str = ""
 
 
 def raw_of(signal: Signal, value: Value, before: float | None = None) -> float:
@@ -224,9 +228,9 @@ class Content:
     A frame with pages holds the values of the one that came.
     """
 
-    cycle: int
-    values: dict[str, float]
-    problems: Sequence[Problem]
+    cycle: int = 0
+    values: Mapping[str, float] = field(default_factory=dict)
+    problems: Sequence[Finding] = ()
     counter: int = 0
     page: int | None = None
 
@@ -254,24 +258,16 @@ def decode(frame: Frame, data: bytes | bytearray) -> Content:
     raw: dict[str, float] = {name: float(value) for name, value in found.items()}  # type: ignore[arg-type]
     page = int(raw[frame.multiplexer]) if frame.multiplexer else None
     values: dict[str, float] = {}
-    problems: list[Problem] = []
+    problems: list[Finding] = []
     for name, signal in frame.signals.items():
         if signal.page is not None and signal.page != page:
             continue
-        problem = _problem(signal, raw[signal.key])
-        if problem is None:
-            values[name] = raw[signal.key] * signal.scale + signal.offset
-        else:
+        values[name] = raw[signal.key] * signal.scale + signal.offset
+        if (problem := _problem(frame, signal, raw[signal.key])) is not None:
             values[name] = nan
             problems.append(problem)
-    counter = int(raw.get(frame.protection.counter, 0.0))
-    return Content(
-        int(raw.get(frame.cycle, 0.0)),
-        values,
-        problems,
-        counter,
-        page if page in frame.pages else None,
-    )
+    cycle, counter = (int(raw.get(name, 0.0)) for name in (frame.cycle, frame.protection.counter))
+    return Content(cycle, values, problems, counter, page if page in frame.pages else None)
 
 
 def name_of(signal: Signal, value: float) -> str:
@@ -282,17 +278,17 @@ def name_of(signal: Signal, value: float) -> str:
     return NOT_AVAILABLE
 
 
-def _problem(signal: Signal, raw: float) -> Problem | None:
+def _problem(frame: Frame, signal: Signal, raw: float) -> Finding | None:
+    name = signal.name
     if raw == signal.codes.get(NOT_AVAILABLE) or raw != raw:
-        return Problem(signal.name, "not_available_value", f"{signal.name} is not available")
+        return Finding("not_available_value", frame, f"{name} is not available", name)
     if raw == signal.codes.get(ERROR):
-        return Problem(signal.name, "error_value", f"{signal.name} is marked as an error")
+        return Finding("error_value", frame, f"{name} is marked as an error", name)
     unknown = signal.is_enumeration and raw not in signal.codes.values()
     if unknown or not low_raw(signal) <= raw <= high_raw(signal):
         value = raw * signal.scale + signal.offset
         allowed = f"{signal.low:g} to {signal.high:g} {signal.unit}".rstrip()
         if unknown:
             allowed = "one of its named values"
-        text = f"{signal.name} is {value:g}, allowed is {allowed}"
-        return Problem(signal.name, "out_of_range", text)
+        return Finding("out_of_range", frame, f"{name} is {value:g}, allowed is {allowed}", name)
     return None

@@ -12,10 +12,10 @@ from math import inf, isnan, nan
 
 import can
 
-from gateway.codec import CountedTime, decode, name_of
+from gateway.codec import CountedTime, Finding, decode, name_of
 from gateway.database import MACHINE, Database, Frame, key_of
 from gateway.proof import Challenges
-from gateway.reception import Cycle, Finding
+from gateway.reception import Cycle
 from gateway.timebase import Timebase
 
 

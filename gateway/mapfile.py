@@ -18,7 +18,6 @@ MAPS, CONTROLS = (Path(__file__).with_name(name) for name in ("maps", "controls"
 """The maps and the controls' registers that ship."""
 MISSING: Final = "missing"
 HOLD: Final = "hold"
-FOLLOW: Final = "follow"
 
 Name = Annotated[str, Field(min_length=1, max_length=200)]
 Place = Annotated[str, Field(pattern=r"^[^.\s]+\.[^.\s]+$", max_length=200)]

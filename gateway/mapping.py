@@ -28,7 +28,6 @@ from gateway.database import (
 from gateway.dbc import DBC, attribute, load_dbc
 from gateway.mapcheck import NEEDED, check_frames
 from gateway.mapfile import (
-    FOLLOW,
     HOLD,
     MISSING,
     FrameMap,
@@ -46,7 +45,6 @@ from scenarios.wiring import PROBED
 CLASSIC = 8
 """Bytes of a frame at most, without CAN FD: given by ISO 11898-1."""
 LENGTHS = (*range(1, CLASSIC + 1), 12, 16, 20, 24, 32, 48, 64)
-Spec = InputMap | OutputMap
 PROTECTION = ("crc", "counter", CYCLE)
 """The signals of a frame of the gateway's own form that protect it."""
 
@@ -184,42 +182,39 @@ def mapping_of(path: Path, form: MapFile, dbc: CanDatabase, dbc_path: Path) -> M
 class _Reader:
     def __init__(self, path: Path, form: MapFile, dbc: CanDatabase, dbc_path: Path) -> None:
         self.form, self.dbc = form, dbc
+        self.messages = {message.name: message for message in dbc.messages}
+        self.every_s = form.cycle.every_ms and form.cycle.every_ms / 1e3
         rate = form.bit_rate or int(attribute(dbc.dbc, "Baudrate", 500_000))
-        every = form.cycle.every_ms
-        self.every_s = every / 1e3 if every is not None else None
         axes = tuple(form.axes) if form.axes is not None else None
-        database = Database(dbc_path, (), rate, self.every_s, axes=axes)
-        self.found = Mapping(path, form, database)
+        self.found = Mapping(path, form, Database(dbc_path, (), rate, self.every_s, axes=axes))
         self.say = self.found.say
         self._used: dict[str, str] = {}
+        self._signals: dict[str, tuple[str, dict[str, Signal]]] = {}
 
     def read(self) -> Mapping:
-        frames: dict[str, tuple[str, dict[str, Signal]]] = {}
         substitutes: dict[str, Substitute] = {}
-        for kind, node, specs in (
-            ("inputs", MACHINE, self.form.inputs),
-            ("outputs", COMPENSATOR, self.form.outputs),
-        ):
-            for name, spec in specs.items():
-                place = f"{kind}.{name}"
-                if isinstance(spec, InputMap):
-                    self._substitute(place, name, spec, substitutes)
-                wanted = spec.places
-                if len(wanted) > 1 and isinstance(spec, InputMap):
-                    self.say(place, f"has two signals: {wanted[0]} and {wanted[1]}")
-                for signal in wanted:
-                    with self._telling(place):
-                        self._take(place, node, name, spec, signal, frames)
-        made: list[Frame] = []
-        for name, (node, signals) in frames.items():
+        for name, spec in self.form.inputs.items():
+            place = f"inputs.{name}"
+            if substitute := self._substitute(place, name, spec):
+                substitutes[name] = substitute
+            if len(wanted := spec.places) > 1:
+                self.say(place, f"has two signals: {wanted[0]} and {wanted[1]}")
+            self._take(place, MACHINE, name, spec)
+        for name, output in self.form.outputs.items():
+            self._take(f"outputs.{name}", COMPENSATOR, name, output)
+        frames: list[Frame] = []
+        for name, (node, signals) in self._signals.items():
             with self._telling(f"frames.{name}"):
-                made += self._frames(name, node, signals)
+                if name not in self.form.frames:
+                    raise _refused('is missing: state the protection, "none" if there is none')
+                if signals:
+                    frames.append(self._frame(name, node, signals))
         for name in self.form.frames:
-            if name not in frames:
+            if name not in self._signals:
                 self.say(f"frames.{name}", "is not needed: the map uses no signal of it")
         self.found.database = replace(
             self.found.database,
-            frames=tuple(sorted(made, key=lambda frame: frame.key)),
+            frames=tuple(sorted(frames, key=lambda frame: frame.key)),
             substitutes=substitutes,
             when_invalid=self._when_invalid(),
         )
@@ -236,48 +231,44 @@ class _Reader:
 
     # Signals
 
-    def _take(
-        self,
-        place: str,
-        node: str,
-        name: str,
-        spec: Spec,
-        wanted: str,
-        frames: dict[str, tuple[str, dict[str, Signal]]],
-    ) -> None:
-        frame_name, _, signal_name = wanted.partition(".")
-        message = next((m for m in self.dbc.messages if m.name == frame_name), None)
-        if message is None:
-            raise BadInput("", "", f"{self.form.dbc} has no frame {frame_name}")
-        signal = next((s for s in message.signals if s.name == signal_name), None)
-        if signal is None:
-            problem = f"{frame_name} has no signal {signal_name} in {self.form.dbc}"
-            raise BadInput("", "", problem)
-        if wanted in self._used:
-            raise BadInput("", "", f"{wanted} is {self._used[wanted]} already")
-        self._used[wanted] = place
-        owner, signals = frames.setdefault(frame_name, (node, {}))
-        if owner != node:
-            problem = f"{frame_name} holds inputs and outputs: a frame has one sender"
-            raise BadInput("", "", problem)
-        if name in signals:
-            raise BadInput("", "", f"has two signals in {frame_name}")
-        signals[name] = mapped_signal(name, spec, signal)
+    def _take(self, place: str, node: str, name: str, spec: InputMap | OutputMap) -> None:
+        for wanted in spec.places:
+            with self._telling(place):
+                self._take_one(place, node, name, spec, wanted)
 
-    def _substitute(
-        self, place: str, name: str, spec: InputMap, found: dict[str, Substitute]
+    def _take_one(
+        self, place: str, node: str, name: str, spec: InputMap | OutputMap, wanted: str
     ) -> None:
+        frame, _, signal_name = wanted.partition(".")
+        if frame not in self.messages:
+            raise _refused(f"{self.form.dbc} has no frame {frame}")
+        known = {signal.name: signal for signal in self.messages[frame].signals}
+        if signal_name not in known:
+            raise _refused(f"{frame} has no signal {signal_name} in {self.form.dbc}")
+        if wanted in self._used:
+            raise _refused(f"{wanted} is {self._used[wanted]} already")
+        self._used[wanted] = place
+        owner, signals = self._signals.setdefault(frame, (node, {}))
+        if owner != node:
+            raise _refused(f"{frame} holds inputs and outputs: a frame has one sender")
+        if name in signals:
+            raise _refused(f"has two signals in {frame}")
+        signals[name] = mapped_signal(name, spec, known[signal_name])
+
+    def _substitute(self, place: str, name: str, spec: InputMap) -> Substitute | None:
+        found = None
         if isinstance(spec.constant, str):
             if (name, spec.constant) != ("machine_state", "running"):
                 self.say(place, f"constant {spec.constant!r} is not allowed: a number")
         elif spec.constant is not None:
-            found[name] = Substitute(spec.constant)
+            found = Substitute(spec.constant)
         elif spec.when_missing == HOLD:
-            found[name] = Substitute(None, spec.hold_s or 0.0)
+            found = Substitute(None, spec.hold_s or 0.0)
         elif not isinstance(spec.when_missing, str):
-            found[name] = Substitute(float(spec.when_missing))
-        if name in found and name in NEEDED[MACHINE]:
+            found = Substitute(float(spec.when_missing))
+        if found and name in NEEDED[MACHINE]:
             self.say(place, "cannot be replaced by a number: it says what the machine does")
+        return found
 
     def _when_invalid(self) -> dict[str, float]:
         found = {}
@@ -286,47 +277,35 @@ class _Reader:
                 found[name] = float("nan")
                 if spec.missing_raw is None:
                     self.say(f"outputs.{name}", 'when_invalid = "missing" needs missing_raw')
-            elif spec.when_invalid is not None and spec.when_invalid != FOLLOW:
-                assert not isinstance(spec.when_invalid, str)
+            elif not isinstance(spec.when_invalid, str | None):
                 found[name] = float(spec.when_invalid)
         return found
 
     # Frames
 
-    def _frames(self, name: str, node: str, signals: dict[str, Signal]) -> list[Frame]:
-        """Return a frame; none where no signal of it could be taken."""
-        if name not in self.form.frames:
-            problem = 'is missing: state the protection, "none" if there is none'
-            raise BadInput("", "", problem)
-        message = next(m for m in self.dbc.messages if m.name == name)
-        return [self._made(message, self.form.frames[name], node, signals)] if signals else []
-
-    def _made(
-        self, message: Message, form: FrameMap, node: str, signals: dict[str, Signal]
-    ) -> Frame:
+    def _frame(self, name: str, node: str, signals: dict[str, Signal]) -> Frame:
+        message, form = self.messages[name], self.form.frames[name]
         fd = self.form.data_bit_rate is not None
         if not fd and (message.is_fd or message.length > CLASSIC):
-            raise BadInput(f"{message.length} bytes", "", "a frame of CAN FD needs data_bit_rate")
+            raise _refused(f"{message.length} bytes: a frame of CAN FD needs data_bit_rate")
         if message.length not in LENGTHS:
-            raise BadInput(f"{message.length} bytes", "", "is not a length that frames can have")
+            raise _refused(f"{message.length} bytes: is not a length that frames can have")
         together = self.every_s is None
         if together and message.is_multiplexed():
-            raise BadInput("multiplexed", "", 'needs frames = "sampled"')
+            raise _refused('multiplexed: needs frames = "sampled"')
         protection = protection_of(message, form)
-        names = {signal.name for signal in message.signals}
-        cycle = (form.cycle or "cycle") if together else ""
-        if cycle and cycle not in names:
-            raise BadInput("cycle", "", f"there is no signal {cycle}: all frames share a count")
-        reserved = {*protection.signals, *((cycle,) if cycle else ())}
-        clash = next((s.key for s in signals.values() if s.key in reserved), None)
-        if clash is not None:
-            raise BadInput(clash, "", "belongs to the protection and cannot be mapped, too")
-        fixed = self._fixed(message, form, {s.key for s in signals.values()} | reserved)
-        late_s = self._late(message, form, node)
+        places = {signal.name: signal for signal in message.signals}
+        cycle = (form.cycle or CYCLE) if together else ""
+        if cycle and cycle not in places:
+            raise _refused(f"cycle: there is no signal {cycle}: all frames share a count")
+        mapped = [signal.key for signal in signals.values()]
+        reserved = {*protection.signals, *([cycle] if cycle else [])}
+        for clash in filter(reserved.__contains__, mapped):
+            raise _refused(f"{clash}: belongs to the protection and cannot be mapped, too")
         event = all(name == PROBE_TIME or name.startswith(PROBED) for name in signals)
+        fixed, late_s = _fixed(message, form, {*mapped, *reserved}), self._late(message, form, node)
         if event and not together:
-            raise BadInput("probes", "", 'cannot be sent with frames = "sampled"')
-        bits = message.get_signal_by_name(cycle).length if cycle else 0
+            raise _refused('probes: cannot be sent with frames = "sampled"')
         cycle_s = (message.cycle_time or 0) / 1e3
         if node == COMPENSATOR and self.every_s is not None:
             cycle_s = self.every_s
@@ -338,7 +317,7 @@ class _Reader:
             cycle_s=inf if event else cycle_s or inf,
             timeout_s=late_s,
             signals=signals,
-            cycles=1 << bits,
+            cycles=1 << (places[cycle].length if cycle else 0),
             message=message,
             protection=protection,
             cycle=cycle,
@@ -356,23 +335,29 @@ class _Reader:
         if late_ms <= 0.0 and node == COMPENSATOR and self.every_s is not None:
             late_ms = 5e3 * self.every_s
         if late_ms <= 0.0:
-            raise BadInput("late_after_ms", "", "is missing: silence after which the frame is late")
+            raise _refused("late_after_ms: is missing: silence after which the frame is late")
         return late_ms / 1e3
 
-    def _fixed(self, message: Message, form: FrameMap, taken: set[str]) -> dict[str, float]:
-        others = {s.name: s for s in message.signals if s.name not in taken}
-        for name in form.fill:
-            if name not in others:
-                raise BadInput(f"fill.{name}", "", "is not an unused signal of this frame")
-        found = {}
-        for name, signal in others.items():
-            raw = form.fill.get(name, float(signal.raw_initial or 0))
-            found[name] = raw if signal.is_float else round(raw)
-        return found
+
+def _refused(problem: str) -> BadInput:
+    """Return what is wrong with a place that whoever catches it names."""
+    return BadInput("", "", problem)
+
+
+def _fixed(message: Message, form: FrameMap, taken: set[str]) -> dict[str, float]:
+    others = {s.name: s for s in message.signals if s.name not in taken}
+    for name in form.fill:
+        if name not in others:
+            raise _refused(f"fill.{name}: is not an unused signal of this frame")
+    found = {}
+    for name, signal in others.items():
+        raw = form.fill.get(name, float(signal.raw_initial or 0))
+        found[name] = raw if signal.is_float else round(raw)
+    return found
 
 
 def _multiplexer(message: Message) -> str:
     names = [signal.name for signal in message.signals if signal.is_multiplexer]
     if len(names) > 1:
-        raise BadInput(names[1], "", "is a second multiplexer, which is not supported")
+        raise _refused(f"{names[1]}: is a second multiplexer, which is not supported")
     return names[0] if names else ""

@@ -18,15 +18,16 @@ from math import inf, nan
 
 import can
 
-from gateway.clocks import Stepper, Unit
-from gateway.codec import CountedTime, Sender, Value
+from gateway.clocks import Stepper
+from gateway.codec import CountedTime, Finding, Sender, Value
 from gateway.database import COMPENSATOR, FAREWELLS, MACHINE, TRUST, Database, key_of
 from gateway.judging import Judge, Rival
 from gateway.probes import COUNTED, LATEST_STEPS, ProbeReceiver
 from gateway.proof import CHALLENGE, FRESHNESS, NOT_PROVEN, PROVEN, Challenges
-from gateway.reception import Cycle, Finding, Reception, Substitution
+from gateway.reception import Cycle, Reception, Substitution
 from gateway.reference import Proof, Reference
 from gateway.state import Saved
+from gateway.unit import CompensatorUnit
 from measurement.rig import AXES
 
 QUIET_S = 60.0
@@ -74,7 +75,7 @@ class GatewayNode:
     ----------
     database : Database
         The frames.
-    unit : Unit
+    unit : CompensatorUnit
         The compensator, started.
     send : callable
         Takes the messages of an answer.
@@ -108,7 +109,7 @@ class GatewayNode:
     def __init__(
         self,
         database: Database,
-        unit: Unit,
+        unit: CompensatorUnit,
         send: Callable[[Iterable[can.Message]], object],
         settings: GatewaySettings,
         now: float,

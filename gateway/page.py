@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import inf
 
-from gateway.busload import bus_load, frame_bits
+from gateway.busload import bus_load
 from gateway.database import ERROR, MACHINE, NOT_AVAILABLE, Database, Frame, Signal
 from gateway.mapfile import HOLD, InputMap
 from gateway.mapping import Mapping
 
-FRAME_HEAD = ("Frame", "Id", "From", "Every", "Late after", "Data id", "Bits, worst")
 HEAD = (
     *("Frame", "Id", "Signal", "Role", "Unit", "Value = raw *", "Range", "Protection"),
     *("Late after", "If missing or not valid"),
@@ -89,22 +88,6 @@ def load_text(database: Database) -> str:
         f"of {100 * most:.2f} % with the most stuff bits that any content can need "
         f"({most * rate:,.0f} bit/s), {100 * least:.2f} % with none."
     )
-
-
-def frame_rows(database: Database) -> list[tuple[str, ...]]:
-    """Return a row of texts for each frame."""
-    return [
-        (
-            frame.name,
-            f"0x{frame.frame_id:03X}",
-            frame.sender,
-            "on demand" if frame.event else f"{frame.cycle_s * 1e3:g} ms",
-            " " if frame.event else f"{frame.timeout_s * 1e3:g} ms",
-            f"0x{frame.data_id:04X}",
-            str(frame_bits(frame.message.length)),
-        )
-        for frame in database.frames
-    ]
 
 
 def scaling(signal: Signal) -> str:

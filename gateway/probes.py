@@ -50,7 +50,7 @@ class ProbeReceiver:
         times = [f.signals[PROBE_TIME] for f in frames if PROBE_TIME in f.signals]
         self._time = CountedTime(times[0]) if times else None
         self._say = say
-        self._parts: dict[int, tuple[tuple[int, int], dict[str, float]]] = {}
+        self._parts: dict[int, tuple[tuple[int, int], Mapping[str, float]]] = {}
         self._counts: tuple[int, int] | None = None
         self._waiting: dict[str, float] | None = None
         self._last_s: float | None = None

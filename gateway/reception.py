@@ -23,24 +23,11 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf, nan
 
-from gateway.codec import Problem, decode
+from gateway.codec import Content, Finding, decode
 from gateway.database import Frame, Substitute
 
 TAKEN = ("good", "late", "missing")
 """Verdicts on a frame whose content is kept."""
-
-
-@dataclass(frozen=True)
-class Finding:
-    """Something wrong: the kind of fault as the DBC names it, the frame, a text for people.
-
-    The signal, where only that is concerned.
-    """
-
-    fault: str
-    frame: Frame
-    text: str
-    signal: str = ""
 
 
 @dataclass(frozen=True)
@@ -78,8 +65,7 @@ class _Page:
     needed: bool
     seen_at: float = -inf
     new: bool = False
-    values: Mapping[str, float] = field(default_factory=dict)
-    problems: Sequence[Problem] = ()
+    content: Content = field(default_factory=Content)
 
 
 @dataclass
@@ -122,8 +108,7 @@ class Watch:
         if fault in TAKEN and page is not None:
             self.seen_at = now
             self.counts, self.data = (content.counter, content.cycle), bytes(data)
-            page.seen_at, page.new = now, True
-            page.values, page.problems = content.values, content.problems
+            page.seen_at, page.new, page.content = now, True, content
         return fault
 
     def _sequence(self, counter: int, now: float) -> str:
@@ -217,9 +202,8 @@ class Watch:
         for number, page in sorted(self.pages.items(), key=lambda item: item[1].seen_at):
             fresh = page.new if self.together else now - page.seen_at <= self.timeout_s
             if fresh and page.seen_at > -inf:
-                values.update(page.values)
-                for problem in page.problems:
-                    wrong.append(Finding(problem.fault, self.frame, problem.text, problem.signal))
+                values.update(page.content.values)
+                wrong += page.content.problems
             elif page.needed and spoilt is None:
                 spoilt = self._absence(number, page, now)
             page.new = False
@@ -316,7 +300,7 @@ class Reception:
         closing = self._watches[self._frames[-1].key]
         heartbeat: Mapping[str, float] = {}
         if self.together and not silent:
-            heartbeat = next(iter(closing.pages.values())).values
+            heartbeat = next(iter(closing.pages.values())).content.values
         counts = closing.counts if self.together and not silent else None
         spoilt: list[Finding] = []
         wrong: list[Finding] = []

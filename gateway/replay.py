@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from importlib.util import find_spec
-from math import isnan
+from math import inf, isnan
 from pathlib import Path
 
 import can
@@ -99,9 +99,7 @@ def replay(
     while answers.last is None and clock() < until and not stopped():
         answers.hear(link, min(clock() + closing.cycle_s, until))
     sent = 0
-    pace = None if speed_up is None else _Pace(speed_up, closing.timeout_s, clock)
-    for message in messages:
-        due = clock() if pace is None else pace.due(message)
+    for message, due in _paced(messages, speed_up or inf, closing.timeout_s, clock()):
         while not stopped() and (left := due - clock()) > 0.0:
             time.sleep(min(left, LOOK_S))
         if stopped():
@@ -128,25 +126,14 @@ def _running_time(closing: Frame, message: can.Message) -> float | None:
     return values["machine_time"] if running and not isnan(values["machine_time"]) else None
 
 
-class _Pace:
-    """When each frame of a log is due, with its long pauses cut out.
-
-    Parameters
-    ----------
-    speed_up : float
-        Times as fast as recorded.
-    clock : callable
-        Monotonic time [s].
-    """
-
-    def __init__(self, speed_up: float, longest_s: float, clock: Callable[[], float]) -> None:
-        self._speed_up, self._longest_s, self._due = speed_up, longest_s, clock()
-        self._before: float | None = None
-
-    def due(self, message: can.Message) -> float:
-        """Return when a frame is due [s]."""
-        gap_s = 0.0 if self._before is None else max(message.timestamp - self._before, 0.0)
-        self._before = message.timestamp
-        if gap_s <= self._longest_s:
-            self._due += gap_s / self._speed_up
-        return self._due
+def _paced(
+    messages: Iterable[can.Message], speed_up: float, longest_s: float, due: float
+) -> Iterator[tuple[can.Message, float]]:
+    """Yield each frame of a log and when it is due [s], pauses of more than *longest_s* cut out."""
+    before_s = inf
+    for message in messages:
+        gap_s = max(message.timestamp - before_s, 0.0)
+        before_s = message.timestamp
+        if gap_s <= longest_s:
+            due += gap_s / speed_up
+        yield message, due

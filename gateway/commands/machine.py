@@ -7,6 +7,7 @@ import contextlib
 import io
 import json
 import tempfile
+import time
 from pathlib import Path
 from typing import Any
 
@@ -79,8 +80,6 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _replay(args: argparse.Namespace, database: Any) -> dict[str, Any]:
-    import time
-
     from gateway.database import COMPENSATOR
     from gateway.machine import AnswerReceiver
     from gateway.options import on_bus
@@ -104,11 +103,10 @@ def _replay(args: argparse.Namespace, database: Any) -> dict[str, Any]:
 
 def _simulate(args: argparse.Namespace, database: Any) -> dict[str, Any]:
     from gateway.database import COMPENSATOR
-    from gateway.machine import Pace
+    from gateway.machine import MachineNode, Pace
     from gateway.options import on_bus
     from gateway.plant import MachinePlant
     from gateway.proof import read_key
-    from gateway.simulating import simulate_on_bus
     from measurement.runs import write_run
     from scenarios.fmu_files import find_fmu
 
@@ -125,16 +123,31 @@ def _simulate(args: argparse.Namespace, database: Any) -> dict[str, Any]:
         plant = MachinePlant(fmu, case, say, printed, recorded=args.out is not None)
         stack.push(lambda kind, error, trace: plant.close(error))
         say(f"{fmu.name}, scenario {case.settings.name}, on {link.name}")
+        key = args.key and read_key(args.key)
+        store, saved = plant.slave.kept(args.state, say)
+        plant.start(saved)
+        if saved is not None:
+            say(f"goes on at {plant.time_s:g} s from the state of {saved.age_s:.0f} s ago")
+        first, begun = plant.point, time.monotonic()
+        saved_at = begun
+
+        def save() -> None:
+            nonlocal saved_at
+            if store is not None and time.monotonic() - saved_at >= args.state_every:
+                store.write(store.now(), plant.time_s, plant.time_s, plant.slave.saved())
+                saved_at = time.monotonic()
+
         timeout_s = args.timeout and args.timeout / 1e3
         pace = Pace(args.speed_up is None, args.wait, args.hold, timeout_s)
-        summary = simulate_on_bus(
-            *(database, plant, link, pace),
-            state_file=args.state,
-            save_every_s=args.state_every,
-            stopped=stopped,
-            say=say,
-            key=args.key and read_key(args.key),
-        )
+        node = MachineNode(database, plant, link, pace, save, stopped, key=key)
+        node.run()
+        summary = {
+            "steps": plant.point - first,
+            "answered": node.answered,
+            "simulated_s": (plant.point - first) * plant.step_s,
+            "seconds": time.monotonic() - begun,
+            "frames": dict(node.answers.reception.counts),
+        }
         if args.out is not None:
             write_run(plant.frame(), args.out)
     return summary

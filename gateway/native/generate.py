@@ -18,10 +18,12 @@ from gateway.database import (
     MACHINE,
     NOT_AVAILABLE,
     OFFSETS,
+    OTHER,
     Database,
     Frame,
     Signal,
 )
+from gateway.mapped_signals import named
 from gateway.node import GatewaySettings
 from gateway.proof import CHALLENGE, ECHO, FRESHNESS, LARGEST_ECHO, NOT_PROVEN, PROOF, PROVEN
 from gateway.protection import COUNTERS
@@ -52,28 +54,6 @@ HEARD = (
     PROOF,
 )
 """What it takes from the machine besides the compensator's inputs."""
-STATES = ("starting", "ready", "running", "fault", "startup_timeout")
-FAULTS = (
-    "none",
-    "startup",
-    "startup_timeout",
-    "missing",
-    "late",
-    "repeated",
-    "out_of_sequence",
-    "bad_crc",
-    "wrong_length",
-    "out_of_range",
-    "not_available_value",
-    "error_value",
-    "time_jump",
-    "machine_not_running",
-    "mixed_cycles",
-    "delayed",
-    "time_stands",
-    "not_fresh",
-)
-"""Of those that the DBC names, the ones that this node can find; the first is none."""
 NONE = "NONE"
 HEAD = "/* Made by spindle-drift from a DBC file; not to be edited. */\n"
 
@@ -161,8 +141,8 @@ def _header(database: Database, heard: Sequence[str], terminal: SignalTerminal |
         '#ifndef NODE_DATA_H\n#define NODE_DATA_H\n\n#include "frames.h"\n',
         *(f"#define {name} {_number(value)}" for name, value in numbers.items()),
         f"enum role {{ {', '.join(roles)} }};",
-        f"enum fault {{ {', '.join(f'FAULT_{fault.upper()}' for fault in FAULTS)} }};",
-        f"enum state {{ {', '.join(f'STATE_{state.upper()}' for state in STATES)} }};",
+        f"enum fault {{ {', '.join(f'FAULT_{fault.upper()}' for fault in named('bus_fault'))} }};",
+        f"enum state {{ {', '.join(f'STATE_{s.upper()}' for s in named('gateway_state'))} }};",
         "struct axis { size_t uncertainty, tilt; };",
         "extern const struct frame machine_frames[], compensator_frames[];",
         "extern const struct signal machine_signals[], offset_signals[];",
@@ -193,8 +173,8 @@ def _tables(database: Database, refs: Mapping[str, int], terminal: SignalTermina
         f"const size_t offset_count = {len(offsets)};",
         f"const size_t valid_ref = {refs.get('valid', NONE)};",
         f"const size_t status_ref = {refs.get('status', NONE)};",
-        f"const double fault_codes[] = {{{_codes(database, 'bus_fault', FAULTS)}}};",
-        f"const double state_codes[] = {{{_codes(database, 'gateway_state', STATES)}}};",
+        f"const double fault_codes[] = {{{_codes(database, 'bus_fault')}}};",
+        f"const double state_codes[] = {{{_codes(database, 'gateway_state')}}};",
         "const struct axis axes[] = {",
         *(f"    {{{', '.join(_or_none(ref) for ref in axis)}}}," for axis in axes),
         "};",
@@ -232,7 +212,7 @@ def _frames(
 
 def _signal(signal: Signal, start: int, refs: Mapping[str, int]) -> str:
     missing, error = (float(signal.codes.get(name, -1)) for name in (NOT_AVAILABLE, ERROR))
-    named = sum(1 << raw for raw in signal.codes.values()) if signal.is_enumeration else 0
+    words = sum(1 << raw for raw in signal.codes.values()) if signal.is_enumeration else 0
     parts = {
         "start": start,
         "bits": signal.bits,
@@ -244,7 +224,7 @@ def _signal(signal: Signal, start: int, refs: Mapping[str, int]) -> str:
         "error": error,
         "fallback": signal.start,
         # Only the machine's are read, and its have few values.
-        "named": f"UINT64_C({named})" if named < 1 << 64 else 0,
+        "named": f"UINT64_C({words})" if words < 1 << 64 else 0,
         "role": _role(signal.name),
         "ref": _ref(refs, signal),
     }
@@ -270,8 +250,8 @@ def _or_none(ref: int | None) -> str:
     return NONE if ref is None else str(ref)
 
 
-def _codes(database: Database, name: str, words: Sequence[str]) -> str:
-    return ", ".join(_number(_code(database, name, word)) for word in words)
+def _codes(database: Database, name: str) -> str:
+    return ", ".join(_number(_code(database, name, word)) for word in named(name))
 
 
 def _code(database: Database, name: str, word: str) -> float:
@@ -279,6 +259,7 @@ def _code(database: Database, name: str, word: str) -> float:
     if not database.has(name):
         return 0.0
     signal = database.signal(name)
+    word = word if word in signal.codes else OTHER
     if word not in signal.codes:
         raise BadInput(database.path, name, f"has no value named {word}")
     return signal.codes[word] * signal.scale + signal.offset

@@ -27,7 +27,6 @@ from measurement.errors import BadInput
 from measurement.stops import LOOK_S
 
 if TYPE_CHECKING:
-    from gateway.codec import Value
     from gateway.database import Database
     from gateway.unit import CompensatorUnit
 
@@ -171,48 +170,25 @@ class HallStatus(Participant):
         self._write({**first, "security": files, "stale_s": LATEST_STEPS * LOOK_S})
         self._url = url
 
-    def tell(
-        self,
-        now: float,
-        inputs: Mapping[str, float],
-        outputs: Mapping[str, float],
-        state: Mapping[str, Value | bool],
-    ) -> None:
-        """Send values every `LOOK_S`, changes of state at once.
-
-        Parameters
-        ----------
-        now : float
-            Monotonic time [s].
-        inputs, outputs : mapping of str to float
-            As the compensator has them.
-        state : mapping
-            The keys of `STATES`.
-        """
+    def update(self, now: float, report: Callable[[], Report]) -> None:
+        """Send what the gateway does every `LOOK_S`, changes of its state at once."""
+        shown = report()
+        state = shown.state
         changed = tuple(state[key] for key in ("valid", "status", "gateway_state", "bus_fault"))
         if now - self._sent_at < LOOK_S and changed == self._before:
             return
         if changed[0] != self._valid and self._valid is not None:
             text = f"offsets are {'valid' if changed[0] else 'not valid'}: {state['status_text']}"
-            self.event(text, LOW if changed[0] else HIGH)
+            self.hear(text, LOW if changed[0] else HIGH)
         self._sent_at, self._before, self._valid = now, changed, bool(changed[0])
-        measures = {f"inputs.{name}": inputs.get(name, nan) for name in self._inputs}
-        measures |= {f"outputs.{name}": outputs.get(name, nan) for name in self._outputs}
+        measures = {f"inputs.{name}": shown.given.get(name, nan) for name in self._inputs}
+        measures |= {f"outputs.{name}": shown.outputs.get(name, nan) for name in self._outputs}
         values = {name: value if isfinite(value) else None for name, value in measures.items()}
         self._write({"values": values | {f"state.{key}": state[key] for key in state}})
 
-    def update(self, now: float, report: Callable[[], Report]) -> None:
-        """Send what the gateway does; see `Participant`."""
-        shown = report()
-        self.tell(now, shown.given, shown.outputs, shown.state)
-
-    def hear(self, line: str) -> None:
+    def hear(self, line: str, severity: int = LOW) -> None:
         """Send a line for people as an event."""
-        self.event(line)
-
-    def event(self, text: str, severity: int = LOW) -> None:
-        """Send an event."""
-        self._write({"event": text, "severity": severity})
+        self._write({"event": line, "severity": severity})
 
     def _write(self, news: Mapping[str, object]) -> None:
         if not self._ended:
@@ -268,10 +244,10 @@ def security_of(files: Sequence[Path | None]) -> Security | None:
     BadInput
         If only some are given.
     """
-    certificate, key, trust = files
-    if certificate and key and trust:
-        return Security(certificate, key, trust)
-    if certificate or key or trust:
+    given = [file for file in files if file]
+    if len(given) == 3:
+        return Security(*given)
+    if given:
         problem = "needs --opcua-key and --opcua-trust, and they need --opcua-cert"
         raise BadInput("--opcua-cert", "", problem)
     return None

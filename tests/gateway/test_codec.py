@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gateway.codec import Encoder, Problem, decode, high_raw, low_raw, name_of, raw_of
+from gateway.codec import Encoder, Finding, decode, high_raw, low_raw, name_of, raw_of
 from gateway.database import COMPENSATOR, ERROR, MACHINE, NOT_AVAILABLE, Frame
 from gateway.dbc import DBC
 from gateway.mapfile import InputMap
@@ -27,7 +27,7 @@ CODED = [(f, s) for f, s in ALL if s.name not in UNCODED]
 each_signal = pytest.mark.parametrize(("frame", "signal"), ALL, ids=IDS)
 
 
-def read(frame: Frame, data: bytes | bytearray) -> tuple[dict[str, float], Sequence[Problem]]:
+def read(frame: Frame, data: bytes | bytearray) -> tuple[dict[str, float], Sequence[Finding]]:
     content = decode(frame, data)
     return content.values, content.problems
 
@@ -135,7 +135,7 @@ def test_every_fault_has_a_code_in_the_dbc(database):
     assert [name for name in named if f'"{name}"' not in source] == []
 
 
-FAULT_IS_ARGUMENT = {"Finding": 0, "_reject": 0, "_spoil": 0, "Problem": 1}
+FAULT_IS_ARGUMENT = {"Finding": 0, "_reject": 0, "_spoil": 0}
 
 
 def faults_in_code() -> set[str]:

@@ -15,6 +15,7 @@ import pytest
 
 from gateway.database import Database
 from gateway.node import GatewaySettings
+from gateway.protocols.base import Report
 from gateway.protocols.opcua import HallStatus, Security, checked_url, security_of
 from gateway.serving import Service
 from measurement.errors import BadInput
@@ -231,10 +232,11 @@ def test_a_gateway_that_stands_still_is_told_from_one_that_has_nothing_new(datab
                 return await value_of(client, "state.valid")
 
         patiently(read)
-        status.tell(0.0, {"T1": 20.0}, {"dX": 1.0}, state)
+        report = Report({}, {"T1": 20.0}, {"dX": 1.0}, state)
+        status.update(0.0, lambda: report)
 
         def shown() -> bool:
-            status.tell(time.monotonic(), {"T1": 20.0}, {"dX": 1.0}, state)
+            status.update(time.monotonic(), lambda: report)
             return asyncio.run(read()) is True
 
         until(shown)
@@ -252,7 +254,7 @@ def test_a_server_that_hangs_keeps_nobody_waiting(database, quick_fmu):
         for _ in range(150):
             begun = time.monotonic()
             for _ in range(10):
-                status.event("x" * 500)
+                status.hear("x" * 500)
             answer = hall.control.cycle(MILD)
             slowest = max(slowest, time.monotonic() - begun)
         assert answer["valid"] == "valid"
@@ -271,7 +273,7 @@ def test_a_server_that_is_gone_does_not_end_the_gateway(database, unit):
         with contextlib.closing(HallStatus(url, None, unit, said.append)) as status:
             until(lambda: bool(said))
             for _ in range(1000):
-                status.event("x" * 500)
+                status.hear("x" * 500)
     assert any("the server is gone" in line and "in use" in line for line in said), said
 
 
