@@ -245,10 +245,9 @@ def _ambient(run: Run, column: str) -> Ambient:
 
 def _not_there(rig: Rig | None, run: Run) -> list[Fault]:
     """Return a fault per column that the rig has and the run has not."""
-    start, end = float(run.time_s[0]), float(run.time_s[-1])
     text = "the rig has this column and the run has not"
     return [
-        Fault(run.name, name, "absent", start, end, text)
+        Fault.between(run, name, "absent", 0, -1, text)
         for name in (rig.columns if rig is not None else [])
         if name not in run.frame.columns
     ]

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from measurement.overview import png_bytes
 from scenarios.charts import PANEL, WIDTH, Chart, Line, Panel, kept, kept_steps
 
 WIDTH_IN, PANEL_IN = WIDTH / 100.0, PANEL / 100.0
@@ -22,6 +22,40 @@ def saved(figure: Figure, path: Path) -> Path:
     """Write a figure as a PNG and return its path; the same figure gives the same bytes."""
     path.write_bytes(png_bytes(figure))
     return path
+
+
+def settle(figure: Figure) -> None:
+    """Let the layout take place once and keep it to four digits.
+
+    The layout's solver may end a last digit apart from one drawing to the next.
+
+    Parameters
+    ----------
+    figure : Figure
+        Changed in place.
+    """
+    figure.draw_without_rendering()
+    places = [(axes, axes.get_position().bounds) for axes in figure.axes]
+    figure.set_layout_engine("none")
+    for axes, (left, bottom, width, height) in places:
+        axes.set_position((round(left, 4), round(bottom, 4), round(width, 4), round(height, 4)))
+
+
+def png_bytes(figure: Figure, dpi: int = 110) -> bytes:
+    """Return a figure as a PNG; the same figure gives the same bytes.
+
+    Parameters
+    ----------
+    figure : Figure
+        Its layout is settled, as `settle` does.
+    dpi : int
+        Pixels per inch.
+    """
+    stream = io.BytesIO()
+    settle(figure)
+    # Without the library's version in it.
+    figure.savefig(stream, format="png", dpi=dpi, metadata={"Software": None})
+    return stream.getvalue()
 
 
 def draw_on(chart: Chart, figure: Figure) -> Figure:

@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 
 from measurement.iso230 import summarise
-from measurement.overview import draw_overview
 from measurement.rig import AXES
 from measurement.runs import Run
 from scenarios.charts import BEFORE, LINES, MANY, Chart, Line, Panel
 from scenarios.figures import draw_on
+from scenarios.run_figure import draw_overview
 from scenarios.views import before_and_after
 
 if TYPE_CHECKING:

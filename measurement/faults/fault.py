@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from measurement.runs import Run
 
 STANDING = ("frozen", "saturated")
 """Kinds of a channel that stands still: the first reading of such a time was true."""
@@ -57,6 +60,14 @@ class Fault:
     end_s: float
     text: str
     place: int = 0
+
+    @classmethod
+    def between(
+        cls, run: Run, column: str, kind: str, first: int, last: int, text: str, place: int = 0
+    ) -> Fault:
+        """Return a fault from one row of a run to another."""
+        start_s, end_s = float(run.time_s[first]), float(run.time_s[last])
+        return cls(run.name, column, kind, start_s, end_s, text, place)
 
     @property
     def handling(self) -> str:

@@ -6,6 +6,7 @@ import datetime as dt
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 import numpy as np
@@ -26,7 +27,7 @@ from measurement.importing.stamps import (
     seconds_of_date,
     seconds_of_day,
 )
-from measurement.importing.values import is_numeric, numbers_of
+from measurement.importing.values import is_numeric, numbers_of, read_cells
 from measurement.resampling import FloatArray
 
 ZEROS_S = {"d": (SINCE_1900_S,)} | dict.fromkeys(("s", "ms", "us", "ns"), (0.0, SINCE_1904_S))
@@ -96,7 +97,9 @@ def clock_of(sheet: Sheet, rule: TimeRule | None = None) -> Clock:
     if len(at) == 1 and is_numeric(sheet, at[0]):
         time, absolute, rule = _elapsed(sheet, at[0], rule)
     elif len(at) == 1 and _all(sheet.columns[at[0]], _is_of_day):
-        time, of_day = _passing_midnight(_times_of_day(sheet, at[0])), True
+        cells = sheet.columns[at[0]]
+        time = _passing_midnight(read_cells(sheet, at[0], cells, _time_of_day, "time"))
+        of_day = True
     else:
         time, rule = _dated(sheet, at, rule)
         absolute = True
@@ -168,16 +171,9 @@ def _dated(sheet: Sheet, at: Sequence[int], rule: TimeRule) -> tuple[FloatArray,
     if rule.day_first is None:
         problem = f"{texts[0]} may be read in two ways: say --day-first or --month-first"
         raise BadInput(sheet.where, name, problem)
-    time = np.full(len(texts), np.nan)
-    known: dict[str, float | None] = {"": float("nan")}
-    for row, text in enumerate(texts):
-        if text not in known:
-            known[text] = seconds_of_date(text, rule.day_first)
-        seconds = known[text]
-        if seconds is None:
-            place = f"row {sheet.rows[row]}, {name}"
-            raise BadInput(sheet.where, place, f"{shown(text)} is not a time")
-        time[row] = seconds
+    day_first = rule.day_first
+    read = cache(lambda text: seconds_of_date(text, day_first) if text else math.nan)
+    time = read_cells(sheet, at[0], texts, read, "time")
     return (_universal(sheet, name, time, rule.timezone) if rule.timezone else time), rule
 
 
@@ -207,17 +203,8 @@ def _universal(sheet: Sheet, name: str, time: FloatArray, zone: str) -> FloatArr
     return np.asarray((there - zero).dt.total_seconds(), dtype=np.float64)
 
 
-def _times_of_day(sheet: Sheet, at: int) -> FloatArray:
-    found = np.full(len(sheet.rows), np.nan)
-    for row, cell in enumerate(sheet.columns[at]):
-        if is_missing(cell):
-            continue
-        seconds = seconds_of_day(cell)
-        if seconds is None:
-            place = f"row {sheet.rows[row]}, column {sheet.headings[at].text}"
-            raise BadInput(sheet.where, place, f"{shown(cell)} is not a time")
-        found[row] = seconds
-    return found
+def _time_of_day(cell: Cell) -> float | None:
+    return math.nan if is_missing(cell) else seconds_of_day(cell)
 
 
 def _passing_midnight(time: FloatArray) -> FloatArray:

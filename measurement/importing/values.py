@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import datetime as dt
 import re
+from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 import numpy as np
 
@@ -12,6 +14,7 @@ from measurement.importing.sheets import Cell, Sheet, is_missing
 from measurement.importing.text_tables import GROUPED, NUMBER
 from measurement.resampling import FloatArray
 
+C = TypeVar("C")
 _FLAGS = {"on": 1.0, "off": 0.0, "true": 1.0, "false": 0.0, "ein": 1.0, "aus": 0.0, "yes": 1.0}
 _FLAGS |= {"no": 0.0, "wahr": 1.0, "falsch": 0.0, "ja": 1.0, "nein": 0.0}
 _POINT = {".": {}, ",": str.maketrans(",.", ".,")}
@@ -29,14 +32,28 @@ def numbers_of(sheet: Sheet, at: int) -> FloatArray:
     plain = _plain(sheet.columns[at], sheet.decimal)
     if plain is not None:
         return plain
+    found = read_cells(sheet, at, sheet.columns[at], lambda cell: number_of(cell, sheet), "number")
+    found[~np.isfinite(found)] = np.nan
+    return found
+
+
+def read_cells(
+    sheet: Sheet, at: int, cells: Sequence[C], read: Callable[[C], float | None], kind: str
+) -> FloatArray:
+    """Return what *read* makes of cells of a column, shape (rows,); it refuses one by None.
+
+    Raises
+    ------
+    BadInput
+        For the first cell that is refused: it is not of that *kind*.
+    """
     found = np.full(len(sheet.rows), np.nan)
-    for row, cell in enumerate(sheet.columns[at]):
-        value = number_of(cell, sheet)
+    for row, cell in enumerate(cells):
+        value = read(cell)
         if value is None:
             place = f"row {sheet.rows[row]}, column {sheet.headings[at].text}"
-            raise BadInput(sheet.where, place, f"{shown(cell)} is not a number")
+            raise BadInput(sheet.where, place, f"{shown(cell)} is not a {kind}")
         found[row] = value
-    found[~np.isfinite(found)] = np.nan
     return found
 
 

@@ -13,12 +13,13 @@ from measurement.doubts import doubt_lines
 from measurement.faults import looked_over
 from measurement.files import write_atomically
 from measurement.iso230 import Summary
-from measurement.overview import draw_overview, png_bytes
 from measurement.rig import Rig
 from measurement.runs import Run, read_run
 from scenarios.arguments import add_json, add_parameters, add_results, add_runs
+from scenarios.figures import png_bytes
 from scenarios.outputs import FOLDER
 from scenarios.results import write_findings
+from scenarios.run_figure import draw_overview
 from spindle_drift.machines import Machine
 from spindle_drift.recordings import rig_for, summary
 

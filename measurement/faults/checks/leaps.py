@@ -96,8 +96,8 @@ def _spikes(run: Run, column: str, moves: Moves, spikes: Mapping[int, float]) ->
 
 
 def _fault(run: Run, column: str, kind: str, moves: Moves, away: range, text: str) -> Fault:
-    start, end = run.time_s[moves.rows[[away[0], away[-1]]]].tolist()
-    return Fault(run.name, column, kind, start, end, text)
+    first, last = moves.rows[[away[0], away[-1]]].tolist()
+    return Fault.between(run, column, kind, first, last, text)
 
 
 def _at_switch(moves: Moves, k: int, switched: Sequence[int]) -> bool:

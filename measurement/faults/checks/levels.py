@@ -35,19 +35,17 @@ class Levels(Check):
         for column, name in enumerate(columns):
             for place, off in _level_jumps(tables, column):
                 text = f"reads {off:+.0f} K from its level in the other runs"
-                found[place, name] = _whole(runs[place], name, "level_jump", text, place)
+                fault = Fault.between(runs[place], name, "level_jump", 0, -1, text, place)
+                found[place, name] = fault
         for place, run in enumerate(runs):
             own = _Distances(run, run.temperatures)
             for column, name in enumerate(run.temperatures):
                 off = own.never_right(column)
                 if off and (place, name) not in found:
                     text = f"reads {off:+.0f} K from all others, whatever the machine does"
-                    found[place, name] = _whole(run, name, "never_right", text, place)
+                    fault = Fault.between(run, name, "never_right", 0, -1, text, place)
+                    found[place, name] = fault
         yield from found.values()
-
-
-def _whole(run: Run, name: str, kind: str, text: str, place: int) -> Fault:
-    return Fault(run.name, name, kind, float(run.time_s[0]), float(run.time_s[-1]), text, place)
 
 
 class _Distances:

@@ -31,9 +31,9 @@ class Missing(Check):
             missing = np.isnan(run.frame[name].to_numpy())
             if not missing.any() or _are_bridged(run, ~missing):
                 continue
-            where = run.time_s[missing]
+            first, last = np.flatnonzero(missing)[[0, -1]].tolist()
             text = f"{missing.mean():.1%} of the samples are missing"
-            yield Fault(run.name, name, "missing", float(where[0]), float(where[-1]), text)
+            yield Fault.between(run, name, "missing", first, last, text)
 
 
 def _are_bridged(run: Run, there: np.ndarray) -> bool:

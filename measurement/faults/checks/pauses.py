@@ -28,11 +28,10 @@ class Pauses(Check):
         usual = float(np.median(steps))
         long = np.flatnonzero(steps > GAP_INTERVALS * usual)
         if long.size:
-            at = long[np.argmax(steps[long])]
-            start, end = float(run.time_s[at]), float(run.time_s[at + 1])
+            at = int(long[np.argmax(steps[long])])
             text = (
                 f"{long.size} {'pause' if long.size == 1 else 'pauses'} of more than "
                 f"{GAP_INTERVALS:g} usual intervals ({usual:g} s) in the record, the longest of "
-                f"{(end - start) / 60:.1f} min"
+                f"{steps[at] / 60:.1f} min"
             )
-            yield Fault(run.name, TIME, "pause", start, end, text)
+            yield Fault.between(run, TIME, "pause", at, at + 1, text)

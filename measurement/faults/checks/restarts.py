@@ -32,5 +32,5 @@ class Restarts(Check):
             step = np.median(values[after[:5]]) - values[run.time_s >= fault.start_s][0]
             if abs(step) >= MOVING_UM:
                 text = f"jumps by {step:+.0f} um on coming back"
-                time = float(run.time_s[after[0]])
-                yield Fault(run.name, fault.column, "restart", time, time, text, fault.place)
+                at = int(after[0])
+                yield Fault.between(run, fault.column, "restart", at, at, text, fault.place)

@@ -48,9 +48,7 @@ class Runaways(Check):
                 f"runs away from all other thermometers by {end:+.0f} K, with no switch of the "
                 "machine near and no other that follows"
             )
-            yield Fault(
-                run.name, names[place], "runaway", float(time[begun]), float(time[last]), text
-            )
+            yield Fault.between(run, names[place], "runaway", begun, last, text)
 
 
 def _alone(others: FloatArray, first: int, last: int, way: float) -> bool:

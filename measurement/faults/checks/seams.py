@@ -43,5 +43,4 @@ class Seams(Check):
                 f"half of the temperatures or more leap at once, by up to {most:.1f} K: "
                 "joined recordings, or the logger restarted"
             )
-            start, end = float(run.time_s[at + 1]), float(run.time_s[-1])
-            yield Fault(run.name, TIME, "jump", start, end, text)
+            yield Fault.between(run, TIME, "jump", at + 1, -1, text)

@@ -35,5 +35,4 @@ class Staircases(Check):
                 text = (
                     f"a staircase with steps of {usual:.2g} um, unchanged in {still:.0%} of samples"
                 )
-                start, end = float(run.time_s[0]), float(run.time_s[-1])
-                yield Fault(run.name, name, "staircase", start, end, text)
+                yield Fault.between(run, name, "staircase", 0, -1, text)

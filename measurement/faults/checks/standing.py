@@ -67,7 +67,7 @@ class Standing(Check):
                 if _at_end_of_range(run, name, start, end):
                     kind = "saturated"
                     text += "; it is the channel's own extreme: the end of the sensor's range"
-                yield _fault(run, name, kind, start, end, text)
+                yield Fault.between(run, name, kind, start, end, text)
 
 
 def _thermometers(runs: Sequence[Run]) -> Iterator[Fault]:
@@ -133,11 +133,8 @@ def _stands(run: Run, place: int, habits: _Habits, witnesses: Witnesses) -> Iter
         if why:
             dead = last == len(values) - 1 and (first == 0 or dropped)
             text = f"exactly {values[first]:g} degC {why}"
-            yield _fault(run, column, "dead" if dead else "frozen", start, end, text)
-
-
-def _fault(run: Run, column: str, kind: str, start: int, end: int, text: str) -> Fault:
-    return Fault(run.name, column, kind, float(run.time_s[start]), float(run.time_s[end]), text)
+            kind = "dead" if dead else "frozen"
+            yield Fault.between(run, column, kind, start, end, text)
 
 
 def _long(time: FloatArray, values: FloatArray, samples: int) -> Iterator[tuple[int, int]]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
+from itertools import cycle, product
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,8 @@ _TEMPERATURE_COLOURS = (
     *("#e377c2", "#7f7f7f", "#bcbd22", "#17becf", "#393b79", "#ad494a"),
 )
 _STYLES: tuple[Any, ...] = ("-", "--", ":")  # Any, since matplotlib wants its own list of literals
+Curve = tuple[FloatArray, dict[str, Any]]
+"""Values, and how they are drawn."""
 
 
 def draw_overview(
@@ -47,68 +49,44 @@ def draw_overview(
     figure : Figure, optional
         Empty, to draw on.
     """
-    five_point = rig if isinstance(rig, FivePointRig) and rig.fits(run) else None
-    panels = [
-        (bool(run.of_unit("rpm") or run.of_unit("mm_min")), 1.0, _draw_speed),
-        (bool(run.temperatures), 2.4, _draw_temperatures),
-        (bool(run.displacements), 2.0, _draw_displacements),
-        (five_point is not None, 1.4, _draw_tilt),
-    ]
-    shown = [(height, draw) for there, height, draw in panels if there]
-    if not shown:  # a run of other signals only: still a figure, with nothing hidden
-        shown = [(2.0, _draw_others)]
-    heights = [height for height, _ in shown]
+    curves = {
+        "temperature [°C]": (2.4, _temperatures(run)),
+        "displacement [µm]": (2.0, _displacements(run, summary)),
+        "tilt [µrad]": (1.4, _tilt(run, rig)),
+    }
+    panels = [(height, label, lines) for label, (height, lines) in curves.items() if lines]
+    turns = bool(run.of_unit("rpm") or run.of_unit("mm_min"))
+    if not (panels or turns):  # a run of other signals only: still a figure, with nothing hidden
+        panels = [(2.0, "", _others(run))]
+    heights = [1.0] * turns + [height for height, _, _ in panels]
     figure = figure or Figure()
     figure.set_size_inches(11.0, 1.0 + 1.75 * sum(heights))
     figure.set_layout_engine("constrained")
-    grid = figure.subplots(
-        len(shown), 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": heights}
-    )
-    for axes, (_, draw) in zip(grid[:, 0], shown, strict=True):
-        draw(axes, run, summary, rig)
+    every: list[Axes] = figure.subplots(
+        len(heights), 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": heights}
+    )[:, 0].tolist()
+    if turns:
+        _draw_speed(every[0], run)
+    for axes, (_, label, lines) in zip(every[turns:], panels, strict=True):
+        for values, style in lines:
+            _line(axes, run, values, **style)
+        if label.startswith("displacement"):
+            for number, (start, end) in enumerate(_suspect(summary)):
+                said = "frozen or saturated" if number == 0 else None
+                span = (start / 60.0, end / 60.0)
+                axes.axvspan(*span, color="#d62728", alpha=0.12, linewidth=0, label=said)
+        axes.set_ylabel(label)
+        _legend(axes)
+    for axes in every:
         axes.grid(True, color="#e6e6e6", linewidth=0.8)
         axes.set_axisbelow(True)
         axes.spines[["top", "right"]].set_visible(False)
-        _mark_first_hour(axes, run, summary, named=axes is grid[0, 0])
-    grid[-1, 0].set_xlabel("time [min]")
-    grid[-1, 0].set_xlim(run.time_s[0] / 60.0, max(run.time_s[-1], run.time_s[0] + 1) / 60.0)
+        _mark_first_hour(axes, run, summary, named=axes is every[0])
+    every[-1].set_xlabel("time [min]")
+    every[-1].set_xlim(run.time_s[0] / 60.0, max(run.time_s[-1], run.time_s[0] + 1) / 60.0)
     known = any(segment.state != "unknown" for segment in summary.segments)
     figure.suptitle(f"{run.name}: {summary.test}" if known else run.name, fontsize=12)
     return figure
-
-
-def settle(figure: Figure) -> None:
-    """Let the layout take place once and keep it to four digits.
-
-    The layout's solver may end a last digit apart from one drawing to the next.
-
-    Parameters
-    ----------
-    figure : Figure
-        Changed in place.
-    """
-    figure.draw_without_rendering()
-    places = [(axes, axes.get_position().bounds) for axes in figure.axes]
-    figure.set_layout_engine("none")
-    for axes, (left, bottom, width, height) in places:
-        axes.set_position((round(left, 4), round(bottom, 4), round(width, 4), round(height, 4)))
-
-
-def png_bytes(figure: Figure, dpi: int = 110) -> bytes:
-    """Return a figure as a PNG; the same figure gives the same bytes.
-
-    Parameters
-    ----------
-    figure : Figure
-        Its layout is settled, as `settle` does.
-    dpi : int
-        Pixels per inch.
-    """
-    stream = io.BytesIO()
-    settle(figure)
-    # Without the library's version in it.
-    figure.savefig(stream, format="png", dpi=dpi, metadata={"Software": None})
-    return stream.getvalue()
 
 
 def _line(axes: Axes, run: Run, values: FloatArray, **style: Any) -> None:
@@ -121,22 +99,22 @@ def _line(axes: Axes, run: Run, values: FloatArray, **style: Any) -> None:
     axes.plot(shown, drawn, marker="." if time.size < 3 else None, **style)
 
 
-def _draw_speed(axes: Axes, run: Run, summary: Summary, rig: Rig | None) -> None:
+def _draw_speed(axes: Axes, run: Run) -> None:
     speeds, feeds = run.of_unit("rpm"), run.of_unit("mm_min")
-    for name, style in zip(speeds, _STYLES, strict=False):
-        values = run.frame[name].to_numpy()
-        axes.step(run.time_s / 60.0, values, where="post", color="#333333", linestyle=style)
+    other = axes.twinx() if speeds and feeds else axes
+    handles = []
+    for names, on, styles, colour, beside in (
+        (speeds, axes, _STYLES, "#333333", ""),
+        (feeds, other, _STYLES[1:], "#a05a00", " (right)" if speeds else ""),
+    ):
+        for name, style in zip(names, styles, strict=False):
+            values = run.frame[name].to_numpy()
+            on.step(run.time_s / 60.0, values, where="post", color=colour, linestyle=style)
+            label = split_column(name)[0] + beside
+            handles.append(Line2D([], [], color=colour, linestyle=style, label=label))
     if speeds:
         axes.set_ylabel("speed [r/min]")
         axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
-    handles = [Line2D([], [], color="#333333", label=split_column(name)[0]) for name in speeds]
-    other = axes.twinx() if speeds and feeds else axes
-    for name, style in zip(feeds, _STYLES[1:], strict=False):
-        colour = "#a05a00"
-        values = run.frame[name].to_numpy()
-        other.step(run.time_s / 60.0, values, where="post", color=colour, linestyle=style)
-        label = f"{split_column(name)[0]}" + (" (right)" if speeds else "")
-        handles.append(Line2D([], [], color=colour, linestyle=style, label=label))
     if feeds:
         other.set_ylabel("feed [mm/min]", color="#a05a00")
         other.set_ylim(bottom=min(0.0, other.get_ylim()[0]))
@@ -144,48 +122,50 @@ def _draw_speed(axes: Axes, run: Run, summary: Summary, rig: Rig | None) -> None
     _legend(axes, handles, right=1.075 if speeds and feeds else 1.01)
 
 
-def _draw_temperatures(axes: Axes, run: Run, summary: Summary, rig: Rig | None) -> None:
-    for i, name in enumerate(run.temperatures):
-        _line(
-            axes,
-            run,
-            run.frame[name].to_numpy(),
-            color=_TEMPERATURE_COLOURS[i % len(_TEMPERATURE_COLOURS)],
-            linestyle=_STYLES[i // len(_TEMPERATURE_COLOURS) % len(_STYLES)],
-            linewidth=1.1,
-            label=split_column(name)[0],
-        )
-    axes.set_ylabel("temperature [°C]")
-    _legend(axes)
+def _temperatures(run: Run) -> list[Curve]:
+    looks = product(_STYLES, _TEMPERATURE_COLOURS)
+    return [
+        _curve(run, name, linewidth=1.1, color=colour, linestyle=style)
+        for name, (style, colour) in zip(run.temperatures, cycle(looks), strict=False)
+    ]
 
 
-def _draw_displacements(axes: Axes, run: Run, summary: Summary, rig: Rig | None) -> None:
-    spare = iter(_OTHER_COLOURS * (1 + len(run.displacements) // len(_OTHER_COLOURS)))
+def _displacements(run: Run, summary: Summary) -> list[Curve]:
+    spare, found = cycle(_OTHER_COLOURS), []
     for name in run.displacements:
-        signal = split_column(name)[0]
-        place = summary.places.get(name, "")
+        signal, place = split_column(name)[0], summary.places.get(name, "")
         axis = _axis(signal, place)
         style = "--" if place.startswith("distal") or signal.startswith("error") else "-"
-        _line(
-            axes,
-            run,
-            run.frame[name].to_numpy(),
-            color=AXIS_COLOURS[axis] if axis else next(spare),
-            linestyle=":" if signal.startswith("offset") else style,
-            linewidth=1.3,
-            label=f"{signal} ({place})" if place else signal,
-        )
-    for number, (start, end) in enumerate(_suspect(summary)):
-        axes.axvspan(
-            start / 60.0,
-            end / 60.0,
-            color="#d62728",
-            alpha=0.12,
-            linewidth=0,
-            label="frozen or saturated" if number == 0 else None,
-        )
-    axes.set_ylabel("displacement [µm]")
-    _legend(axes)
+        look = {
+            "color": AXIS_COLOURS[axis] if axis else next(spare),
+            "linestyle": ":" if signal.startswith("offset") else style,
+            "label": f"{signal} ({place})" if place else signal,
+        }
+        found.append(_curve(run, name, linewidth=1.3, **look))
+    return found
+
+
+def _tilt(run: Run, rig: Rig | None) -> list[Curve]:
+    if not (isinstance(rig, FivePointRig) and rig.fits(run)):
+        return []
+    pose = rig.pose(run.frame)
+    look = {"linewidth": 1.3}
+    return [
+        (pose["yaw_urad"].to_numpy(), look | {"color": AXIS_COLOURS["X"], "label": "yaw (XZ)"}),
+        (pose["pitch_urad"].to_numpy(), look | {"color": AXIS_COLOURS["Y"], "label": "pitch (YZ)"}),
+    ]
+
+
+def _others(run: Run) -> list[Curve]:
+    found = []
+    for name, colour in zip(map(str, run.frame.columns[1:]), _OTHER_COLOURS, strict=False):
+        signal, unit = split_column(name)
+        found.append(_curve(run, name, color=colour, label=f"{signal} [{UNITS[unit].label}]"))
+    return found
+
+
+def _curve(run: Run, name: str, **look: Any) -> Curve:
+    return run.frame[name].to_numpy(), {"label": split_column(name)[0], **look}
 
 
 def _axis(signal: str, place: str) -> str:
@@ -209,28 +189,6 @@ def _suspect(summary: Summary) -> list[tuple[float, float]]:
         else:
             joined.append((start, end))
     return joined
-
-
-def _draw_tilt(axes: Axes, run: Run, summary: Summary, rig: Rig | None) -> None:
-    if not isinstance(rig, FivePointRig):
-        return
-    pose = rig.pose(run.frame)
-    for name, axis, plane in (("yaw_urad", "X", "XZ"), ("pitch_urad", "Y", "YZ")):
-        label = f"{split_column(name)[0]} ({plane})"
-        values = pose[name].to_numpy()
-        _line(axes, run, values, color=AXIS_COLOURS[axis], linewidth=1.3, label=label)
-    axes.set_ylabel("tilt [µrad]")
-    _legend(axes)
-
-
-def _draw_others(axes: Axes, run: Run, summary: Summary, rig: Rig | None) -> None:
-    names = [str(name) for name in run.frame.columns[1:]]
-    for name, colour in zip(names, _OTHER_COLOURS, strict=False):
-        signal, unit = split_column(name)
-        label = f"{signal} [{UNITS[unit].label}]"
-        _line(axes, run, run.frame[name].to_numpy(), color=colour, label=label)
-    if names:
-        _legend(axes)
 
 
 def _mark_first_hour(axes: Axes, run: Run, summary: Summary, *, named: bool) -> None:
