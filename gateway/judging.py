@@ -45,10 +45,6 @@ class Verdict:
     unseen_s: float = 0.0
     in_time: bool = False
 
-    def finding_is(self, fault: str) -> bool:
-        """Return whether a certain fault is what is wrong."""
-        return self.finding is not None and self.finding.fault == fault
-
 
 class Judge:
     """Judges the cycles of a machine.

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import inf, isnan, nan
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import can
 
@@ -26,6 +26,10 @@ from gateway.link import Link
 from gateway.probes import LATEST_STEPS, TAKEN, ProbeSender
 from gateway.proof import CHALLENGE
 from gateway.reception import Cycle, Reception
+
+if TYPE_CHECKING:
+    from gateway.linuxcnc.component import ControlPins
+    from gateway.plant import MachinePlant
 
 STALE_CYCLES = LATEST_STEPS + 1.0
 """An answer to readings from longer ago than this many cycles is not used: the way back is one."""
@@ -52,39 +56,6 @@ class Pace:
     wait_s: float = 10.0
     hold_s: float = 60.0
     timeout_s: float | None = None
-
-
-class Plant(Protocol):
-    """The machine behind the control: `plant.MachinePlant`, or a real control's pins."""
-
-    step_s: float
-
-    @property
-    def time_s(self) -> float:
-        """Its time [s]."""
-
-    @property
-    def done(self) -> bool:
-        """Whether it has come to its end."""
-
-    @property
-    def thermal_state(self) -> str:
-        """What it says of its own state, as the frames name it."""
-
-    def probe_with(self, names: Sequence[str]) -> None:
-        """Measure probes by these names; none where no frame carries them."""
-
-    def measured(self, half_widths: Sequence[float]) -> Sequence[float]:
-        """Return what a probe shows now; empty if none is due."""
-
-    def readings(self) -> Mapping[str, float]:
-        """Return what the control reads."""
-
-    def record(self, offsets: Mapping[str, float], extra: Mapping[str, float]) -> None:
-        """Take note of the offsets and of what the gateway says."""
-
-    def step(self, offsets: Mapping[str, float]) -> None:
-        """Go on to the next cycle with these offsets [um]."""
 
 
 class AnswerReceiver:
@@ -213,8 +184,8 @@ class MachineNode:
     ----------
     database : Database
         The frames.
-    plant : Plant
-        The machine, started.
+    plant : MachinePlant or ControlPins
+        The machine behind the control, started; or a real control's pins.
     link : Link
         The bus, open.
     pace : Pace
@@ -232,7 +203,7 @@ class MachineNode:
     def __init__(
         self,
         database: Database,
-        plant: Plant,
+        plant: MachinePlant | ControlPins,
         link: Link,
         pace: Pace,
         save: Callable[[], None] = lambda: None,

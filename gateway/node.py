@@ -104,6 +104,8 @@ class GatewayNode:
         The values of the newest answer.
     given : dict of str to float
         What was heard for it; NaN or nothing where it was of no use.
+    stepper : Stepper
+        Steps the compensator.
     """
 
     def __init__(
@@ -163,7 +165,7 @@ class GatewayNode:
         self.machine_off = False
         self._started_at = self._deadline = now
         rate = settings.speed_up, settings.machine_clock
-        self._stepper = Stepper(unit, *rate, self._cycle_s, self._timeout_s, now, warm, wall)
+        self.stepper = Stepper(unit, *rate, self._cycle_s, self._timeout_s, now, warm, wall)
         self._finding: Finding | None = None
         self._late_start = False
         self._said: dict[tuple[str, ...], float] = {}
@@ -227,7 +229,7 @@ class GatewayNode:
         self.given = {}
         unseen_s = self._unseen_s(now)
         if self.begun:
-            self._stepper.silence(unseen_s, now)
+            self.stepper.silence(unseen_s, now)
         elif not lost and now - self._started_at > self._settings.startup_s:
             text = f"no complete cycle of the machine within {self._settings.startup_s:g} s"
             finding = Finding("startup_timeout", self._closing, text)
@@ -237,7 +239,7 @@ class GatewayNode:
 
     def _unseen_s(self, now: float, *, believed: bool = True) -> float:
         """Return the machine's time that only the time of day has seen go by [s], and say it."""
-        unseen_s = self._stepper.unseen_s(now)
+        unseen_s = self.stepper.unseen_s(now)
         if not believed:
             return 0.0
         if unseen_s and self.begun:
@@ -258,16 +260,7 @@ class GatewayNode:
     @property
     def steps(self) -> int:
         """How many steps the compensator has taken."""
-        return self._stepper.steps
-
-    @property
-    def machine_time_s(self) -> float:
-        """The machine's time, as it was heard last [s]."""
-        return self._stepper.machine_time_s
-
-    def machine_time_at(self, now: float) -> float:
-        """Return what the machine's clock is likely to show at a time [s]."""
-        return self._stepper.machine_time_at(now)
+        return self.stepper.steps
 
     @property
     def reference_known(self) -> bool:
@@ -295,21 +288,22 @@ class GatewayNode:
         unseen_s = max(verdict.unseen_s * self._settings.speed_up, own_s)
         self._proven = verdict.proven
         if verdict.proven or not self._proves:
-            self._stepper.hear(cycle.heartbeat, now, sampled=self._every_s is not None)
+            self.stepper.hear(cycle.heartbeat, now, sampled=self._every_s is not None)
             self.machine_off = verdict.machine_state == "off"
         if verdict.proven:
             self.reception.renew()
         usable = verdict.usable
         if usable and self._restored is not None:
             shown_s = cycle.heartbeat.get("machine_time", nan)
-            why = self._stepper.too_old(self._restored, shown_s, self._judge.time, now)
+            why = self.stepper.too_old(self._restored, shown_s, self._judge.time, now)
             self._lost_track, self._restored = bool(why), None
             if why:
                 self._say(why)
         self.given = self._substitution.fill(cycle.values, now) if usable else {}
         if cycle.usable:
             self._tell_signals(cycle.wrong, now)
-        if not self.begun and (usable or verdict.finding_is("machine_not_running")):
+        idle = verdict.finding is not None and verdict.finding.fault == "machine_not_running"
+        if not self.begun and (usable or idle):
             self._look_for_reference(cycle, now)
         if self.begun or (usable and self.reference.known):
             self.begun = True
@@ -317,7 +311,7 @@ class GatewayNode:
             if usable:
                 step_s = cycle.values.get("machine_step", nan)
                 probe = self.probes.due(self._judge.time_s, step_s, self._unit.probed)
-            self._stepper.advance({**self.given, **probe}, cycle.heartbeat, now, unseen_s)
+            self.stepper.advance({**self.given, **probe}, cycle.heartbeat, now, unseen_s)
         elif cycle.usable and not usable:
             # In touch, and the machine has not begun: nothing to compensate yet.
             self.state, self._late_start = READY, False
@@ -336,7 +330,7 @@ class GatewayNode:
 
     def renew_reference(self) -> None:
         """Count the drift from the next readings: somebody says that the machine is cold."""
-        self._stepper.renew()
+        self.stepper.renew()
         self.reference.say_cold()
         self.begun, self._lost_track, self._restored = False, False, None
 
@@ -388,7 +382,7 @@ class GatewayNode:
             values |= self._when_invalid
         if usable and not known:
             values["status"] = "reference_unknown"
-        self.answer = by_tool_length(outputs, self._stepper.tool_length_mm) | values
+        self.answer = by_tool_length(outputs, self.stepper.tool_length_mm) | values
         self._send(self._sender.messages(self.answer))
 
     def _fits(self, outputs: Mapping[str, float]) -> bool:

@@ -208,7 +208,7 @@ class Service:
             "gateway_state": node.state,
             "bus_fault": answer.get("bus_fault", "none"),
             "trust": self.database.trust,
-            "machine_time": node.machine_time_s,
+            "machine_time": node.stepper.machine_time_s,
             "steps": node.steps,
             "compensator": self.fmu.name,
             "compensator_sha256": self.unit.slave.sha256,
@@ -221,7 +221,7 @@ class Service:
 
     def _save(self, node: GatewayNode, store: StateFile, saver: Background) -> None:
         state = self.unit.slave.saved()
-        taken = (store.now(), self.unit.time_s, node.machine_time_at(self.clock()))
+        taken = (store.now(), self.unit.time_s, node.stepper.machine_time_at(self.clock()))
         saver.do(lambda: self._write(store, *taken, state))
 
     def _write(
@@ -243,7 +243,7 @@ class Service:
         code, sensor = int(outputs.get("status", 0)), int(outputs.get("status_sensor", 0))
         if self.statuses and self.statuses[-1][1:] == (code, sensor):
             return
-        self.statuses.append((node.machine_time_s, code, sensor))
-        text = f"status {code} at {node.machine_time_s:.1f} s: {self.unit.text()}"
+        self.statuses.append((node.stepper.machine_time_s, code, sensor))
+        text = f"status {code} at {node.stepper.machine_time_s:.1f} s: {self.unit.text()}"
         self.manager.tell(f"STATUS={text}")
         self.say(text)

@@ -67,7 +67,7 @@ def _either_side(database: Database, rng: np.random.Generator) -> Outcome:
             episode.start_machine(float(rng.choice([0.0, episode.time_s])))
             continue
         begun = episode.node.begun
-        saved = (episode.glass.time_s, episode.node.machine_time_at(episode.now))
+        saved = (episode.glass.time_s, episode.node.stepper.machine_time_at(episode.now))
         away_s = round(float(rng.uniform(0.5, 600.0)), 1)
         episode.now += away_s
         # The machine goes on, or was started anew in the meantime.
