@@ -41,7 +41,12 @@ POLICIES = [
     ua.SecurityPolicyType.Aes256Sha256RsaPss_SignAndEncrypt,
 ]
 Value = float | int | bool | str
-STARTS: dict[str, Value] = {"bool": False, "int": 0, "text": ""}
+KINDS: dict[str, tuple[ua.VariantType, Value]] = {
+    "bool": (ua.VariantType.Boolean, False),
+    "int": (ua.VariantType.Int64, 0),
+    "text": (ua.VariantType.String, ""),
+}
+"""Type and start of what has no unit."""
 
 
 class Reading(SimpleRoleRuleset):
@@ -98,13 +103,8 @@ class Status:
         for group, names in variables.items():
             folder = await top.add_folder(*self._named(group))
             for name, unit in names.items():
-                kind = {
-                    "bool": ua.VariantType.Boolean,
-                    "int": ua.VariantType.Int64,
-                    "text": ua.VariantType.String,
-                }.get(unit, ua.VariantType.Double)
+                kind, start = KINDS.get(unit, (ua.VariantType.Double, math.nan))
                 code = ua.StatusCode(ua.StatusCodes.BadWaitingForInitialData)
-                start = STARTS.get(unit, math.nan)
                 node = await folder.add_variable(*self._named(f"{group}.{name}"), start, kind)
                 await node.write_attribute(
                     ua.AttributeIds.DisplayName,

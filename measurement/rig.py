@@ -28,6 +28,9 @@ AXES: tuple[AxisName, ...] = ("X", "Y", "Z")
 POSE = ("elongation_um", "yaw_urad", "pitch_urad", "near_x_um", "near_y_um")
 """Columns of a pose, in order."""
 
+PLACES = ("near_x", "near_y", "distal_x", "distal_y", "axial")
+"""Of the sensors of a five-point rig."""
+
 _AXIAL_WORDS = {"growth", "elongation", "axial"}
 _NOT_DRIFT = {"offset", "error"}  # the plant's other signals per axis
 
@@ -119,8 +122,8 @@ class FivePointRig(SimulatedRig):
 
     @property
     def sensors(self) -> tuple[str, ...]:
-        """Names of the five signals: near X, near Y, distal X, distal Y, axial."""
-        return (self.near_x, self.near_y, self.distal_x, self.distal_y, self.axial)
+        """Names of the five signals, as `PLACES` has them."""
+        return tuple(getattr(self, place) for place in PLACES)
 
     @property
     def columns(self) -> list[str]:
@@ -218,8 +221,7 @@ class FivePointRig(SimulatedRig):
         return self.pose(run.frame)
 
     def _need(self, frame: pd.DataFrame) -> None:
-        places = ("near_x", "near_y", "distal_x", "distal_y", "axial")
-        for place, name in zip(places, self.columns, strict=True):
+        for place, name in zip(PLACES, self.columns, strict=True):
             if name not in frame.columns:
                 raise BadInput("rig", place, f"the run has no column {name}{_has(frame)}")
 

@@ -44,6 +44,8 @@ _EXACT: dict[str, Any] = {} if _PANDAS >= (3, 1) else {"float_precision": "round
 _FIRST_ROW = 2
 """The line number of the first data row, given by the run file: the header is line 1."""
 
+NO_ROWS = "row 2", "there are no data rows; at least one is needed"
+
 
 @dataclass(frozen=True, eq=False)
 class Run:
@@ -266,7 +268,7 @@ def _fast_frame(text: str, path: Path) -> pd.DataFrame | None:
     names = [name.strip() for name in header.split(",")]
     _check_header(names, path)
     if not body:
-        raise _no_rows(path)
+        raise BadInput(path, *NO_ROWS)
     commas = len(names) - 1
     for row, line in enumerate(body.split("\n"), _FIRST_ROW):
         if line.count(",") != commas:
@@ -302,7 +304,7 @@ def _slow_frame(text: str, path: Path) -> pd.DataFrame:
             [_number(cell, row, name, path) for name, cell in zip(names, cells, strict=True)]
         )
     if not table:
-        raise _no_rows(path)
+        raise BadInput(path, *NO_ROWS)
     return pd.DataFrame(np.array(table, dtype=np.float64), columns=names)
 
 
@@ -325,10 +327,6 @@ def _number(cell: str, row: int, name: str, path: Path) -> float:
         problem = f"{shown(cell)} is not a number; a number, an empty cell or NaN is allowed"
         raise BadInput(path, f"row {row}, column {name}", problem)
     return float(cell)
-
-
-def _no_rows(path: Path) -> BadInput:
-    return BadInput(path, "row 2", "there are no data rows; at least one is needed")
 
 
 def _check_width(cells: int, wanted: int, row: int, path: Path) -> None:
@@ -362,7 +360,7 @@ def _check_header(names: list[str], source: str | Path) -> None:
 
 def _check_values(frame: pd.DataFrame, source: str | Path) -> None:
     if frame.empty:
-        raise BadInput(source, "row 2", "there are no data rows; at least one is needed")
+        raise BadInput(source, *NO_ROWS)
     values = frame.to_numpy()
     units = [UNITS[split_column(str(name))[1]] for name in frame.columns]
     low, high = (np.array([getattr(unit, end) for unit in units]) for end in ("low", "high"))

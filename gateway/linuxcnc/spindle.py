@@ -44,26 +44,6 @@ NO_OFFSETS = dict.fromkeys(OFFSETS, 0.0)
 """The axes move by the control, not by the plant's own."""
 
 
-def new_pins(name: str, outputs: Sequence[str]) -> Any:
-    """Make the component and its pins.
-
-    Parameters
-    ----------
-    name : str
-        Of the component.
-    outputs : sequence of str
-        What the plant reads.
-    """
-    table = {
-        ("FLOAT", "IN"): ("speed", "tool_length"),
-        ("BIT", "IN"): ("alive", "heartbeat"),
-        ("BIT", "OUT"): ("cold",),
-        ("S32", "OUT"): ("point",),
-        ("FLOAT", "OUT"): ("servo_s", *outputs),
-    }
-    return new_component(name, table)
-
-
 class Table:
     """What the control's thread sampled, with what the plant showed at the time.
 
@@ -138,22 +118,30 @@ def main(argv: Sequence[str] | None = None) -> int:
     case = read_scenario(str(SCENARIO), list(settings.items())).cases[0]
     plant = MachinePlant(args.plant, case, recorded=False)
     plant.start()
-    pins = new_pins("spindle-plant", sorted(name for name in plant.readings() if name[0] == "T"))
+    temperatures = sorted(name for name in plant.readings() if name[0] == "T")
+    table = {
+        ("FLOAT", "IN"): ("speed", "tool_length"),
+        ("BIT", "IN"): ("alive", "heartbeat"),
+        ("BIT", "OUT"): ("cold",),
+        ("S32", "OUT"): ("point",),
+        ("FLOAT", "OUT"): ("servo_s", *temperatures),
+    }
+    pins = new_component("spindle-plant", table)
     # Line by line, so that nothing is lost with a component that is ended at once.
     with args.out.open("w", buffering=1, newline="") as file, stop_flag() as stopped:
-        table, looks, cold, ready = Table(pins, file), Looks(pins, stopped), True, False
+        rows, looks, cold, ready = Table(pins, file), Looks(pins, stopped), True, False
         while not stopped() and not plant.done:
             plant.drive({"speed": pins["speed"], "tool_length": pins["tool_length"]})
             readings = plant.readings()
-            for name in (name for name in readings if name[0] == "T"):
+            for name in temperatures:
                 pins[name] = readings[name]
             cold = cold and pins["speed"] == 0.0
             pins["cold"] = cold
-            pins["point"] = table.show({"time_s": plant.time_s, **readings})
+            pins["point"] = rows.show({"time_s": plant.time_s, **readings})
             if not ready:
                 pins.ready()
                 ready = True
-            table.write()
+            rows.write()
             if looks.wait():
                 plant.step(NO_OFFSETS)
     plant.close()

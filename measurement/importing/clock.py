@@ -13,9 +13,9 @@ import numpy as np
 import pandas as pd
 
 from measurement.errors import BadInput, shown
+from measurement.importing.cells import Cell, Sheet, is_missing
 from measurement.importing.mapping import TimeRule
 from measurement.importing.quantities import conversion_of
-from measurement.importing.sheets import Cell, Sheet, is_missing
 from measurement.importing.stamps import (
     DAY_S,
     SINCE_1900_S,

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from measurement.errors import BadInput
+from measurement.importing.cells import Sheet
 from measurement.importing.logs import sheet_of
-from measurement.importing.sheets import Sheet
 
 
 def is_json(text: str) -> bool:

@@ -10,8 +10,8 @@ import numpy as np
 import pandas as pd
 
 from measurement.errors import BadInput
+from measurement.importing.cells import Cell, Sheet
 from measurement.importing.headers import headings
-from measurement.importing.sheets import Cell, Sheet
 from measurement.resampling import FloatArray
 
 Channel = tuple[str, str, list[Cell]]

@@ -6,8 +6,8 @@ import re
 from dataclasses import replace
 
 from measurement.errors import BadInput
+from measurement.importing.cells import Sheet, is_missing
 from measurement.importing.headers import headings
-from measurement.importing.sheets import Sheet, is_missing
 
 _NAME = re.compile(
     r"tag|tag[ _]?name|name|channel|signal|variable|sensor|point|item|kanal|messstelle|parameter"

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from measurement.errors import BadInput
+from measurement.importing.cells import Cell, Sheet
 from measurement.importing.logs import Channel, clock, sheet_of
-from measurement.importing.sheets import Cell, Sheet
 from measurement.importing.stamps import SINCE_1904_S, seconds_of_date
 
 BEGIN = "LabVIEW Measurement"

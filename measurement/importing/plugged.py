@@ -9,10 +9,14 @@ from pathlib import Path
 import pandas as pd
 
 from measurement.errors import BadInput
+from measurement.importing.cells import Sheet
 from measurement.importing.logs import cells_of_values, sheet_of
-from measurement.importing.sheets import EXCEL, LOGS, TEXTS, Sheet
 from measurement.plugins import IMPORTERS, PlugIn, plugged_in
 
+EXCEL = (".xlsx", ".xlsm", ".xlsb", ".xls", ".ods")
+LOGS = (".tdms", ".mf4", ".mdf")
+TEXTS = (".csv", ".txt", ".tsv", ".dat", ".lvm")
+"""Endings of workbooks, logs and texts that the project reads itself."""
 Reader = Callable[[Path], Mapping[str, pd.DataFrame]]
 """From a file to its tables by title; columns are named as in a text table, ``Speed [rpm]``."""
 

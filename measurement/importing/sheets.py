@@ -1,72 +1,29 @@
-"""A file as sheets: header, and a column of cells for each name, nothing interpreted yet."""
+"""A file as sheets: where its tables begin and end, and what their headers are."""
 
 from __future__ import annotations
 
-import datetime as dt
 import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from measurement.errors import BadInput
 from measurement.files import read_bytes
+from measurement.importing.cells import Cell, Sheet, is_missing
 from measurement.importing.headers import Heading, headings, is_unit_line
+from measurement.importing.json_rows import is_json, read_json
+from measurement.importing.logs import read_log
+from measurement.importing.long_tables import by_signal
+from measurement.importing.lvm import BEGIN, read_lvm
+from measurement.importing.plugged import EXCEL, LOGS, read_plugged
 from measurement.importing.quantities import Conversion, conversion_of
 from measurement.importing.text_tables import HEAD_LINES, NUMBER, cells_of, decimal_mark, decoded
-
-Cell = str | float | int | bool | dt.date | dt.time | dt.timedelta | None
 
 CLOCK = re.compile(
     r"\s*\d{1,4}(?:[-./:]\d{1,2}\b|[-./ ]+[A-Za-zä]{3,9}[-./ ,]+\d{2}).*|\s*\d+ ?d \d+:\d+.*"
 )
-MISSING = frozenset(
-    word.casefold()
-    for word in (
-        *("", "NaN", "NA", "N/A", "null", "None", "OL", "overload", "over", "under", "overflow"),
-        *("err", "error", "NV", "WERT", "VALUE", "DIV/0", "REF", "burnout", "1.#QNAN"),
-        *("1.#IND", "1.#INF", "inf", "infinity"),
-    )
-)
-"""What recorders write where there is no value, in small letters, without the signs about it."""
-EXCEL = (".xlsx", ".xlsm", ".xlsb", ".xls", ".ods")
-LOGS = (".tdms", ".mf4", ".mdf")
-TEXTS = (".csv", ".txt", ".tsv", ".dat", ".lvm")
-
-
-@dataclass(frozen=True)
-class Sheet:
-    """A table as a file holds it.
-
-    Attributes
-    ----------
-    path : Path
-    title : str
-        Of a workbook's sheet or a log's group; empty for a text table.
-    headings : tuple of Heading
-    columns : list of list
-        Cells of each column, as text, number or time.
-    rows : list of int
-        For each row of cells its number in the file, the first being 1.
-    decimal : str
-        Mark in numbers that are texts.
-    notes : tuple of str
-        What was passed over.
-    """
-
-    path: Path
-    title: str
-    headings: tuple[Heading, ...]
-    columns: list[list[Cell]]
-    rows: list[int]
-    decimal: str = "."
-    notes: tuple[str, ...] = ()
-
-    @property
-    def where(self) -> str:
-        """How a message names the table."""
-        return f"{self.path}, {self.title}" if self.title else str(self.path)
 
 
 def read_sheets(path: Path) -> list[Sheet]:
@@ -85,21 +42,14 @@ def read_sheets(path: Path) -> list[Sheet]:
     """
     ending = path.suffix.lower()
     data = read_bytes(path)
-    from measurement.importing.plugged import read_plugged
-
     if (plugged := read_plugged(path)) is not None:
         found = plugged
     elif ending in EXCEL:
         found = _workbook(path)
     elif ending in LOGS or data[:8].startswith(b"MDF     "):
-        from measurement.importing.logs import read_log
-
         found = read_log(path)
     else:
         text = decoded(data, path)
-        from measurement.importing.json_rows import is_json, read_json
-        from measurement.importing.lvm import BEGIN, read_lvm
-
         if text.startswith(BEGIN):
             found = read_lvm(path, text)
         elif is_json(text):
@@ -109,8 +59,6 @@ def read_sheets(path: Path) -> list[Sheet]:
             found = [_sheet(path, "", rows)]
     if not found:
         raise BadInput(path, "", "holds no table with a header and data rows")
-    from measurement.importing.long_tables import by_signal
-
     return [part for sheet in found for part in by_signal(sheet)]
 
 
@@ -320,11 +268,6 @@ def _filled(row: Sequence[Cell]) -> bool:
 
 def _is_blank(cell: Cell) -> bool:
     return cell is None or (isinstance(cell, str) and not cell.strip())
-
-
-def is_missing(cell: Cell) -> bool:
-    """Return whether a cell says that there is no value."""
-    return cell is None or (isinstance(cell, str) and cell.strip("+-*?#! \t").casefold() in MISSING)
 
 
 def _usual_filled(rows: Sequence[Sequence[Cell]]) -> int:

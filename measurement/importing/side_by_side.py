@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
+from measurement.importing.cells import Sheet, is_missing
 from measurement.importing.quantities import conversion_of
-from measurement.importing.sheets import Sheet, is_missing
 from measurement.importing.stamps import is_date, seconds_of_day
 from measurement.importing.values import is_numeric
 

@@ -7,7 +7,7 @@ import datetime as dt
 import re
 from collections.abc import Sequence
 
-from measurement.importing.sheets import Cell
+from measurement.importing.cells import Cell
 
 DAY_S = 86400.0
 SINCE_1904_S, SINCE_1900_S = 2_082_844_800.0, 2_209_161_600.0

@@ -11,13 +11,13 @@ import numpy as np
 import pandas as pd
 
 from measurement.errors import BadInput
+from measurement.importing.cells import Sheet, is_missing
 from measurement.importing.clock import Clock, clock_of
 from measurement.importing.headers import Heading, signal_name
 from measurement.importing.mapping import ColumnRule, Mapping
 from measurement.importing.quantities import KNOWN_UNITS, checked_conversion, conversion_of
-from measurement.importing.sheets import Sheet, is_missing
 from measurement.importing.values import is_numeric, numbers_of
-from measurement.rig import FivePointRig, axis_of
+from measurement.rig import PLACES, FivePointRig, axis_of
 from measurement.units import UNITS, column
 
 MM_OF_DISPLACEMENT = "1000 um"
@@ -272,7 +272,6 @@ def axes_to_ask(rules: Mapped[str, ColumnRule]) -> list[str]:
     Five sensors called as those of the usual five-point rig need none.
     """
     moved = {header: rule.name for header, rule in rules.items() if is_displacement(rule)}
-    places = ("near_x", "near_y", "distal_x", "distal_y", "axial")
-    if {FivePointRig.model_fields[place].default for place in places} <= set(moved.values()):
+    if {FivePointRig.model_fields[place].default for place in PLACES} <= set(moved.values()):
         return []
     return [header for header, name in moved.items() if axis_of(name) is None]

@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from measurement.errors import BadInput, shown
-from measurement.importing.sheets import Cell, Sheet, is_missing
+from measurement.importing.cells import Cell, Sheet, is_missing
 from measurement.importing.text_tables import GROUPED, NUMBER
 from measurement.resampling import FloatArray
 

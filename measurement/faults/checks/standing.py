@@ -9,8 +9,10 @@ the others, by how it followed them at other times, say that it must have moved.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -82,34 +84,35 @@ def _thermometers(runs: Sequence[Run]) -> Iterator[Fault]:
         longest = {place: _lengths(run, column).max(initial=0.0) for place, run in having.items()}
         for place, run in having.items():
             elsewhere = [longest[other] for other in having if other != place and span > 0.0]
-            habits = _Habits(
-                column,
-                # It may have been read more coarsely in this run than in the others.
-                max(resolution, resolution_of([run], column)),
-                float(np.median(elsewhere or [0.0])),
-                0.0 < span < UNUSUALLY * resolution,
-            )
-            for fault in _stands(run, place, habits, witnesses):
+            usual_s = float(np.median(elsewhere or [0.0]))
+            # It may have been read more coarsely in this run than in the others.
+            finest = max(resolution, resolution_of([run], column))
+            coarse = 0.0 < span < UNUSUALLY * resolution
+            asked = partial(witnesses.told, place, column)
+            for fault in _stands(run, column, finest, math.inf if coarse else usual_s, asked):
                 yield replace(fault, place=place)
 
 
-@dataclass(frozen=True)
-class _Habits:
-    """What is usual for a thermometer over all runs.
+def _stands(
+    run: Run,
+    column: str,
+    finest: float,
+    usual_s: float,
+    told_by_others: Callable[[float, float], float],
+) -> Iterator[Fault]:
+    """Find where one thermometer stands wrongly in one run.
 
-    Its resolution [K], for how long it stands still in other runs [s], and whether its readings
-    span too few steps to be judged by that.
+    Parameters
+    ----------
+    finest : float
+        Its resolution [K].
+    usual_s : float
+        For how long it stands still in other runs; infinite where its readings span too few steps
+        to be judged by that [s].
+    told_by_others : callable
+        From a span to how far it must have moved [s], [K].
     """
-
-    column: str
-    resolution: float
-    usual_s: float
-    coarse: bool
-
-
-def _stands(run: Run, place: int, habits: _Habits, witnesses: Witnesses) -> Iterator[Fault]:
-    """Find where one thermometer stands wrongly in one run."""
-    column, enough = habits.column, max(WARMS_K, UNUSUALLY * habits.resolution)
+    enough = max(WARMS_K, UNUSUALLY * finest)
     rows, values = valid(run, column)
     time = run.time_s[rows]
     lengths = _lengths(run, column)
@@ -117,17 +120,17 @@ def _stands(run: Run, place: int, habits: _Habits, witnesses: Witnesses) -> Iter
         start, end = int(rows[first]), int(rows[last])
         length = float(time[last] - time[first])
         rest = lengths[lengths < length]
-        habit = max(float(rest.max(initial=0.0)), habits.usual_s)
+        habit = max(float(rest.max(initial=0.0)), usual_s)
         dropped = _dropped(time, values, first)
         why = ""
         if dropped:
             why = f"after a leap of {dropped:+.3g} K"
-        if not why and not habits.coarse and length > UNUSUALLY * habit:
+        if not why and length > UNUSUALLY * habit:
             moved = _half_moved(run, column, start, end)
             if moved >= enough:
                 why = f"while half of the others moved by {moved:.1f} K or more"
         if not why and rest.size and length > UNUSUALLY * float(np.median(rest)):
-            told = witnesses.told(place, column, float(time[first]), float(time[last]))
+            told = told_by_others(float(time[first]), float(time[last]))
             if told >= enough:
                 why = f"while the others say that it moved by {told:.1f} K"
         if why:

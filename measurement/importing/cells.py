@@ -1,0 +1,59 @@
+"""A table as a file holds it: headings, and a column of cells for each, nothing interpreted yet."""
+
+from __future__ import annotations
+
+import datetime as dt
+from dataclasses import dataclass
+from pathlib import Path
+
+from measurement.importing.headers import Heading
+
+Cell = str | float | int | bool | dt.date | dt.time | dt.timedelta | None
+MISSING = frozenset(
+    word.casefold()
+    for word in (
+        *("", "NaN", "NA", "N/A", "null", "None", "OL", "overload", "over", "under", "overflow"),
+        *("err", "error", "NV", "WERT", "VALUE", "DIV/0", "REF", "burnout", "1.#QNAN"),
+        *("1.#IND", "1.#INF", "inf", "infinity"),
+    )
+)
+"""What recorders write where there is no value, in small letters, without the signs about it."""
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A table as a file holds it.
+
+    Attributes
+    ----------
+    path : Path
+    title : str
+        Of a workbook's sheet or a log's group; empty for a text table.
+    headings : tuple of Heading
+    columns : list of list
+        Cells of each column, as text, number or time.
+    rows : list of int
+        For each row of cells its number in the file, the first being 1.
+    decimal : str
+        Mark in numbers that are texts.
+    notes : tuple of str
+        What was passed over.
+    """
+
+    path: Path
+    title: str
+    headings: tuple[Heading, ...]
+    columns: list[list[Cell]]
+    rows: list[int]
+    decimal: str = "."
+    notes: tuple[str, ...] = ()
+
+    @property
+    def where(self) -> str:
+        """How a message names the table."""
+        return f"{self.path}, {self.title}" if self.title else str(self.path)
+
+
+def is_missing(cell: Cell) -> bool:
+    """Return whether a cell says that there is no value."""
+    return cell is None or (isinstance(cell, str) and cell.strip("+-*?#! \t").casefold() in MISSING)
