@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from measurement.iso230 import summarise
 from measurement.rig import FivePointRig, Rig
 from measurement.runs import Run
-from scenarios.figures import png_bytes
 from scenarios.run_figure import draw_overview
 
 RIG = FivePointRig(spacing_mm=100.0, near_to_gauge_mm=30.0)
