@@ -15,13 +15,10 @@ import build_fmu
 from fmu_packaging.units import base_unit
 from tests.fmus.models import five_point_text
 
-NAMES = ("compensator", "plant")
 
-
-def test_a_build_in_another_process_gives_the_same_bytes(built, tmp_path):
-    script = Path(build_fmu.__file__)
+def test_a_build_in_another_process_gives_the_same_bytes(shipped, tmp_path):
     done = subprocess.run(
-        [sys.executable, str(script), "--model", str(built.model), "--out", str(tmp_path)],
+        [sys.executable, build_fmu.__file__, "--out", str(tmp_path)],
         capture_output=True,
         text=True,
         cwd=tmp_path,
@@ -29,37 +26,37 @@ def test_a_build_in_another_process_gives_the_same_bytes(built, tmp_path):
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
-        path.name for path in built.folder.iterdir()
+    found, wanted = (
+        {path.name: path.read_bytes() for path in folder.iterdir()}
+        for folder in (tmp_path, shipped)
     )
-    for path in built.folder.iterdir():
-        assert (tmp_path / path.name).read_bytes() == path.read_bytes(), path.name
+    assert found.keys() == wanted.keys()
+    assert [name for name in wanted if found[name] != wanted[name]] == []
 
 
-def test_a_second_build_reuses_what_is_there(built, capsys):
-    times = {path: path.stat().st_mtime_ns for path in built.folder.iterdir()}
-    assert build_fmu.main(["--model", str(built.model), "--out", str(built.folder)]) == 0
+def test_a_second_build_reuses_what_is_there(shipped, capsys):
+    times = {path: path.stat().st_mtime_ns for path in shipped.iterdir()}
+    assert build_fmu.main(["--out", str(shipped)]) == 0
     assert capsys.readouterr().out.count("up to date") == 2
-    assert {path: path.stat().st_mtime_ns for path in built.folder.iterdir()} == times
+    assert {path: path.stat().st_mtime_ns for path in shipped.iterdir()} == times
 
 
-def test_another_model_is_another_fmu(built, tmp_path):
-    shutil.copytree(built.folder, tmp_path / "dist")
+def test_another_model_takes_the_place_of_the_first(compensator, tmp_path):
+    dist = shutil.copytree(compensator.parent, tmp_path / "dist")
     other = tmp_path / "other.json"
     other.write_text(five_point_text(gain=2.0))
-    arguments = ["--only", "compensator", "--model", str(other), "--out", str(tmp_path / "dist")]
+    arguments = ["--only", "compensator", "--model", str(other), "--out", str(dist)]
     assert build_fmu.main(arguments) == 0
-    assert (tmp_path / "dist/compensator.fmu").read_bytes() != built.compensator.read_bytes()
-    assert (tmp_path / "dist/plant.fmu").read_bytes() == built.plant.read_bytes()
+    assert (dist / "compensator.fmu").read_bytes() != compensator.read_bytes()
     before, after = (
-        read_csv(folder / "compensator_ref.csv") for folder in (built.folder, tmp_path / "dist")
+        read_csv(folder / "compensator_ref.csv") for folder in (compensator.parent, dist)
     )
     assert after["elongation"][-1] == pytest.approx(2 * before["elongation"][-1])
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_every_variable_says_what_it_is(built, name):
-    description = fmpy.read_model_description(str(built.folder / f"{name}.fmu"))
+@pytest.mark.parametrize("name", ["compensator", "plant"])
+def test_every_variable_says_what_it_is(shipped, name):
+    description = fmpy.read_model_description(str(shipped / f"{name}.fmu"))
     units = {unit.name: unit for unit in description.unitDefinitions}
     for variable in description.modelVariables:
         assert variable.description, variable.name
@@ -82,14 +79,14 @@ def test_every_variable_says_what_it_is(built, name):
     assert not flags.providesDirectionalDerivative
 
 
-def test_the_summary_for_machines(built, tmp_path, capsys):
-    arguments = ["--only", "plant", "--name", "my_plant", "--out", str(tmp_path), "--json"]
+def test_the_summary_for_machines(tmp_path, capsys):
+    arguments = ["--only", "compensator", "--name", "mine", "--out", str(tmp_path), "--json"]
     assert build_fmu.main(arguments) == 0
     (entry,) = json.loads(capsys.readouterr().out)
-    assert entry["name"] == "my_plant"
-    assert entry["bytes"] == (tmp_path / "my_plant.fmu").stat().st_size
-    description = fmpy.read_model_description(str(tmp_path / "my_plant.fmu"))
-    assert (description.guid, description.modelName) == (entry["guid"], "my_plant")
+    assert entry["name"] == "mine"
+    assert entry["bytes"] == (tmp_path / "mine.fmu").stat().st_size
+    description = fmpy.read_model_description(str(tmp_path / "mine.fmu"))
+    assert (description.guid, description.modelName) == (entry["guid"], "mine")
 
 
 @pytest.mark.parametrize(

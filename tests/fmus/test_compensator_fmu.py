@@ -43,9 +43,9 @@ def _expected(text: str, count: int, missing: range = range(0)) -> list[list[obj
     return rows
 
 
-def test_gives_what_the_compensator_gives(built):
+def test_gives_what_the_compensator_gives(compensator):
     code = "show(steps(started(opened(sys.argv[1])), 0, 120, range(40, 80)))"
-    found = apart(RUN + code, built.compensator)
+    found = apart(RUN + code, compensator)
     assert found == _expected(five_point_text(), 120, range(40, 80))
     assert {row[9] for row in found} >= {0, 11, 21}
 
@@ -67,14 +67,14 @@ sys.modules["pythonfmu.fmi2slave"] = types.ModuleType("poison")
 """
 
 
-def test_what_the_host_has_imported_does_not_matter(built):
+def test_what_the_host_has_imported_does_not_matter(compensator):
     code = (
         "show([x if isinstance(x, str) else repr(x) for row in steps(started(opened(sys.argv[1]))"
     )
     code += ", 0, 50) for x in row])"
-    alone = apart(RUN + code, built.compensator)
+    alone = apart(RUN + code, compensator)
     root = Path(build_fmu.__file__).parent
-    poisoned = apart(RUN + code, built.compensator, before=POISON, path=root)
+    poisoned = apart(RUN + code, compensator, before=POISON, path=root)
     assert alone == poisoned
     assert len(set(alone)) > 50
 
@@ -94,25 +94,25 @@ show([status, rows, said])
 )
 
 
-def test_takes_another_file_with_fewer_sensors(built, tmp_path):
+def test_takes_another_file_with_fewer_sensors(compensator, tmp_path):
     table = five_point_table(gain=0.5)
     table["sensors"] = [table["sensors"][place] for place in (5, 3, 0)]
     path = tmp_path / "fewer sensors.json"
     path.write_text(json.dumps(table))
-    status, rows, _ = apart(OTHER_FILE, built.compensator, path)
+    status, rows, _ = apart(OTHER_FILE, compensator, path)
     assert status == 0
     assert [row[:6] for row in rows] == [
         row[:6] for row in _expected(five_point_text(gain=0.5), 60)
     ]
 
 
-def test_blames_the_sensor_by_its_number_among_the_inputs(built, tmp_path):
+def test_blames_the_sensor_by_its_number_among_the_inputs(compensator, tmp_path):
     table = five_point_table()
     table["sensors"] = [table["sensors"][place] for place in (3, 0)]
     path = tmp_path / "two.json"
     path.write_text(json.dumps(table))
     code = OTHER_FILE.replace("steps(fmu, 0, 60)", "steps(fmu, 0, 60, range(30, 60))")
-    _, rows, _ = apart(code, built.compensator, path)
+    _, rows, _ = apart(code, compensator, path)
     assert rows[45][9:11] == [11, 4]
 
 
@@ -124,11 +124,13 @@ def test_blames_the_sensor_by_its_number_among_the_inputs(built, tmp_path):
         (five_point_text(sensors=12), "sensors.11.name: 'T12' is not allowed"),
     ],
 )
-def test_a_file_that_cannot_be_used_is_reported_and_the_host_lives(built, tmp_path, text, cause):
+def test_a_file_that_cannot_be_used_is_reported_and_the_host_lives(
+    compensator, tmp_path, text, cause
+):
     path = tmp_path / "bad 100%.json"
     if text is not None:
         path.write_text(text)
-    status, _, said = apart(OTHER_FILE, built.compensator, path)
+    status, _, said = apart(OTHER_FILE, compensator, path)
     assert status > 2
     assert said[-1].startswith("model_file: ")
     assert str(path) in said[-1]

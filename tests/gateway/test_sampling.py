@@ -79,37 +79,31 @@ def speeds(frame: Frame, count: int) -> list[bytes]:
     return [bytes(encoder.message({"speed": 100.0 + k}).data) for k in range(count)]
 
 
-def looks(frame: Frame, frames: list[tuple[float, bytes]], at: float) -> tuple[float, str]:
-    """Return the speed that a look at a time gives, and what is wrong."""
-    sampling = Reception([frame], together=False)
-    for k, (now, data) in enumerate(frames):
-        sampling.take(frame.key, data, now)
-        if k == 0:
+@pytest.mark.parametrize(
+    ("frames", "at", "speed", "fault"),
+    [
+        pytest.param([(0, 0), (1, 1), (2, 2)], 2.5, 102.0, "", id="the newest is good"),
+        pytest.param([(0, 0), (1, 1), (2, 2)], 5.0, nan, "missing", id="until it is late"),
+        pytest.param([(0, 0), (1, 1), (2, 5)], 2.0, 105.0, "", id="some may be lost"),
+        pytest.param(
+            [(0, 0), *((k / 10, 1) for k in range(1, 40))], 4.0, nan, "repeated", id="stuck"
+        ),
+        pytest.param([(0, 0), (1, 1), (1.1, "changed")], 2.0, 101.0, "bad_crc", id="changed"),
+        pytest.param([(0, 0), (1, 1), (1.1, "short")], 2.0, 101.0, "wrong_length", id="short"),
+    ],
+)
+def test_what_a_look_gives_of_frames_that_came(turning, frames, at, speed, fault):
+    """Frames by the time when they came, and their number."""
+    sent = dict(enumerate(speeds(turning, 6)))
+    sent |= {"changed": bytes((sent[2][0], sent[2][1] ^ 1, *sent[2][2:])), "short": sent[2][:4]}
+    sampling = Reception([turning], together=False)
+    for now, number in frames:
+        sampling.take(turning.key, sent[number], now)
+        if now == 0:
             sampling.look(now)
     cycle = sampling.look(at)
-    return cycle.values["speed"], cycle.finding.fault if cycle.finding else ""
-
-
-def test_a_good_frame_is_used_until_it_is_late(turning):
-    frames = list(enumerate(speeds(turning, 3)))
-    assert looks(turning, [(float(k), d) for k, d in frames], 2.5) == (102.0, "")
-    value, fault = looks(turning, [(float(k), d) for k, d in frames], 5.0)
-    assert value != value
-    assert fault == "missing"
-
-
-def test_a_stuck_frame_ages_although_it_comes(turning):
-    first, second = speeds(turning, 2)
-    value, fault = looks(turning, [(0.0, first), *((0.1 * k, second) for k in range(1, 40))], 4.0)
-    assert value != value
-    assert fault == "repeated"
-
-
-def test_a_changed_frame_counts_as_not_received(turning):
-    first, second, third = speeds(turning, 3)
-    bad = bytes((third[0], third[1] ^ 1, *third[2:]))
-    assert looks(turning, [(0.0, first), (1.0, second), (1.1, bad)], 2.0) == (101.0, "bad_crc")
-    assert looks(turning, [(0.0, first), (1.0, second), (1.1, third[:4])], 2.0)[1] == "wrong_length"
+    assert cycle.values["speed"] == pytest.approx(speed, nan_ok=True)
+    assert (cycle.finding.fault if cycle.finding else "") == fault
 
 
 def test_two_senders_with_the_right_check_value_spoil_it(turning):
@@ -123,16 +117,13 @@ def test_two_senders_with_the_right_check_value_spoil_it(turning):
     assert not any(used[4:])
 
 
-def test_lost_frames_of_a_counter_are_no_fault_while_the_newest_is_fresh(turning):
-    frames = speeds(turning, 6)
-    assert looks(turning, [(0.0, frames[0]), (1.0, frames[1]), (2.0, frames[5])], 2.0)[0] == 105.0
-
-
 def test_a_frame_that_may_never_be_late_must_come_once(turning):
     turning = replace(turning, timeout_s=inf, protection=Protection())
-    frames = speeds(turning, 1)
-    assert looks(turning, [], 1e6)[1] == "startup"
-    assert looks(turning, [(0.0, frames[0])], 1e6) == (100.0, "")
+    sampling = Reception([turning], together=False)
+    assert sampling.look(0.0).finding.fault == "startup"
+    sampling.take(turning.key, *speeds(turning, 1), 0.0)
+    cycle = sampling.look(1e6)
+    assert (cycle.values["speed"], cycle.finding) == (100.0, None)
 
 
 def test_a_frame_of_optional_signals_spoils_nothing(turning):

@@ -10,6 +10,7 @@ import struct
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import accumulate, repeat
 from math import exp, inf, nan, sin
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ from gateway.database import COMPENSATOR, MACHINE, Database
 from gateway.dbc import DBC
 from gateway.mapping import read_database
 from gateway.node import GatewayNode, GatewaySettings
+from gateway.proof import LARGEST_ECHO
 from gateway.unit import CompensatorUnit
 from tests.masters.conftest import needs, run
 
@@ -144,6 +146,13 @@ class BusNode:
         self.fmu.freeInstance()
 
 
+def challenges() -> Callable[[], int]:
+    """Return what draws the FMU's challenges, one after the other."""
+    drawn = accumulate(repeat(1), lambda last, _: (last * 1664525 + 1013904223) & 0xFFFFFFFF)
+    next(drawn)
+    return filter(lambda one: one & 0xFFFF <= LARGEST_ECHO, drawn).__next__
+
+
 WRONG_VALUES: dict[str, dict[str, float | str]] = {
     "value": {"T1": nan, "T2": inf},
     "stopped": {"machine_state": "stopping"},
@@ -215,17 +224,10 @@ class Bench:
         self.gateway = GatewayNode(
             self.database, self.unit, self.expected.extend, GatewaySettings(machine_clock=True), 0.0
         )
-        challenges, self._drawn = self.gateway._challenges, 1
-        challenges._new = self._draw
+        self.gateway._challenges._new = challenges()
         self._names = {frame.frame_id: frame for frame in self.database.of(COMPENSATOR)}
         self.frames, self.answers = 0, 0
         self.seen: set[tuple[float, float]] = set()
-
-    def _draw(self) -> int:
-        while True:
-            self._drawn = (self._drawn * 1664525 + 1013904223) & 0xFFFFFFFF
-            if self._drawn & 0xFFFF <= 65533:
-                return self._drawn
 
     def deliver(self, time_s: float, messages: Iterable[can.Message]) -> None:
         """Bring frames to both at a time; what is due before is sent first."""

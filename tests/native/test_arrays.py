@@ -1,27 +1,22 @@
 """Temperatures as one array beside a variable each: the same numbers."""
 
-import ctypes
-from collections.abc import Sequence
+import json
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree as ET
 from zipfile import ZipFile
 
 import fmpy
 import numpy as np
 import pytest
-from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import FMU2Model, FMU2Slave
-from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.validation import validate_fmu
 
 import build_fmu
+from tests.fmu_packaging.apart import apart
 from tests.fmus.models import five_point_text
 
 pytestmark = pytest.mark.long
 NAMES = [f"T{number}" for number in range(1, 12)]
-OFFSETS = ("dX", "dY", "dZ")
-STEP_S = 10.0
+ROLES = ("plant", "compensator")
 
 
 @pytest.fixture(scope="module")
@@ -31,58 +26,27 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-class Fmu:
-    """An FMU in either version of FMI, by the names of its numbers."""
-
-    def __init__(self, path: Path, folder: Path, *, exchange: bool = False) -> None:
-        self.description = fmpy.read_model_description(str(path))
-        self.refs = {v.name: v.valueReference for v in self.description.modelVariables}
-        self.three = self.description.fmiVersion == "3.0"
-        kinds: Any = (FMU3Slave, FMU3Model) if self.three else (FMU2Slave, FMU2Model)
-        self.fmu = kinds[exchange](
-            guid=self.description.guid,
-            unzipDirectory=fmpy.extract(str(path), str(folder)),
-            modelIdentifier=self.description.coSimulation.modelIdentifier,
-            instanceName="one",
-        )
-        self.fmu.instantiate()
-        if not self.three:
-            self.fmu.setupExperiment()
-        self.fmu.enterInitializationMode()
-        self.fmu.exitInitializationMode()
-
-    def get(self, names: Sequence[str], count: int = 0) -> list[float]:
-        refs = [self.refs[name] for name in names]
-        found = self.fmu.getFloat64(refs, count or None) if self.three else self.fmu.getReal(refs)
-        return list(found)
-
-    def put(self, names: Sequence[str], values: Sequence[float]) -> None:
-        refs = [self.refs[name] for name in names]
-        (self.fmu.setFloat64 if self.three else self.fmu.setReal)(refs, list(values))
+LOOP = """
+plant, compensator = (started(opened(path)) for path in sys.argv[1:3])
+names, offsets = json.loads(sys.argv[3]), ["dX", "dY", "dZ"]
+refs = lambda fmu, *names: [fmu.refs[name] for name in names]
+rows = []
+for k in range(360):
+    readings = list(plant.get(refs(plant, *names), *([] if plant.two else [11])))
+    # Beside the array, in one call with it.
+    compensator.put(refs(compensator, *names, "speed"), [*readings, 6000.0])
+    compensator.doStep(10.0 * k, 10.0)
+    moved = list(compensator.get(refs(compensator, *offsets)))
+    plant.put(refs(plant, *offsets, "speed"), [*moved, 6000.0])
+    plant.doStep(10.0 * k, 10.0)
+    rows.append([*readings, *moved, *plant.get(refs(plant, "error_X", "error_Z"))])
+show(rows)
+"""
 
 
-def loop(plant: Fmu, compensator: Fmu, names: Sequence[str]) -> list[list[float]]:
-    """An hour of both, with the temperatures under these names; returns what they compute."""
-    rows = []
-    for step in range(360):
-        readings = plant.get(names, len(NAMES))
-        # Beside the array, in one call with it.
-        compensator.put([*names, "speed"], [*readings, 6000.0])
-        compensator.fmu.doStep(step * STEP_S, STEP_S)
-        offsets = compensator.get(OFFSETS)
-        plant.put([*OFFSETS, "speed"], [*offsets, 6000.0])
-        plant.fmu.doStep(step * STEP_S, STEP_S)
-        rows.append([*readings, *offsets, *plant.get(["error_X", "error_Z"])])
-    return rows
-
-
-def test_numbers_are_those_of_a_variable_each(folder, shipped_in_c, tmp_path):
+def test_numbers_are_those_of_a_variable_each(folder, shipped_in_c):
     found, wanted = (
-        loop(
-            Fmu(place / f"plant_{form}.fmu", tmp_path / f"plant_{form}"),
-            Fmu(place / f"compensator_{form}.fmu", tmp_path / f"compensator_{form}"),
-            names,
-        )
+        apart(LOOP, *(place / f"{role}_{form}.fmu" for role in ROLES), json.dumps(names))
         for place, form, names in (
             (folder, "native_fmi3_arrays", ["temperatures"]),
             (shipped_in_c, "native", NAMES),
@@ -92,37 +56,32 @@ def test_numbers_are_those_of_a_variable_each(folder, shipped_in_c, tmp_path):
     assert max(map(abs, found[-1][11:14])) > 1.0
 
 
-def test_derivatives_of_the_array_are_those_of_its_elements(folder, shipped_in_c, tmp_path):
-    three = Fmu(folder / "plant_native_fmi3_arrays.fmu", tmp_path / "3", exchange=True)
-    two = Fmu(shipped_in_c / "plant_native.fmu", tmp_path / "2", exchange=True)
-    inputs = [v.name for v in two.description.modelVariables if v.causality == "input"]
-    states = [v.derivative.name for v in two.description.modelVariables if v.derivative]
-    knowns, outputs = [*states, *inputs], ["drift_X", *NAMES, "drift_Z"]
-    seeds = [1.0 + place for place in range(len(knowns))]
-    wanted = two.fmu.getDirectionalDerivative(
-        [two.refs[n] for n in outputs], [two.refs[n] for n in knowns], seeds
-    )
+DERIVATIVES = """
+three, two = (started(opened(path, exchange=True)) for path in sys.argv[1:3])
+variables = fmpy.read_model_description(sys.argv[2]).modelVariables
+knowns = [v.derivative.name for v in variables if v.derivative]
+knowns += [v.name for v in variables if v.causality == "input"]
+each = ["drift_X", *json.loads(sys.argv[3]), "drift_Z"]
+some = ["drift_X", "temperatures", "drift_Z"]
+seeds = [1.0 + place for place in range(len(knowns))]
+weights = [2.0 - place for place in range(len(each))]
+refs = lambda fmu, names: [fmu.refs[name] for name in names]
+wanted = two.getDirectionalDerivative(refs(two, each), refs(two, knowns), seeds)
+sides = refs(three, some), refs(three, knowns)
+show([list(wanted), three.getDirectionalDerivative(*sides, seeds, len(each)),
+      three.getAdjointDerivative(*sides, weights, len(knowns)), seeds, weights])
+"""
 
-    def call(name: str, unknowns: Sequence[str], given: Sequence[float], count: int) -> list[float]:
-        def refs(names: Sequence[str]) -> Any:
-            return (ctypes.c_uint32 * len(names))(*(three.refs[n] for n in names))
 
-        found = (ctypes.c_double * count)()
-        row = (ctypes.c_double * len(given))(*given)
-        sides = (refs(unknowns), len(unknowns), refs(knowns), len(knowns))
-        getattr(three.fmu, name)(three.fmu.component, *sides, row, len(given), found, count)
-        return list(found)
-
-    some = ["drift_X", "temperatures", "drift_Z"]
-    found = call("fmi3GetDirectionalDerivative", some, seeds, len(outputs))
-    assert found == list(wanted)
+def test_derivatives_of_the_array_are_those_of_its_elements(folder, shipped_in_c):
+    fmus = (folder / "plant_native_fmi3_arrays.fmu", shipped_in_c / "plant_native.fmu")
+    wanted, found, back, seeds, weights = apart(DERIVATIVES, *fmus, json.dumps(NAMES))
+    assert found == wanted
     assert np.count_nonzero(found) > 5
-    weights = [2.0 - place for place in range(len(outputs))]
-    back = call("fmi3GetAdjointDerivative", some, weights, len(knowns))
     assert np.dot(back, seeds) == pytest.approx(np.dot(weights, found), rel=1e-9)
 
 
-@pytest.mark.parametrize("name", ["compensator", "plant"])
+@pytest.mark.parametrize("name", ROLES)
 def test_the_description_has_one_variable(name, folder):
     path = folder / f"{name}_native_fmi3_arrays.fmu"
     assert validate_fmu(str(path)) == []
@@ -143,12 +102,19 @@ def test_the_description_has_one_variable(name, folder):
     assert [member.get("variableName") for member in terminal] == ["temperatures"]
 
 
-def test_too_few_numbers_are_refused_and_none_is_set(folder, tmp_path):
-    one = Fmu(folder / "compensator_native_fmi3_arrays.fmu", tmp_path)
-    for names, count in ((["temperatures"], 1), (["temperatures", "speed"], 11), (["speed"], 2)):
-        with pytest.raises(FMICallException):
-            one.put(names, [30.0] * count)
-    assert one.get(["temperatures", "speed"], 12) == [20.0] * 11 + [0.0]
+FEW = """
+fmu = started(opened(sys.argv[1]))
+array, speed = fmu.refs["temperatures"], fmu.refs["speed"]
+said = [status_of(fmu.setFloat64, refs, [30.0] * count)
+        for refs, count in (([array], 1), ([array, speed], 11), ([speed], 2))]
+show([said, list(fmu.getFloat64([array, speed], 12))])
+"""
+
+
+def test_too_few_numbers_are_refused_and_none_is_set(folder):
+    said, kept = apart(FEW, folder / "compensator_native_fmi3_arrays.fmu")
+    assert said == [3, 3, 3]
+    assert kept == [20.0] * 11 + [0.0]
 
 
 @pytest.mark.parametrize(

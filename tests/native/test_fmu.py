@@ -247,20 +247,8 @@ def test_without_a_compiler_one_line_says_so(both, tmp_path, monkeypatch, capsys
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.delenv("CC", raising=False)
     assert shutil.which("gcc") is None
-    assert (
-        build_fmu.main(
-            [
-                "--native",
-                "--only",
-                "compensator",
-                "--model",
-                str(both.model),
-                "--out",
-                str(tmp_path),
-            ]
-        )
-        == 2
-    )
+    arguments = ["--only", "compensator", "--model", str(both.model), "--out", str(tmp_path)]
+    assert build_fmu.main(["--native", *arguments]) == 2
     said = capsys.readouterr().err
     assert said == "--native: no C compiler: of gcc, clang, cc none can be found\n"
     assert list(tmp_path.iterdir()) == []
