@@ -28,6 +28,7 @@ def pieces_of(machine: Machine, run: Run, hours: float) -> list[Run]:
         What drives it stays in every piece from the first row on.
     run : Run
     hours : float
+        Of a piece [h].
 
     Returns
     -------

@@ -59,7 +59,7 @@ def phi(order: int, x: FloatArray) -> FloatArray:
     order : int
         k, 1 or more.
     x : array
-        Any shape, none above 0.
+        Any shape, none above 0 [1].
     """
     small = np.abs(x) < 0.5
     safe = np.where(small, -1.0, x)

@@ -192,7 +192,7 @@ def simulate_all(
     runs : sequence of Driven
         With a start each, or none.
     parameters, tolerance, bounded
-        As for :func:`simulate`.
+        As for :func:`simulate`, the tolerance [K].
 
     Returns
     -------

@@ -22,6 +22,9 @@ from fmu_packaging.native.compilers import Compiler, NativeError, compilers
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
+PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+ROOMS: list[str] = PYPROJECT["tool"]["importlinter"]["root_packages"]
+"""The packages of the product."""
 BENCHMARKS = ("gap_benchmark", "gap_truth", "sensor_faults_benchmark")
 """Folders of tests."""
 
@@ -49,8 +52,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 def pytest_configure() -> None:
     """Without the plug-ins that pyproject.toml names, half of the error models would be missing."""
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    for group, named in project["entry-points"].items():
+    for group, named in PYPROJECT["project"]["entry-points"].items():
         installed = {point.name for point in entry_points(group=group)}
         if not installed >= set(named):
             pytest.exit(f"{group}: pyproject.toml is newer: make build", returncode=4)

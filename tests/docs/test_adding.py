@@ -12,20 +12,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.conftest import ROOT
+from tests.conftest import ROOMS, ROOT
 from tests.docs.test_docs import FENCE
-
-ROOMS = (
-    "fmu_compensator fmu_packaging gap_finder gateway measurement plant_model scenarios "
-    "spindle_drift studies"
-)
 
 
 @pytest.fixture(scope="module")
 def copied(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the project with the files that CONTRIBUTING shows."""
     folder = tmp_path_factory.mktemp("copy")
-    for room in ROOMS.split():
+    for room in ROOMS:
         shutil.copytree(ROOT / room, folder / room)
     for info, text in FENCE.findall((ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")):
         if info.startswith("python "):

@@ -35,7 +35,7 @@ from scenarios import cli
 from scenarios.faults import Kind
 from scenarios.scenario import scenario_from_text
 from scenarios.signals import kinds
-from tests.conftest import ROOT
+from tests.conftest import ROOMS, ROOT
 
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
 IMAGE_OR_LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
@@ -90,8 +90,7 @@ def test_links_resolve(page):
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_paths_in_code_marks_exist(page):
     text = FENCE.sub("", page.read_text(encoding="utf-8"))
-    rooms = "measurement|plant_model|fmu_compensator|fmu_packaging|scenarios|gateway"
-    rooms += "|gap_finder|studies|spindle_drift|benchmarks|tests|docs"
+    rooms = "|".join([*ROOMS, "benchmarks", "tests", "docs"])
     for path in re.findall(rf"`((?:{rooms})/[\w./*-]*)`", text):
         known = re.sub(r"\bNAME\b", "*", path)
         assert any(ROOT.glob(known.rstrip("/"))), path
