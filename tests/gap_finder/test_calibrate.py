@@ -97,7 +97,9 @@ def test_runs_without_a_channel_to_compare_are_refused(jig_borer_lumps: Machine)
         observe(jig_borer_lumps, [Run("empty", frame)])
 
 
-def test_calibration_finds_what_the_runs_determine(jig_borer_lumps: Machine) -> None:
+def test_calibration_finds_what_the_runs_determine_and_leaves_the_rest(
+    jig_borer_lumps: Machine,
+) -> None:
     truth = {"sources.front_bearing.f0": 0.65, "sources.motor.loss": 33.0}
     observed = observe(jig_borer_lumps, runs_of(jig_borer_lumps.with_values(truth)))
     found = calibrate(jig_borer_lumps, observed, starts=1)
@@ -107,15 +109,11 @@ def test_calibration_finds_what_the_runs_determine(jig_borer_lumps: Machine) -> 
         assert entry.prior_contraction > 0.4
         assert abs(entry.value - value) < abs(entry.prior - value) / 2.0
         assert entry.low <= value <= entry.high
+    silent = by_name["links.rotor-shaft_middle.conductance"]  # of which the runs say nothing
+    assert silent.prior_contraction < 0.2
+    assert silent.value == pytest.approx(silent.prior, rel=0.1)
     before, after = (
         sum(float((one**2).sum()) for one in residuals_of(machine, observed, {}))
         for machine in (jig_borer_lumps, found.machine)
     )
     assert after < before / 20.0
-
-
-def test_calibration_leaves_what_the_runs_say_nothing_of(jig_borer_lumps: Machine) -> None:
-    found = calibrate(jig_borer_lumps, observe(jig_borer_lumps, runs_of(jig_borer_lumps)), starts=1)
-    silent = next(e for e in found.parameters if e.name == "links.rotor-shaft_middle.conductance")
-    assert silent.prior_contraction < 0.2
-    assert silent.value == pytest.approx(silent.prior, rel=0.1)

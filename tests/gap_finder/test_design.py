@@ -13,13 +13,9 @@ from gap_finder.design import (
     RunSensitivities,
     design_of,
     passing_paths,
-    sensitivities_of,
 )
-from gap_finder.kinds import CalibratedRun
-from gap_finder.kinds.heat_path import HeatPath
-from gap_finder.linearise import Linearisation, modelled, simulate_at
+from gap_finder.linearise import Linearisation
 from gap_finder.observations import observe
-from gap_finder.priors import Priors
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from tests.gap_finder.conftest import runs_of
@@ -73,28 +69,6 @@ def test_heat_is_shared_among_several_as_by_a_path_to_each(jig_borer_lumps: Mach
     crossed = to_near + to_far - across
     expected = 0.25**2 * to_near + 0.75**2 * to_far + 0.25 * 0.75 * crossed
     assert together == pytest.approx(expected, abs=1e-3 * np.abs(expected).max())
-
-
-def test_heat_that_passes_a_part_is_no_news(jig_borer_lumps: Machine) -> None:
-    heavy = [
-        replace(n, capacity=replace(n.capacity, value=20.0 * n.capacity.value, high=1e13))
-        for n in jig_borer_lumps.nodes
-    ]
-    lumps = replace(jig_borer_lumps, nodes=tuple(heavy))
-    (observed,) = observe(lumps, runs_of(lumps, every_s=120.0)[:1])
-    known = sensitivities_of(lumps, observed, Priors.of(lumps, calibrated=False))
-    run = CalibratedRun(lumps, observed, known)
-    paths = {frozenset(path.place): path for path in HeatPath.all_of([run])}
-    passed = max(
-        (path for path in passing_paths(lumps) if frozenset(path.between) in paths),
-        key=lambda path: path.sizes,
-    )
-    change_of = paths[frozenset(passed.between)]
-    machine = change_of.put_into(lumps, {"conductance": passed.sizes[0]})
-    base, shown = (modelled(simulate_at(m, observed), observed) for m in (lumps, machine))
-    change = ((shown - base) * observed.weights).ravel()
-    away = np.linalg.norm(known.other - change[:, None], axis=0)
-    assert away.min() < 0.05 * np.linalg.norm(change)
 
 
 def test_what_acts_in_one_run_alone_is_that_runs_own() -> None:

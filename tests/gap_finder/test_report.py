@@ -96,3 +96,36 @@ def test_channels_that_got_worse_are_told() -> None:
     )
     within = channel | {"after": 2.2}
     assert "Worse" not in five_lines(answer(channels={"S1": within}))[4]
+
+
+def test_channels_keep_their_names_in_the_answer() -> None:
+    remaining = {
+        "is_adequate": False,
+        "where": [{"channel": "PT03", "regime": "standing"}],
+        "share": 0.23,
+        "predicted_by": [],
+    }
+    missing = five_lines(answer(verdict="unknown", remaining=remaining))[0]
+    assert missing.endswith(" 23% of it can be predicted from the inputs, most in PT03 standing.")
+    nothing = five_lines(answer(verdict="unknown"))[0]
+    assert nothing.endswith(" None of it follows from the inputs in the same way in every run.")
+
+
+def test_the_setting_of_what_a_part_switches_is_told() -> None:
+    band = {"value": 1.5, "low": 1.2, "high": 1.8, "unit": "K"}
+    named = {
+        "name": "coolant_thermostat",
+        "title": "Chiller switching on and off",
+        "driver": "rear_outer",
+        "driver_in_words": "rear outer",
+        "parameters": {"band": band},
+        "switched_at": {
+            "on_above": {"value": 25.5, "unit": "degC"},
+            "dead_band": {"value": 2.5, "unit": "K"},
+        },
+        "larger_than_usual": [],
+        "evidence": "it explains 90 %",
+    }
+    table = answer(verdict="effect", effects=[named], one_of_keys=["coolant_thermostat:rear_outer"])
+    added = five_lines(table)[3]
+    assert "band = 1.5 (1.2 to 1.8) K, on_above = 25.5 degC, dead_band = 2.5 K ->" in added

@@ -45,7 +45,6 @@ class Subject:
     watts: Callable[[dict[str, float], float, float], float]
     finer: tuple[float, float]
     within: float
-    limits: dict[str, tuple[float, float]]
     case: TruthCase
     """Everything in it shows in the held-out run."""
 
@@ -69,12 +68,6 @@ SUBJECTS = {
         _belts_watts,
         (0.4, 2.5),
         0.35,
-        {
-            "front_degC": (32.0, 60.0),
-            "column_top_degC": (20.0, 30.0),
-            "disp_z_um": (-70.0, -15.0),
-            "disp_y_um": (15.0, 120.0),
-        },
         TruthCase(3, resolution=0.4, runs=("holdout",)),
     ),
     "lathe": Subject(
@@ -86,11 +79,6 @@ SUBJECTS = {
         _lathes_watts,
         (0.5, 3.0),
         0.4,
-        {
-            "front_degC": (26.0, 50.0),
-            "z_nut_degC": (24.0, 55.0),
-            "bed_right_degC": (20.0, 30.0),
-        },
         TruthCase(11, runs=("holdout",)),
     ),
 }

@@ -76,21 +76,6 @@ def parser() -> argparse.ArgumentParser:
     return made
 
 
-def test_kinds_and_defaults_are_those_of_the_signature(parser):
-    usual = {"minutes": 40, "heat": None, "fan": False, "dish": "tin", "fruits": ()}
-    assert parameters_of(parser.parse_args([]), bake) == usual
-    given = ["--minutes", "5", "--heat", "180", "--fan", "--put-in", "glass"]
-    given += ["--fruits", "plum", "pear"]
-    assert parameters_of(parser.parse_args(given), bake) == {
-        "minutes": 5,
-        "heat": 180.0,
-        "fan": True,
-        "dish": "glass",
-        "fruits": ["plum", "pear"],
-    }
-    assert parameters_of(parser.parse_args(given), bake, "fan") == {"fan": True}
-
-
 def test_the_fields_of_a_dataclass_are_options_and_one_without_a_default_must_be_given(capsys):
     made = argparse.ArgumentParser()
     add_parameters(made, Order, "cake", "rest_s", "size", signs={"flag": ("-s", "--sign")})

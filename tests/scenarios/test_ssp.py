@@ -1,7 +1,6 @@
 """`spindle-drift ssp`: what is in the file; tests/masters runs it in other tools."""
 
 import io
-import shutil
 import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
@@ -22,7 +21,19 @@ from scenarios.scenario import read_scenario
 from scenarios.ssp.package import ssp_bytes
 from scenarios.ssp.signals import table_text
 from scenarios.ssp.structure import NAMESPACES
+from tests.fmu_packaging.apart import apart
 from tests.scenarios.tiny_fmus import COMPENSATOR, build_tiny
+
+SINGLE_PRECISION = """
+import numpy as np
+fmu = started(opened(sys.argv[1]))
+step = float(np.float32(0.1))
+for k in range(100):
+    time = float(np.float32(0.1 * k))
+    fmu.doStep(time, step)
+show([time + step, *fmu.get([fmu.refs["speed"]])])
+"""
+"""A clock whose hundredth step of 0.1 s ends short of 10 s."""
 
 
 def packed(scenario: Path, folder: Path, out: Path, *more: str) -> SystemStructureDescription:
@@ -115,27 +126,9 @@ def plays_the_scenario(path: Path) -> None:
         wanted = np.where(result["time"] < 10.0 - 1e-6, 1000.0, 2000.0)
         assert result["speed"].tolist() == wanted.tolist()
         assert set(result["tool_length"]) == {100.0}
-    assert speed_by_a_clock_of_single_precision(fmu) == 2000.0
-
-
-def speed_by_a_clock_of_single_precision(fmu: str) -> float:
-    """Return the speed after a hundred steps of 0.1 s, the last of which ends short of 10 s."""
-    description, folder = fmpy.read_model_description(fmu), fmpy.extract(fmu)
-    slave = fmpy.instantiate_fmu(folder, description, "CoSimulation")
-    slave.setupExperiment(startTime=0.0, stopTime=20.0)
-    slave.enterInitializationMode()
-    slave.exitInitializationMode()
-    step = float(np.float32(0.1))
-    for k in range(100):
-        time = float(np.float32(0.1 * k))
-        slave.doStep(time, step)
-    assert time + step < 10.0
-    (reference,) = (v.valueReference for v in description.modelVariables if v.name == "speed")
-    (shown,) = slave.getReal([reference])
-    slave.terminate()
-    slave.freeInstance()
-    shutil.rmtree(folder)
-    return float(shown)
+    end, shown = apart(SINGLE_PRECISION, path)
+    assert end < 10.0
+    assert shown == 2000.0
 
 
 def test_version_2_is_valid_by_its_schema(tiny_scenario, tiny_folder, tmp_path):

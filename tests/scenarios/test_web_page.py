@@ -5,19 +5,19 @@ import json
 import math
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import fmpy
 import numpy as np
 import pytest
-from fmpy.fmi2 import FMU2Slave
 
 from scenarios.building import DEFAULT_MODEL
 from scenarios.cli import main
 from scenarios.report import STATES
 from tests.conftest import once
+from tests.fmu_packaging.apart import apart
 
 AGREE = 1e-9
 STEPS = 400
@@ -37,6 +37,20 @@ return Fmu.load(code(role), told[role]).then((fmu) => {
 """
 
 
+OF_THE_FMU = """
+fmu, rows, step = opened(sys.argv[1]), json.load(open(sys.argv[2])), float(sys.argv[3])
+given = fmu.ins + fmu.probed
+codes = [fmu.refs[name] for name in ("status", "status_sensor") if name in fmu.refs]
+def shown(place):
+    fmu.put(given, rows[place])
+    fmu.doStep(place * step, step)
+    return [*fmu.get(fmu.outs), *(fmu.whole(codes) if codes else [])]
+fmu.put(given, rows[0])
+started(fmu)
+show([shown(place) for place in range(len(rows))])
+"""
+
+
 @pytest.fixture(scope="module")
 def page(shared: Path) -> Path:
     """The page of the shipped machine and compensator."""
@@ -48,37 +62,6 @@ def page(shared: Path) -> Path:
         assert main(["web", "jig_borer", str(DEFAULT_MODEL), "-o", str(new)]) == 0
 
     return once(shared / "spindle.html", make)
-
-
-def of_the_fmu(path: Path, rows: Sequence[Sequence[float]], step_s: float) -> list[list[float]]:
-    """The outputs of an FMU in C over rows of its real inputs."""
-    description = fmpy.read_model_description(path)
-
-    def refs(causality: str, kind: str) -> list[int]:
-        return [
-            variable.valueReference
-            for variable in description.modelVariables
-            if variable.causality == causality and variable.type == kind
-        ]
-
-    given, seen, codes = refs("input", "Real"), refs("output", "Real"), refs("output", "Integer")
-    fmu = FMU2Slave(
-        guid=description.guid,
-        unzipDirectory=fmpy.extract(path),
-        modelIdentifier=description.coSimulation.modelIdentifier,
-    )
-    fmu.instantiate()
-    fmu.setupExperiment(startTime=0.0)
-    fmu.setReal(given, rows[0])
-    fmu.enterInitializationMode()
-    fmu.exitInitializationMode()
-    found = []
-    for place, row in enumerate(rows):
-        fmu.setReal(given, row)
-        fmu.doStep(place * step_s, step_s)
-        found.append([*fmu.getReal(seen), *(fmu.getInteger(codes) if codes else [])])
-    fmu.freeInstance()
-    return found
 
 
 def rows_of(path: Path) -> list[list[float]]:
@@ -107,10 +90,11 @@ def rows_of(path: Path) -> list[list[float]]:
 @pytest.mark.long
 @pytest.mark.browser
 @pytest.mark.parametrize("role", ["plant", "compensator"])
-def test_the_numbers_are_those_of_the_fmu(page, browser, shipped_in_c, role):
+def test_the_numbers_are_those_of_the_fmu(page, browser, shipped_in_c, role, tmp_path):
     path = shipped_in_c / f"{role}_native.fmu"
     rows = rows_of(path)
-    expected = np.array(of_the_fmu(path, rows, 10.0))
+    (tmp_path / "rows.json").write_text(json.dumps(rows))
+    expected = np.array(apart(OF_THE_FMU, path, tmp_path / "rows.json", 10.0))
     browser.get(page.as_uri())
     opened(browser)
     sent = [[None if math.isnan(value) else value for value in row] for row in rows]

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import least_squares
 
 from measurement.errors import BadInput
-from studies.fit.bp import BackPropagation
+from studies.fit.bp import BackPropagation, Samples
 from studies.fit.ga_bp import GeneticBackPropagation
 from studies.fit.network_training import Shape, levenberg_marquardt, nguyen_widrow
 from tests.fmu_compensator.models.made import run_of, task_of
@@ -101,6 +101,11 @@ def test_the_genetic_algorithm_chooses_the_number_of_nodes():
     assert min(tried) >= 3
     assert max(tried) <= 15
     assert fitted.report()["nodes"][1] == max(tried, key=lambda n: tried[n])
+
+
+def test_rows_are_thinned_as_asked():
+    task = bent_task(rows=1000)
+    assert [len(Samples.of(task, rows).x) for rows in (0, 100, 800)] == [1000, 100, 500]
 
 
 def test_data_left_out_choose_fewer_nodes_than_the_error_in_training():

@@ -102,6 +102,7 @@ def test_constituents_have_options_of_their_own():
     hybrid = VectorAngleCosine.fit(task, **options)
     exponential = hybrid.models[list(hybrid.kinds).index("ne")]
     assert set(exponential.report()["tau_s"]) == {900.0}
+    assert set(hybrid.report()["weights"]) == {"steady"}
     with pytest.raises(BadInput, match=r"parts.fem: is not allowed: options of mlr, ne"):
         VectorAngleCosine.fit(task, models="mlr,ne", parts={"fem": {"modes": 8}})
     with pytest.raises(BadInput, match="parts: 'ne' is not allowed: options by model"):

@@ -236,14 +236,6 @@ def test_a_plate_gives_the_motors_loss():
     assert (loss.low, loss.high) == pytest.approx((0.2 * 166.67, 0.7 * 166.67), rel=1e-3)
 
 
-def test_jackets_in_series_hand_their_warmth_on():
-    page = changed(small_page(), "jackets.0.to", 120)
-    second = dict(page["jackets"][0], name="two", after="one", **{"from": 120, "to": 180})
-    page["jackets"].append(second)
-    nodes = at_full_speed(machine_of(page))[1]
-    assert nodes["jacket_two"] > nodes["jacket_one"] + 0.05
-
-
 def test_what_stands_in_the_enclosure_warms_it():
     machine = read_machine("belt_spindle")
     nodes = at_full_speed(machine)[1]
