@@ -8,7 +8,7 @@ from plant_model.machine_file import read_machine
 from tests.gap_benchmark.made_up import answer
 
 
-def test_saying_nothing_is_right_only_where_nothing_is_missing() -> None:
+def test_saying_nothing_is_right_only_where_nothing_is_missing():
     lathe = read_machine("lathe")
     nothing = Mistake("nothing", (), lathe, lathe)
     assert nothing.outcome(answer()) == "right"
@@ -16,7 +16,7 @@ def test_saying_nothing_is_right_only_where_nothing_is_missing() -> None:
     assert Mistake("heat_source", ("z_nut",), lathe, lathe).outcome(answer()) == "none"
 
 
-def test_every_kind_of_change_is_made_but_the_one_that_runs_decide() -> None:
+def test_every_kind_of_change_is_made_but_the_one_that_runs_decide():
     given = read_machine("lathe")
     made = mistakes(given)
     assert {one.kind for one in made} == {"nothing", *kinds()} - {"start_state"}

@@ -38,9 +38,7 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, tuple[str, ...]]]:
     return found
 
 
-def test_records_hold_question_truth_and_answer(
-    tmp_path: Path, calls: list[tuple[str, tuple[str, ...]]]
-) -> None:
+def test_records_hold_question_truth_and_answer(tmp_path, calls):
     wanted = ["--effect", "windage", "--size", "strong", "--kind", "effect", "deleted"]
     assert run.main([*ARGUMENTS, *wanted, "--cases", "1", "--out", str(tmp_path)]) == 0
     (name,) = {folder.partition("_")[0] for folder, _ in calls}
@@ -54,12 +52,7 @@ def test_records_hold_question_truth_and_answer(
     assert records[name]["answer"] == {"verdict": "none_missing"}
 
 
-def test_what_was_stopped_goes_on_and_nothing_is_asked_twice(
-    tmp_path: Path,
-    calls: list[tuple[str, tuple[str, ...]]],
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_what_was_stopped_goes_on_and_nothing_is_asked_twice(tmp_path, calls, monkeypatch, capsys):
     arguments = [*ARGUMENTS, "--cases", "2", "--kind", "none", "--out", str(tmp_path)]
     kept = run.ask
     first, second = (one.files for one in plan("development", 2, ("none",)))
@@ -81,7 +74,7 @@ def test_what_was_stopped_goes_on_and_nothing_is_asked_twice(
     assert [folder for folder, _ in calls] == [first, second]
 
 
-def test_a_balanced_sample_has_every_kind_and_size() -> None:
+def test_a_balanced_sample_has_every_kind_and_size():
     asked = [one for case in balanced("development", 2, "lathe") for one in case]
     counted = Counter(one.kind for one in asked)
     assert counted == {"none": 2, "pair": 2, "beyond": 2, "mistake": 2, "effect": 6, "deleted": 4}

@@ -41,9 +41,7 @@ def _runs(number: int, folder: Path) -> tuple[list[Run], list[Run]]:
 
 
 @pytest.mark.long
-def test_a_hidden_effect_is_named_and_the_gap_shrinks(
-    jig_borer_lumps: Machine, tmp_path: Path
-) -> None:
+def test_a_hidden_effect_is_named_and_the_gap_shrinks(jig_borer_lumps, tmp_path):
     runs, unseen = _runs(33, tmp_path)
     found = find_gap(jig_borer_lumps, runs)
     assert found.keys == ("windage",)
@@ -54,9 +52,7 @@ def test_a_hidden_effect_is_named_and_the_gap_shrinks(
 
 
 @pytest.mark.long
-def test_the_answer_stays_when_rows_are_dropped_and_runs_are_swapped(
-    jig_borer_lumps: Machine, tmp_path: Path
-) -> None:
+def test_the_answer_stays_when_rows_are_dropped_and_runs_are_swapped(jig_borer_lumps, tmp_path):
     runs, _ = _runs(22, tmp_path)
     generator = np.random.default_rng(5)
     thinned = []

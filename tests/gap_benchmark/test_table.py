@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -34,7 +33,7 @@ WINDAGE, RADIATION, SHIFT = added("windage"), added("radiation"), added("centrif
         ([THERMOMETER], answer(added("sensor_drift:T3"), one_of=("sensor_drift:T3",)), "wrong"),
     ],
 )
-def test_one_effect(truth: list[str], told: dict[str, Any], expected: str) -> None:
+def test_one_effect(truth, told, expected):
     hidden_effects = [hidden(key) for key in truth]
     assert outcome("effect", hidden_effects, groups_of(told), told["verdict"]) == expected
 
@@ -50,12 +49,12 @@ def test_one_effect(truth: list[str], told: dict[str, Any], expected: str) -> No
         (answer(verdict="unknown"), "unknown"),
     ],
 )
-def test_two_effects(told: dict[str, Any], expected: str) -> None:
+def test_two_effects(told, expected):
     truth = [hidden("windage"), hidden("radiation")]
     assert outcome("pair", truth, groups_of(told), told["verdict"]) == expected
 
 
-def test_a_sensor_may_be_left_out_as_broken() -> None:
+def test_a_sensor_may_be_left_out_as_broken():
     truth = [hidden(THERMOMETER)]
     assert outcome("effect", truth, [], "none_missing", {"T3"}) == "left out as broken"
     assert outcome("effect", truth, [], "none_missing", {"T4"}) == "none"
@@ -64,7 +63,7 @@ def test_a_sensor_may_be_left_out_as_broken() -> None:
 
 
 @pytest.mark.parametrize("kind", ["none", "deleted", "outside"])
-def test_every_name_is_false_where_nothing_of_the_catalogue_is_missing(kind: str) -> None:
+def test_every_name_is_false_where_nothing_of_the_catalogue_is_missing(kind):
     truth = [] if kind == "none" else [hidden("windage")]
     told = answer(RADIATION, one_of=("radiation",))
     assert outcome(kind, truth, groups_of(told), "effect") == "named"
@@ -83,9 +82,7 @@ def test_every_name_is_false_where_nothing_of_the_catalogue_is_missing(kind: str
         ([("air", "speed")], "named"),
     ],
 )
-def test_a_change_of_the_file_may_say_what_no_catalogue_holds(
-    places: list[tuple[str, ...]], told: str
-) -> None:
+def test_a_change_of_the_file_may_say_what_no_catalogue_holds(places, told):
     words = [
         {"kind": "heat_source", "place": ["bed"]},
         {"kind": "heat_source", "place": ["*", "air", "speed"]},
@@ -120,7 +117,7 @@ def records(tmp_path: Path) -> Folder:
     return folder
 
 
-def test_the_figures_that_are_asked_for(records: Folder) -> None:
+def test_the_figures_that_are_asked_for(records):
     shown = sections.targets(read_records(records.folder))
     cells = {row.split(" | ")[0].strip("| "): row.split(" | ")[2] for row in shown.splitlines()}
     assert cells["Falsely named, nothing missing"].startswith("1 of 2 (50 %)")
@@ -137,9 +134,7 @@ def test_the_figures_that_are_asked_for(records: Folder) -> None:
     assert cells["Processor seconds a case: median"].strip(" |") == "45"
 
 
-def test_the_command_writes_tables(
-    records: Folder, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_writes_tables(records, tmp_path, capsys):
     assert table.main([str(tmp_path)]) == 0
     text = (tmp_path / "tables.md").read_text()
     assert capsys.readouterr().out.strip() == text.strip()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -22,13 +21,13 @@ def change(name: str, *place: str, or_else: list[Any] | None = None) -> dict[str
     return entry | {"or_else": or_else or [], "other_places": []}
 
 
-def test_every_truth_has_seeds_of_its_own() -> None:
+def test_every_truth_has_seeds_of_its_own():
     seeds = [{one.case.seed for one in plan("reported", 300, truth=name)} for name in TRUTHS]
     assert all(len(some) == 300 for some in seeds)
     assert not set.intersection(*seeds)
 
 
-def test_a_plan_holds_mistakes_and_what_is_larger_than_usual() -> None:
+def test_a_plan_holds_mistakes_and_what_is_larger_than_usual():
     truth = TRUTHS["belt"]
     asked = [case[0] for case in trials("development", 200, truth="belt")]
     made = {one.case.mistake for one in asked if one.kind == "mistake"}
@@ -66,11 +65,11 @@ def test_a_plan_holds_mistakes_and_what_is_larger_than_usual() -> None:
         ([], "none_missing", "none"),
     ],
 )
-def test_a_mistake_is_right_by_kind_and_place(effects: list[Any], verdict: str, told: str) -> None:
+def test_a_mistake_is_right_by_kind_and_place(effects, verdict, told):
     assert outcome_of_mistake(NUT, answer(*effects) | {"verdict": verdict}) == told
 
 
-def test_naming_a_mistake_that_is_there_is_not_wrong() -> None:
+def test_naming_a_mistake_that_is_there_is_not_wrong():
     said = answer(change("heat_source", "z_nut", "feed_z"), one_of=())
     assert groups_of(said) == [("heat_source:z_nut+feed_z",)]
     left = groups_of(said, [NUT])
@@ -80,9 +79,7 @@ def test_naming_a_mistake_that_is_there_is_not_wrong() -> None:
     assert outcome("none", [], groups_of(said), "effect") == "named"
 
 
-def test_the_figures_of_several_simulators_stand_side_by_side(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_figures_of_several_simulators_stand_side_by_side(tmp_path, capsys, monkeypatch):
     page = tmp_path / "page.md"
     page.write_text("<!-- begin simulators: x -->\nstale\n<!-- end simulators -->\n")
     monkeypatch.setattr(table, "PAGE", page)

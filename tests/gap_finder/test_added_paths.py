@@ -36,7 +36,7 @@ def run(request: pytest.FixtureRequest) -> CalibratedRun:
     return known_of(machine, observed)
 
 
-def test_the_answers_are_those_of_simulating_every_path(run: CalibratedRun) -> None:
+def test_the_answers_are_those_of_simulating_every_path(run):
     paths = list(HeatPath.all_of([run]))
     chosen = np.random.default_rng(1).choice(len(paths), 24, replace=False)
     boundary = [one for one in paths if one.boundary][:6]
@@ -70,9 +70,7 @@ def assert_those_of_simulating(
 @pytest.mark.parametrize(
     "key", ["viscosity_temperature", "natural_convection", "column_bending", "sensor_lag:front"]
 )
-def test_the_answers_are_those_of_simulating_beside_other_laws(
-    run: CalibratedRun, key: str
-) -> None:
+def test_the_answers_are_those_of_simulating_beside_other_laws(run, key):
     machine = with_effect(run.machine, key)
     paths = [one for one in HeatPath.all_of([run]) if not one.boundary]
     some = [paths[i] for i in np.random.default_rng(3).choice(len(paths), 12, replace=False)]

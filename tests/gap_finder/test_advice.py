@@ -26,11 +26,11 @@ def left_of(machine: Machine, observed: Sequence[Observations]) -> list[RunResid
     return [residuals(machine, one) for one in observed]
 
 
-def test_a_machine_that_is_right_gets_no_advice(lathe: Machine) -> None:
+def test_a_machine_that_is_right_gets_no_advice(lathe):
     assert advice(lathe, left_of(lathe, observe(lathe, runs_of(lathe)[:2])), ()) == []
 
 
-def test_two_thermometers_that_contradict_one_lump_are_told(lathe: Machine) -> None:
+def test_two_thermometers_that_contradict_one_lump_are_told(lathe):
     mass = {node.name: node.capacity.value for node in lathe.nodes}
     cut = CoarsePart(("carriage",), mass["carriage"], ("PT13",), False)
     observed = observe(lathe, runs_of(cut.put_into(lathe, {"conductance": 5.0}))[:2])
@@ -39,14 +39,14 @@ def test_two_thermometers_that_contradict_one_lump_are_told(lathe: Machine) -> N
     assert "carriage" in told.text
 
 
-def test_a_channel_worse_than_no_model_is_told(lathe: Machine) -> None:
+def test_a_channel_worse_than_no_model_is_told(lathe):
     hot = lathe.with_values({"sources.z_nut.loss": 27.0})
     items = tuple(one for one in lathe.items if one.name != "z_nut-air")
     left = [residuals(replace(hot, items=items), one) for one in observe(lathe, runs_of(lathe)[:2])]
     assert ("PT08",) in [one.place for one in worse_than_none(lathe, left)]
 
 
-def test_a_displacement_that_nothing_moves_is_told(lathe: Machine) -> None:
+def test_a_displacement_that_nothing_moves_is_told(lathe):
     observed = observe(lathe, runs_of(lathe)[:2])
     named = ("holder_reach", "bed_head_height", "arm_reach", "headstock_bend")
     still = replace(lathe, items=tuple(one for one in lathe.items if one.name not in named))
@@ -56,7 +56,7 @@ def test_a_displacement_that_nothing_moves_is_told(lathe: Machine) -> None:
     assert ("not_moved", ("disp_z",)) not in told
 
 
-def test_a_number_far_from_what_is_usual_is_told(lathe: Machine) -> None:
+def test_a_number_far_from_what_is_usual_is_told(lathe):
     source = "class value: ground seats"
     numbers = [
         ParameterEstimate(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -15,13 +14,12 @@ from gap_finder.observations import observe
 from gap_finder.priors import Priors
 from measurement.errors import BadInput
 from measurement.runs import Run
-from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.machine_writer import write_machine
 from tests.gap_finder.conftest import runs_of
 
 
-def test_priors_go_to_the_fitting_scale_and_back(jig_borer_lumps: Machine) -> None:
+def test_priors_go_to_the_fitting_scale_and_back(jig_borer_lumps):
     priors = Priors.of(jig_borer_lumps, calibrated=True)
     x = np.random.default_rng(0).uniform(np.maximum(priors.low, -2), np.minimum(priors.high, 2))
     values = {name: float(value[0]) for name, value in priors.values(x[None]).items()}
@@ -30,7 +28,7 @@ def test_priors_go_to_the_fitting_scale_and_back(jig_borer_lumps: Machine) -> No
     np.testing.assert_allclose(priors.position(jig_borer_lumps), 0.0, atol=1e-12)
 
 
-def test_a_range_ends_two_deviations_out_and_is_no_wall(jig_borer_lumps: Machine) -> None:
+def test_a_range_ends_two_deviations_out_and_is_no_wall(jig_borer_lumps):
     name = "sources.front_bearing.f0"
     f0 = replace(jig_borer_lumps.parameters[name], value=0.6, low=0.3, high=1.2)
     bearing = next(item for item in jig_borer_lumps.items if item.name == "front_bearing")
@@ -44,9 +42,7 @@ def test_a_range_ends_two_deviations_out_and_is_no_wall(jig_borer_lumps: Machine
     np.testing.assert_allclose(values[4:], [20.0, 0.1])  # what f0 can be at all
 
 
-def test_calibration_leaves_a_range_that_the_runs_contradict_and_says_so(
-    jig_borer_lumps: Machine, tmp_path: Path
-) -> None:
+def test_calibration_leaves_a_range_that_the_runs_contradict_and_says_so(jig_borer_lumps, tmp_path):
     name = "sources.motor.loss"
     known = jig_borer_lumps.parameters[name]
     truth = 1.25 * known.high
@@ -65,13 +61,13 @@ def test_calibration_leaves_a_range_that_the_runs_contradict_and_says_so(
     )
 
 
-def test_numbers_of_effects_are_no_uncertainty_of_the_machine(jig_borer_lumps: Machine) -> None:
+def test_numbers_of_effects_are_no_uncertainty_of_the_machine(jig_borer_lumps):
     fixed = Priors.of(jig_borer_lumps, calibrated=False)
     assert fixed.names
     assert not any(name.startswith("effects.") for name in fixed.names)
 
 
-def test_sampling_does_not_decide_how_much_a_run_weighs(jig_borer_lumps: Machine) -> None:
+def test_sampling_does_not_decide_how_much_a_run_weighs(jig_borer_lumps):
     weights = [
         sum(
             float(((one.weights * one.tolerance) ** 2).sum())
@@ -82,7 +78,7 @@ def test_sampling_does_not_decide_how_much_a_run_weighs(jig_borer_lumps: Machine
     assert weights[1] == pytest.approx(weights[0], rel=0.15)
 
 
-def test_spans_that_are_bad_are_left_out(jig_borer_lumps: Machine) -> None:
+def test_spans_that_are_bad_are_left_out(jig_borer_lumps):
     runs = runs_of(jig_borer_lumps)
     (one, *_) = observe(jig_borer_lumps, runs, {"down": [("T1", 600.0, 1200.0)]})
     rows = (one.time_s > 660.0) & (one.time_s < 1140.0)
@@ -91,15 +87,13 @@ def test_spans_that_are_bad_are_left_out(jig_borer_lumps: Machine) -> None:
     assert np.all(one.weights[rows, t1 + 1] > 0.0)
 
 
-def test_runs_without_a_channel_to_compare_are_refused(jig_borer_lumps: Machine) -> None:
+def test_runs_without_a_channel_to_compare_are_refused(jig_borer_lumps):
     frame = pd.DataFrame({"time_s": [0.0, 1.0, 2.0], "speed_rpm": 0.0, "T5_degC": 21.0})
     with pytest.raises(BadInput, match="no column to compare"):
         observe(jig_borer_lumps, [Run("empty", frame)])
 
 
-def test_calibration_finds_what_the_runs_determine_and_leaves_the_rest(
-    jig_borer_lumps: Machine,
-) -> None:
+def test_calibration_finds_what_the_runs_determine_and_leaves_the_rest(jig_borer_lumps):
     truth = {"sources.front_bearing.f0": 0.65, "sources.motor.loss": 33.0}
     observed = observe(jig_borer_lumps, runs_of(jig_borer_lumps.with_values(truth)))
     found = calibrate(jig_borer_lumps, observed, starts=1)

@@ -18,7 +18,6 @@ from gap_finder.observations import observe
 from gap_finder.score import scored
 from measurement.runs import Run
 from plant_model.effects import catalogue
-from plant_model.machine import Machine
 from plant_model.simulate import simulate
 from tests.gap_finder.conftest import inputs_of, runs_of
 
@@ -27,9 +26,7 @@ HOURS = {"down": 2.2, "stairs": 3.0, "stops": 2.1}
 """Of three hours each: how long its spectrum turns."""
 
 
-def test_every_run_has_the_hours_before_it_and_the_machine_those_of_all(
-    jig_borer_lumps: Machine,
-) -> None:
+def test_every_run_has_the_hours_before_it_and_the_machine_those_of_all(jig_borer_lumps):
     observed = observe(jig_borer_lumps, runs_of(jig_borer_lumps)[:3])
     found = list(candidates(jig_borer_lumps, observed, catalogue()["bearing_run_in"]))
     some = next(one for one in found if one.key == SERIES)
@@ -48,7 +45,7 @@ def test_every_run_has_the_hours_before_it_and_the_machine_those_of_all(
     assert size[2] < 0.5 * alone[2]
 
 
-def test_hours_that_runs_say_are_neither_tried_nor_fitted(jig_borer_lumps: Machine) -> None:
+def test_hours_that_runs_say_are_neither_tried_nor_fitted(jig_borer_lumps):
     assert "before" in unused_with(jig_borer_lumps, SERIES)
     assert "before" in unused_with(jig_borer_lumps, "bearing_run_in")
     effect = catalogue()["bearing_run_in"]
@@ -58,7 +55,7 @@ def test_hours_that_runs_say_are_neither_tried_nor_fitted(jig_borer_lumps: Machi
     assert not with_effect(jig_borer_lumps, SERIES).effects[SERIES]["before"].calibrate
 
 
-def test_pieces_of_a_log_carry_their_hours_by_themselves(jig_borer_lumps: Machine) -> None:
+def test_pieces_of_a_log_carry_their_hours_by_themselves(jig_borer_lumps):
     frame = simulate(jig_borer_lumps, inputs_of("down")).run_frame()
     pieces = pieces_of(jig_borer_lumps, Run("week", frame), 1.0)
     assert [is_piece(one) for one in (*pieces, Run("week_of_may", frame))] == [True] * 3 + [False]
@@ -71,7 +68,7 @@ def test_pieces_of_a_log_carry_their_hours_by_themselves(jig_borer_lumps: Machin
     assert set(keys.values()) == {()}
 
 
-def test_the_hours_of_all_runs_are_written_into_the_machine(jig_borer_lumps: Machine) -> None:
+def test_the_hours_of_all_runs_are_written_into_the_machine(jig_borer_lumps):
     truth = with_effect(jig_borer_lumps, SERIES, {"excess": 1.0, "hours": 3.0})
     shown, before = [], 0.0
     for run in runs_of(jig_borer_lumps)[:2]:

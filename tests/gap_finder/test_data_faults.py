@@ -24,7 +24,7 @@ def seldom(jig_borer_lumps: Machine) -> list[Run]:
 
 
 @pytest.mark.parametrize("every_s", [20.0, 240.0])
-def test_clean_runs_stay_as_they_are(jig_borer_lumps: Machine, every_s: float) -> None:
+def test_clean_runs_stay_as_they_are(jig_borer_lumps, every_s):
     runs = runs_of(jig_borer_lumps, every_s)
     left, faults = without_faults(jig_borer_lumps, runs)
     assert faults == []
@@ -44,24 +44,20 @@ def test_clean_runs_stay_as_they_are(jig_borer_lumps: Machine, every_s: float) -
         ("thermal_preload", {"gain": 0.3}),
     ],
 )
-def test_real_effects_are_not_swallowed(
-    jig_borer_lumps: Machine, seldom: list[Run], key: str, values: dict[str, float]
-) -> None:
+def test_real_effects_are_not_swallowed(jig_borer_lumps, seldom, key, values):
     moved = runs_of(with_effect(jig_borer_lumps, key, values), 240.0)
     for runs in (moved, [*seldom[:2], *moved[2:]]):
         assert without_faults(jig_borer_lumps, runs)[1] == []
 
 
-def test_only_what_the_machine_uses_is_told(jig_borer_lumps: Machine) -> None:
+def test_only_what_the_machine_uses_is_told(jig_borer_lumps):
     runs = [
         changed(run, "X9_degC", run.frame["T7_degC"] + 31.0) for run in runs_of(jig_borer_lumps)
     ]
     assert without_faults(jig_borer_lumps, runs)[1] == []
 
 
-def test_a_spike_of_the_hall_is_bridged_and_a_broken_hall_spoils_the_run(
-    jig_borer_lumps: Machine,
-) -> None:
+def test_a_spike_of_the_hall_is_bridged_and_a_broken_hall_spoils_the_run(jig_borer_lumps):
     runs = runs_of(jig_borer_lumps)
     hall = runs[1].frame["T5_degC"].to_numpy().copy()
     hall[150] += 20.0
@@ -74,7 +70,7 @@ def test_a_spike_of_the_hall_is_bridged_and_a_broken_hall_spoils_the_run(
     assert {fault.run for fault in faults} == {runs[1].name}
 
 
-def test_a_joined_recording_ends_the_run(jig_borer_lumps: Machine) -> None:
+def test_a_joined_recording_ends_the_run(jig_borer_lumps):
     run = runs_of(jig_borer_lumps)[0]
     frame = run.frame.copy()
     frame.loc[frame["time_s"] >= 3600.0, run.temperatures] += 7.0
@@ -83,7 +79,7 @@ def test_a_joined_recording_ends_the_run(jig_borer_lumps: Machine) -> None:
     assert left.time_s[-1] < 3600.0
 
 
-def test_runs_without_anything_to_compare_are_refused(jig_borer_lumps: Machine) -> None:
+def test_runs_without_anything_to_compare_are_refused(jig_borer_lumps):
     run = runs_of(jig_borer_lumps)[0]
     read = [name for name in run.frame if str(name).endswith(("_degC", "_um"))]
     empty = run.frame.assign(**{n: np.nan for n in read if n not in ("T5_degC", "T9_degC")})

@@ -16,12 +16,11 @@ from gap_finder.design import (
 )
 from gap_finder.linearise import Linearisation
 from gap_finder.observations import observe
-from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from tests.gap_finder.conftest import runs_of
 
 
-def test_what_passes_a_slow_part_is_half_of_what_is_left_of_it_without_its_mass() -> None:
+def test_what_passes_a_slow_part_is_half_of_what_is_left_of_it_without_its_mass():
     machine = read_machine("lathe")
     slow = [replace(n, capacity=replace(n.capacity, value=1e12, high=1e13)) for n in machine.nodes]
     names = [node.name for node in slow]
@@ -50,13 +49,13 @@ def test_what_passes_a_slow_part_is_half_of_what_is_left_of_it_without_its_mass(
     assert counted == len(paths)
 
 
-def test_a_quick_part_has_one_temperature() -> None:
+def test_a_quick_part_has_one_temperature():
     machine = read_machine("lathe")
     quick = [replace(n, capacity=replace(n.capacity, value=1.0, low=0.5)) for n in machine.nodes]
     assert passing_paths(replace(machine, nodes=tuple(quick))) == []
 
 
-def test_heat_is_shared_among_several_as_by_a_path_to_each(jig_borer_lumps: Machine) -> None:
+def test_heat_is_shared_among_several_as_by_a_path_to_each(jig_borer_lumps):
     machine = jig_borer_lumps
     (observed,) = observe(machine, runs_of(machine, every_s=120.0)[:1])
     part, near, far = passing_paths(machine)[0].between[:3]
@@ -71,7 +70,7 @@ def test_heat_is_shared_among_several_as_by_a_path_to_each(jig_borer_lumps: Mach
     assert together == pytest.approx(expected, abs=1e-3 * np.abs(expected).max())
 
 
-def test_what_acts_in_one_run_alone_is_that_runs_own() -> None:
+def test_what_acts_in_one_run_alone_is_that_runs_own():
     generator = np.random.default_rng(0)
     parts, known = [], []
     for run in range(3):

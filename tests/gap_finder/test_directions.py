@@ -7,7 +7,7 @@ import numpy as np
 from gap_finder.directions import NEGLIGIBLE_SQUARES, fewer
 
 
-def test_fewer_columns_are_the_same_prior() -> None:
+def test_fewer_columns_are_the_same_prior():
     generator = np.random.default_rng(1)
     # Forty unknowns of which six mixtures move anything, and all move a hair.
     mixed = generator.normal(size=(6, 40))
@@ -23,6 +23,6 @@ def test_fewer_columns_are_the_same_prior() -> None:
     assert np.linalg.eigvalsh(lost).min() > -1e-9
 
 
-def test_what_moves_nothing_is_gone() -> None:
+def test_what_moves_nothing_is_gone():
     (left,) = fewer([np.zeros((5, 3))])
     assert left.shape == (5, 0)

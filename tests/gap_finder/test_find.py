@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import json
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -18,7 +17,6 @@ from gap_finder.search import Search
 from measurement.errors import BadInput
 from measurement.runs import write_run
 from plant_model.effects import catalogue
-from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.machine_writer import write_machine
 from scenarios.cli import main
@@ -38,13 +36,8 @@ LEFT_OUT = [name for name in catalogue() if name not in RIVALS]
     [("friction_speed_exponent", "deviation", 0.4), ("thermal_preload", "gain", 0.3)],
 )
 def test_a_hidden_effect_is_named_added_and_closes_the_gap(
-    name: str,
-    number: str,
-    size: float,
-    jig_borer_lumps: Machine,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+    name, number, size, jig_borer_lumps, tmp_path, capsys
+):
     truth = with_effect(jig_borer_lumps, name, {number: size})
     paths = [str(write_run(run, tmp_path / f"{run.name}.csv")) for run in runs_of(truth)]
     out = tmp_path / "out"
@@ -72,7 +65,7 @@ def test_a_hidden_effect_is_named_added_and_closes_the_gap(
     assert len(capsys.readouterr().out.strip().splitlines()) == 6
 
 
-def test_nothing_is_named_when_nothing_is_missing(jig_borer_lumps: Machine) -> None:
+def test_nothing_is_named_when_nothing_is_missing(jig_borer_lumps):
     runs = runs_of(jig_borer_lumps, seed=7)
     first = find_gap(jig_borer_lumps, runs[:3], Search(LEFT_OUT))
     assert first.keys == ()
@@ -83,7 +76,7 @@ def test_nothing_is_named_when_nothing_is_missing(jig_borer_lumps: Machine) -> N
     assert first.before.cost == second.before.cost
 
 
-def test_too_few_runs_and_a_machine_at_rest_are_refused(jig_borer_lumps: Machine) -> None:
+def test_too_few_runs_and_a_machine_at_rest_are_refused(jig_borer_lumps):
     runs = runs_of(jig_borer_lumps)
     with pytest.raises(BadInput, match="3 or more are needed"):
         find_gap(jig_borer_lumps, runs[:2])
@@ -93,9 +86,7 @@ def test_too_few_runs_and_a_machine_at_rest_are_refused(jig_borer_lumps: Machine
         find_gap(jig_borer_lumps, runs)
 
 
-def test_a_written_machine_reads_back_and_keeps_its_comments(
-    jig_borer_lumps: Machine, tmp_path: Path
-) -> None:
+def test_a_written_machine_reads_back_and_keeps_its_comments(jig_borer_lumps, tmp_path):
     moved = with_effects(jig_borer_lumps, "radiation", "sensor_offset").with_values(
         {"sources.motor.loss": 25.5, "effects.sensor_offset:T1.error": -3.0}
     )
@@ -107,9 +98,7 @@ def test_a_written_machine_reads_back_and_keeps_its_comments(
 
 
 @pytest.mark.long
-def test_a_loss_far_beyond_its_usual_range_is_named_and_said_to_be_large(
-    jig_borer_lumps: Machine, tmp_path: Path
-) -> None:
+def test_a_loss_far_beyond_its_usual_range_is_named_and_said_to_be_large(jig_borer_lumps, tmp_path):
     truth = with_effect(jig_borer_lumps, "windage", {"power": 1500.0})
     runs = runs_of(truth)
     found = find_gap(jig_borer_lumps, runs[:3], Search(LEFT_OUT))
@@ -131,7 +120,7 @@ def test_a_loss_far_beyond_its_usual_range_is_named_and_said_to_be_large(
         (40.0, 4.0, False),
     ],
 )
-def test_a_name_is_judged_where_it_acts(missing: float, left: float, *, closed: bool) -> None:
+def test_a_name_is_judged_where_it_acts(missing, left, closed):
     before, after = np.full((3, 4), 0.7), np.full((3, 4), 0.7)
     before[1, 2], after[1, 2] = missing, left
     assert is_closed_where_better(before, after) is closed
@@ -141,9 +130,7 @@ def test_a_name_is_judged_where_it_acts(missing: float, left: float, *, closed: 
 
 
 @pytest.mark.parametrize(("after", "in_doubt"), [(1.9, False), (2.0, True)])
-def test_a_name_with_which_unseen_runs_are_predicted_no_better_is_in_doubt(
-    after: float, *, in_doubt: bool
-) -> None:
+def test_a_name_with_which_unseen_runs_are_predicted_no_better_is_in_doubt(after, in_doubt):
     gap = {"before": 2.0, "after": after, "reference": 1.5}
     unseen: Any = SimpleNamespace(gap=lambda: gap, gap_against=lambda known: gap)
     found: Any = SimpleNamespace(

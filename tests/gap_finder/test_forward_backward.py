@@ -18,7 +18,7 @@ def hypothesis(left: Any, calibrated: float = 0.0, prior: float = 0.0) -> Hypoth
     return Hypothesis((), (prior,), fit)
 
 
-def test_what_is_missing_in_one_channel_hides_nothing_in_another() -> None:
+def test_what_is_missing_in_one_channel_hides_nothing_in_another():
     nothing = hypothesis([[400.0, 12.0], [600.0, 8.0]])
     first = hypothesis([[2.0, 11.0], [2.0, 9.0]])
     second = hypothesis([[2.0, 1.0], [2.0, 1.0]])
@@ -30,9 +30,7 @@ def test_what_is_missing_in_one_channel_hides_nothing_in_another() -> None:
 
 
 @pytest.mark.parametrize(("won", "better"), [(0.3, False), (MARGIN - 0.1, False), (6.1, True)])
-def test_what_fits_better_does_so_by_the_margin_and_what_its_prior_costs(
-    won: float, *, better: bool
-) -> None:
+def test_what_fits_better_does_so_by_the_margin_and_what_its_prior_costs(won, better):
     before = hypothesis([[1.0]], calibrated=100.0)
     after = hypothesis([[0.1]], calibrated=100.0 - 15.9 - won, prior=15.9)
     assert after.fits_better(before) is better

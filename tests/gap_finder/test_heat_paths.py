@@ -9,14 +9,13 @@ import pytest
 from gap_finder.find import answer
 from gap_finder.search import Search
 from plant_model.effects import catalogue
-from plant_model.machine import Machine
 from tests.gap_finder.conftest import runs_of
 
 FORGOTTEN = "front_inner-front_outer"
 
 
 @pytest.mark.long
-def test_a_forgotten_path_is_named_with_where_it_leads_from(jig_borer_lumps: Machine) -> None:
+def test_a_forgotten_path_is_named_with_where_it_leads_from(jig_borer_lumps):
     without = [name for name in catalogue() if name != "centrifugal_shift"]
     items = tuple(item for item in jig_borer_lumps.items if item.name != FORGOTTEN)
     told = replace(jig_borer_lumps, items=items)

@@ -10,10 +10,9 @@ from gap_finder.candidates import Candidate, grid, missing_effects, with_effect
 from gap_finder.hypotheses import AddedEffect, Listed, heavy_tail, prior_costs
 from plant_model.effects import catalogue
 from plant_model.effects.base import possible
-from plant_model.machine import Machine
 
 
-def test_half_is_nothing_and_every_kind_has_an_equal_part_of_the_rest() -> None:
+def test_half_is_nothing_and_every_kind_has_an_equal_part_of_the_rest():
     keys = ["windage", "slow_structure", "slow_structure:bed", *(f"heat_path:a+{i}" for i in "bcd")]
     odds = {key: np.exp(-cost / 2.0) for key, cost in prior_costs(keys).items()}
     assert sum(odds.values()) == pytest.approx(1.0), "as likely as nothing, whose odds are 1"
@@ -22,14 +21,14 @@ def test_half_is_nothing_and_every_kind_has_an_equal_part_of_the_rest() -> None:
 
 
 @pytest.mark.parametrize("value", [1.0, 3.0, 40.0])
-def test_sizes_have_the_tail_of_a_cauchy_law(value: float) -> None:
+def test_sizes_have_the_tail_of_a_cauchy_law(value):
     law = cauchy(1.0, 1.0)
     expected = -2.0 * (law.logpdf(value) - law.logpdf(1.0))
     assert heavy_tail(value, 0.0, 2.0, log=False) == pytest.approx(expected)
     assert heavy_tail(np.exp(value), 1.0, np.e**2, log=True) == pytest.approx(expected)
 
 
-def test_hours_beyond_the_usual_are_possible_and_cost_something(jig_borer_lumps: Machine) -> None:
+def test_hours_beyond_the_usual_are_possible_and_cost_something(jig_borer_lumps):
     effect = catalogue()["slow_structure"]
     usual = effect.parameters["hours"]
     machine = with_effect(jig_borer_lumps, "slow_structure", {"hours": 2.0 * usual.high})
@@ -43,7 +42,7 @@ def test_hours_beyond_the_usual_are_possible_and_cost_something(jig_borer_lumps:
     assert costs[1] - costs[0] == pytest.approx(2.0 * np.log(2.0))
 
 
-def test_candidates_cover_both_signs_and_stay_possible(jig_borer_lumps: Machine) -> None:
+def test_candidates_cover_both_signs_and_stay_possible(jig_borer_lumps):
     for effect in missing_effects(jig_borer_lumps):
         sizes = {entry[effect.amplitude] for entry in grid(effect)}
         amplitude = effect.parameters[effect.amplitude]
@@ -55,7 +54,7 @@ def test_candidates_cover_both_signs_and_stay_possible(jig_borer_lumps: Machine)
                 assert low <= value <= high
 
 
-def test_what_is_added_leaves_the_list_with_its_law_on_every_driver() -> None:
+def test_what_is_added_leaves_the_list_with_its_law_on_every_driver():
     keys = ["slow_structure", "slow_structure:bed", "sensor_lag:T1", "sensor_lag:T2", "windage"]
     tried = [AddedEffect(Candidate(key, {}, ())) for key in keys]
     rest = Listed(tried, prior_costs(keys)).without(["slow_structure:bed", "sensor_lag:T2"])

@@ -25,7 +25,7 @@ from tests.gap_finder.conftest import runs_of
 FREE = "links.front_inner-front_outer.conductance"
 
 
-def test_an_interval_holds_95_percent_of_the_posterior(jig_borer_lumps: Machine) -> None:
+def test_an_interval_holds_95_percent_of_the_posterior(jig_borer_lumps):
     priors = Priors.of(jig_borer_lumps, calibrated=True)
     generator = np.random.default_rng(1)
     at = generator.uniform(-0.3, 0.3, len(priors.names))
@@ -82,8 +82,8 @@ def distance(priors: Priors, machine: Machine, told: ParameterEstimate, value: f
 
 
 def test_at_the_ends_of_an_interval_the_cost_has_risen_by_the_chi_squared_quantile(
-    jig_borer_lumps: Machine, observed: list[Observations]
-) -> None:
+    jig_borer_lumps, observed
+):
     """With one free parameter: the likelihood ratio knows nothing of any covariance."""
     machine = only_free(jig_borer_lumps, FREE)
     priors = Priors.of(machine, calibrated=True)
@@ -119,7 +119,7 @@ def dense_deviations(designs: Sequence[RunDesign], count: int) -> np.ndarray:
     return np.asarray(np.sqrt((inverse**2).sum(axis=1))[:count])
 
 
-def test_what_one_run_alone_tells_is_as_certain_as_in_one_dense_problem() -> None:
+def test_what_one_run_alone_tells_is_as_certain_as_in_one_dense_problem():
     """A fault that began in the last run has no other run's interval, and not its prior's."""
     generator = np.random.default_rng(4)
     designs = []
@@ -138,8 +138,8 @@ def test_what_one_run_alone_tells_is_as_certain_as_in_one_dense_problem() -> Non
 
 @pytest.mark.parametrize("noise", [0.0, 0.37])
 def test_the_intervals_of_an_explanation_are_those_of_one_dense_problem(
-    noise: float, jig_borer_lumps: Machine, observed: list[Observations]
-) -> None:
+    noise, jig_borer_lumps, observed
+):
     """Also where more is left than the tolerance explains: all is less certain by as much."""
     machine = only_free(jig_borer_lumps, FREE, "links.rear_inner-rear_outer.conductance")
     generator = np.random.default_rng(5)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -44,9 +43,7 @@ def changes_of(name: str, known: list[CalibratedRun]) -> list[Change]:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_every_place_is_tried_once_and_no_place_that_the_machine_has(
-    name: str, known: list[CalibratedRun]
-) -> None:
+def test_every_place_is_tried_once_and_no_place_that_the_machine_has(name, known):
     changes = changes_of(name, known)
     assert changes
     assert len(set(changes)) == len(changes)
@@ -59,9 +56,7 @@ def test_every_place_is_tried_once_and_no_place_that_the_machine_has(
         assert change.points()
 
 
-def test_a_door_that_an_input_tells_of_lets_in_the_hall(
-    jig_borer_lumps: Machine, known: list[CalibratedRun]
-) -> None:
+def test_a_door_that_an_input_tells_of_lets_in_the_hall(jig_borer_lumps, known):
     door = Input("door", "1", "door_1", 0.0, 1.0, 0.0)
     machine = replace(jig_borer_lumps, inputs=(*jig_borer_lumps.inputs, door))
     without = [replace(one, machine=machine) for one in known]
@@ -90,16 +85,14 @@ def test_a_door_that_an_input_tells_of_lets_in_the_hall(
     )
 
 
-def test_no_second_source_is_tried_where_an_input_heats_a_part_already(
-    known: list[CalibratedRun],
-) -> None:
+def test_no_second_source_is_tried_where_an_input_heats_a_part_already(known):
     places = {change.place for change in changes_of("heat_source", known)}
     assert ("stator",) in places
     assert ("stator", "speed") not in places
     assert ("shaft_middle", "speed") in places
 
 
-def test_a_part_in_two_has_half_of_its_surface_on_either_side(known: list[CalibratedRun]) -> None:
+def test_a_part_in_two_has_half_of_its_surface_on_either_side(known):
     machine = known[0].machine
     in_two = {one.place[0]: one for one in changes_of("coarse_part", known)}
     films = [i for i in machine.of_kind("links", "convection") if i.refs["between"][0] in in_two]
@@ -118,9 +111,7 @@ def test_a_part_in_two_has_half_of_its_surface_on_either_side(known: list[Calibr
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_change_is_written_read_back_and_stepped(
-    name: str, known: list[CalibratedRun], tmp_path: Path
-) -> None:
+def test_a_change_is_written_read_back_and_stepped(name, known, tmp_path):
     machine = known[0].machine
     changes = changes_of(name, known)
     for change in (changes[0], changes[-1]):
@@ -137,9 +128,7 @@ def test_a_change_is_written_read_back_and_stepped(
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if name != "start_state"])
-def test_its_prior_is_the_same_wherever_the_search_begins(
-    name: str, known: list[CalibratedRun]
-) -> None:
+def test_its_prior_is_the_same_wherever_the_search_begins(name, known):
     machine = known[0].machine
     change = changes_of(name, known)[0]
     begun = [AddedChange(change, change.scaled(one, 0.2), ()) for one in change.points()]
@@ -152,9 +141,7 @@ def test_its_prior_is_the_same_wherever_the_search_begins(
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_what_is_screened_is_what_the_changed_machine_does(
-    name: str, known: list[CalibratedRun]
-) -> None:
+def test_what_is_screened_is_what_the_changed_machine_does(name, known):
     one = known[1]
     changes = changes_of(name, known)
     base = modelled(simulate_at(one.machine, one.observed), one.observed)
@@ -174,7 +161,7 @@ def test_what_is_screened_is_what_the_changed_machine_does(
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if name not in NEVER_OFF])
-def test_a_change_that_is_off_changes_nothing(name: str, known: list[CalibratedRun]) -> None:
+def test_a_change_that_is_off_changes_nothing(name, known):
     machine = known[0].machine
     inputs = inputs_of("stairs", 60.0)
     change = changes_of(name, known)[3]
@@ -183,9 +170,7 @@ def test_a_change_that_is_off_changes_nothing(name: str, known: list[CalibratedR
     np.testing.assert_allclose(same.to_numpy(), plain.to_numpy(), atol=0.05)
 
 
-def test_a_change_that_takes_an_effects_driver_away_is_not_tried(
-    known: list[CalibratedRun],
-) -> None:
+def test_a_change_that_takes_an_effects_driver_away_is_not_tried(known):
     # Twice its mass behind the foot makes that the heaviest part, and the base none to stand on.
     machine = with_effect(read_machine("lathe"), "fixture_warming:base")
     assert has_its_drivers(machine)

@@ -35,9 +35,7 @@ def elongation_shown(machine: Machine, observed: Observations) -> np.ndarray:
     return modelled(simulate_at(machine, observed), observed)[0, :, -1]
 
 
-def test_a_model_that_holds_too_long_slips_where_it_was_seen_to(
-    jig_borer_lumps: Machine, slipping: list[Observations]
-) -> None:
+def test_a_model_that_holds_too_long_slips_where_it_was_seen_to(jig_borer_lumps, slipping):
     wrong = with_effect(jig_borer_lumps, KEY, {"hold": 12.0, "share": 0.45})
     by_law = by_sight = 0.0
     for observed in slipping:
@@ -49,9 +47,7 @@ def test_a_model_that_holds_too_long_slips_where_it_was_seen_to(
     assert by_sight < 0.6 * by_law
 
 
-def test_a_leap_against_the_strain_is_no_slip(
-    jig_borer_lumps: Machine, slipping: list[Observations]
-) -> None:
+def test_a_leap_against_the_strain_is_no_slip(jig_borer_lumps, slipping):
     observed = slipping[0]
     base = modelled(simulate_at(jig_borer_lumps, observed), observed)[0]
     leaps = leaps_in(jig_borer_lumps, observed, base)
@@ -60,9 +56,7 @@ def test_a_leap_against_the_strain_is_no_slip(
     assert np.array_equal(elongation_shown(machine, wrong_way), elongation_shown(machine, observed))
 
 
-def test_candidates_carry_what_was_seen_to_every_run(
-    jig_borer_lumps: Machine, slipping: list[Observations]
-) -> None:
+def test_candidates_carry_what_was_seen_to_every_run(jig_borer_lumps, slipping):
     found = list(candidates(jig_borer_lumps, slipping, catalogue()[KEY]))
     assert found
     one = found[0]

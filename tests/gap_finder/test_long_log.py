@@ -30,9 +30,7 @@ def log(jig_borer_lumps: Machine) -> Run:
     return Run("log", simulate(jig_borer_lumps, inputs, noise_seed=3).run_frame())
 
 
-def test_pieces_hold_their_own_hours_and_what_drove_the_machine_before(
-    jig_borer_lumps: Machine, log: Run
-) -> None:
+def test_pieces_hold_their_own_hours_and_what_drove_the_machine_before(jig_borer_lumps, log):
     pieces = pieces_of(jig_borer_lumps, log, 3.0)
     assert [one.name for one in pieces] == ["log_1of3", "log_2of3", "log_3of3"]
     pd.testing.assert_frame_equal(pieces[0].frame, log.frame.iloc[:180])
@@ -49,9 +47,7 @@ def test_pieces_hold_their_own_hours_and_what_drove_the_machine_before(
         )
 
 
-def test_hidden_parts_begin_where_the_piece_before_left_them(
-    jig_borer_lumps: Machine, log: Run
-) -> None:
+def test_hidden_parts_begin_where_the_piece_before_left_them(jig_borer_lumps, log):
     pieces = pieces_of(jig_borer_lumps, log, 3.0)
     whole = gap_of(
         jig_borer_lumps,
@@ -68,14 +64,12 @@ def test_hidden_parts_begin_where_the_piece_before_left_them(
     assert alone > 3.0 * whole
 
 
-def test_a_short_rest_stays_with_the_piece_before(jig_borer_lumps: Machine, log: Run) -> None:
+def test_a_short_rest_stays_with_the_piece_before(jig_borer_lumps, log):
     assert [len(one.frame) for one in pieces_of(jig_borer_lumps, log, 4.4)] == [264, 540]
     assert pieces_of(jig_borer_lumps, log, 20.0) == [log]
 
 
-def test_a_sensor_that_comes_late_and_one_that_never_reads(
-    jig_borer_lumps: Machine, log: Run
-) -> None:
+def test_a_sensor_that_comes_late_and_one_that_never_reads(jig_borer_lumps, log):
     frame = log.frame.copy()
     frame.loc[:9, "T1_degC"] = np.nan
     frame["T2_degC"] = np.nan
@@ -84,9 +78,7 @@ def test_a_sensor_that_comes_late_and_one_that_never_reads(
     assert last["T2_degC"].isna().all()
 
 
-def test_the_last_piece_is_kept_back_and_too_few_are_refused(
-    jig_borer_lumps: Machine, log: Run
-) -> None:
+def test_the_last_piece_is_kept_back_and_too_few_are_refused(jig_borer_lumps, log):
     used, kept_back = _in_pieces(jig_borer_lumps, [log], [], 2.25)
     assert [one.name for one in used] == ["log_1of4", "log_2of4", "log_3of4"]
     assert [one.name for one in kept_back] == ["log_4of4"]

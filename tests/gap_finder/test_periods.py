@@ -27,9 +27,7 @@ def swinging(jig_borer_lumps: Machine) -> list[Run]:
     return runs
 
 
-def test_the_period_and_every_run_s_phase_are_found(
-    jig_borer_lumps: Machine, swinging: list[Run]
-) -> None:
+def test_the_period_and_every_run_s_phase_are_found(jig_borer_lumps, swinging):
     observed = observe(jig_borer_lumps, swinging)
     found = list(candidates(jig_borer_lumps, observed, catalogue()["coolant_thermostat"]))
     assert found[0].values["period"] == pytest.approx(11.0, rel=0.02)
@@ -41,9 +39,7 @@ def test_the_period_and_every_run_s_phase_are_found(
     }
 
 
-def test_a_run_that_was_not_used_is_put_in_step(
-    jig_borer_lumps: Machine, swinging: list[Run]
-) -> None:
+def test_a_run_that_was_not_used_is_put_in_step(jig_borer_lumps, swinging):
     values = {"band": 0.8, "period": 11.0}
     machine = with_effect(jig_borer_lumps, "coolant_thermostat", values)
     (observed,) = observe(jig_borer_lumps, swinging[2:3])
@@ -56,7 +52,7 @@ def test_a_run_that_was_not_used_is_put_in_step(
     assert len(PHASES) == 24
 
 
-def test_a_fault_may_begin_with_any_run(jig_borer_lumps: Machine) -> None:
+def test_a_fault_may_begin_with_any_run(jig_borer_lumps):
     runs = runs_of(jig_borer_lumps)
     observed = observe(jig_borer_lumps, runs)
     found = list(candidates(jig_borer_lumps, observed, catalogue()["sensor_offset"]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.gap.mistakes import Mistake, mistakes, runs_of
+from benchmarks.gap.mistakes import mistakes, runs_of
 from gap_finder.find import find_gap
 from gap_finder.search import Search
 from plant_model.effects import catalogue
@@ -27,11 +27,11 @@ ONLY_THE_DESCRIPTION = Search(tuple(catalogue()), most=1, workers=1)
 
 @pytest.mark.long
 @pytest.mark.parametrize("mistake", FOUND)
-def test_a_mistake_is_named_with_its_place(mistake: Mistake) -> None:
+def test_a_mistake_is_named_with_its_place(mistake):
     found = find_gap(mistake.told, runs_of(mistake.truth)[:5], ONLY_THE_DESCRIPTION)
     assert found.keys == (":".join((mistake.kind, "+".join(mistake.place))),)
 
 
 @pytest.mark.long
-def test_nothing_is_named_where_the_description_is_right() -> None:
+def test_nothing_is_named_where_the_description_is_right():
     assert find_gap(LATHE, runs_of(LATHE)[:5], ONLY_THE_DESCRIPTION).keys == ()

@@ -29,9 +29,7 @@ def runs(jig_borer_lumps: Machine) -> list[Run]:
 
 @pytest.mark.parametrize("leap", [2.5, -20.0])
 @pytest.mark.parametrize("probe", ["S1", "S5"])
-def test_a_slip_is_found_and_put_back(
-    probe: str, leap: float, jig_borer_lumps: Machine, runs: list[Run]
-) -> None:
+def test_a_slip_is_found_and_put_back(probe, leap, jig_borer_lumps, runs):
     column = f"{probe}_um"
     kept, faults = without_faults(jig_borer_lumps, [slipped(runs[0], **{column: leap}), *runs[1:]])
     (fault,) = faults
@@ -44,24 +42,22 @@ def test_a_slip_is_found_and_put_back(
     assert kept[0].frame[column].iloc[:100].equals(runs[0].frame[column].iloc[:100])
 
 
-def test_sound_runs_have_none(jig_borer_lumps: Machine, runs: list[Run]) -> None:
+def test_sound_runs_have_none(jig_borer_lumps, runs):
     assert probe_steps(jig_borer_lumps, runs) == [()] * len(runs)
 
 
-def test_what_leaps_together_is_no_slip(jig_borer_lumps: Machine, runs: list[Run]) -> None:
+def test_what_leaps_together_is_no_slip(jig_borer_lumps, runs):
     for others in ({"S3_um": -3.0}, {"T2_degC": 1.0}):
         both = slipped(runs[0], S1_um=6.0, **others)
         assert probe_steps(jig_borer_lumps, [both]) == [()]
 
 
-def test_what_leaps_at_a_switch_is_no_slip(jig_borer_lumps: Machine, runs: list[Run]) -> None:
+def test_what_leaps_at_a_switch_is_no_slip(jig_borer_lumps, runs):
     switch = 1.2 * 3600.0
     assert probe_steps(jig_borer_lumps, [slipped(runs[0], switch + 60.0, S1_um=6.0)]) == [()]
 
 
-def test_a_bearing_that_slips_again_and_again_is_none(
-    jig_borer_lumps: Machine, runs: list[Run]
-) -> None:
+def test_a_bearing_that_slips_again_and_again_is_none(jig_borer_lumps, runs):
     once = slipped(runs[3], S5_um=5.0)
     assert [one.channel for one in probe_steps(jig_borer_lumps, [once])[0]] == ["S5"]
     again = slipped(once, 8700.0, S5_um=-5.0)

@@ -23,9 +23,7 @@ from tests.gap_finder.conftest import runs_of
 LAWS = ("friction_speed_exponent", "windage", "motor_iron_loss", "joint_resistance", "radiation")
 
 
-def test_the_likeliest_are_scored_even_if_none_lowers_the_score_in_the_screening(
-    jig_borer_lumps: Machine,
-) -> None:
+def test_the_likeliest_are_scored_even_if_none_lowers_the_score_in_the_screening(jig_borer_lumps):
     observed = observe(jig_borer_lumps, runs_of(jig_borer_lumps))
     calibration = calibrate(jig_borer_lumps, observed, starts=1, iterations=1)
     sensitivities = all_sensitivities(calibration.machine, observed)
@@ -41,9 +39,7 @@ def test_the_likeliest_are_scored_even_if_none_lowers_the_score_in_the_screening
     assert len({one.key for one in likely}) == len(likely) == LEADERS
 
 
-def test_another_place_begins_where_the_one_that_does_best_has_ended(
-    jig_borer_lumps: Machine,
-) -> None:
+def test_another_place_begins_where_the_one_that_does_best_has_ended(jig_borer_lumps):
     (moved, *_) = [name for name, one in jig_borer_lumps.parameters.items() if one.calibrate]
     usual = jig_borer_lumps.parameters[moved].value
     known: Any = SimpleNamespace(machine=jig_borer_lumps)

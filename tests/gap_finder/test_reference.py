@@ -27,9 +27,7 @@ def behind(observed: Observations, lag_min: float) -> np.ndarray:
     return (1.0 - np.exp(-since / (60.0 * lag_min))) @ changes[changes != 0.0]
 
 
-def test_a_lag_of_the_speed_is_found_with_its_lag_and_channel(
-    jig_borer_lumps: Machine, observed: list[Observations]
-) -> None:
+def test_a_lag_of_the_speed_is_found_with_its_lag_and_channel(jig_borer_lumps, observed):
     found = [residuals(jig_borer_lumps, one) for one in observed]
     at = observed[0].channels.index("T8")
     for one in found:
@@ -49,7 +47,7 @@ def test_a_lag_of_the_speed_is_found_with_its_lag_and_channel(
         assert rms[1] < 0.25 * rms[0]
 
 
-def test_noise_is_not_reducible(jig_borer_lumps: Machine, observed: list[Observations]) -> None:
+def test_noise_is_not_reducible(jig_borer_lumps, observed):
     reference = ReferenceModel(
         jig_borer_lumps, [residuals(jig_borer_lumps, one) for one in observed]
     )
@@ -57,9 +55,7 @@ def test_noise_is_not_reducible(jig_borer_lumps: Machine, observed: list[Observa
     assert reference.places() == []
 
 
-def test_a_channel_that_is_missing_in_a_run_is_no_obstacle(
-    jig_borer_lumps: Machine, observed: list[Observations]
-) -> None:
+def test_a_channel_that_is_missing_in_a_run_is_no_obstacle(jig_borer_lumps, observed):
     found = [residuals(jig_borer_lumps, one) for one in observed]
     empty = found[1].values.copy()
     empty[:, 0] = np.nan
@@ -72,9 +68,7 @@ def test_a_channel_that_is_missing_in_a_run_is_no_obstacle(
     assert np.isfinite(reference.reducible)
 
 
-def test_how_warm_it_started_is_a_source(
-    jig_borer_lumps: Machine, observed: list[Observations]
-) -> None:
+def test_how_warm_it_started_is_a_source(jig_borer_lumps, observed):
     found = []
     for one, warm in zip(observed, (6.0, -3.0, 0.5, 4.0), strict=True):
         shifted = one.values + np.where([n.startswith("T") for n in one.channels], warm, 0.0)

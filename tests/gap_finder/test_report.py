@@ -11,11 +11,10 @@ from gap_finder.comparison import GapComparison
 from gap_finder.five_lines import _left_out, five_lines
 from gap_finder.observations import observe
 from measurement.runs import Run
-from plant_model.machine import Machine
 from tests.gap_finder.conftest import runs_of
 
 
-def test_channels_are_judged_beside_no_model(jig_borer_lumps: Machine) -> None:
+def test_channels_are_judged_beside_no_model(jig_borer_lumps):
     *runs, last = runs_of(jig_borer_lumps)
     frame = last.frame.drop(columns="T7_degC")
     observed = observe(jig_borer_lumps, [Run(last.name, frame)])
@@ -28,7 +27,7 @@ def test_channels_are_judged_beside_no_model(jig_borer_lumps: Machine) -> None:
     assert table["T1"]["after"] < 0.1 * table["T1"]["no_model"]
 
 
-def test_each_broken_channel_is_told_once() -> None:
+def test_each_broken_channel_is_told_once():
     faults = [{"run": f"r{i}", "channel": "T1", "kind": "level_jump"} for i in range(5)]
     faults += [{"run": "r1", "channel": "x", "kind": "frozen"}] * 2
     told = " Left out as broken: T1 (wrong level in r0 and 4 more); x (frozen in r1)."
@@ -58,9 +57,7 @@ def answer(**more: Any) -> dict[str, Any]:
 
 @pytest.mark.parametrize("is_adequate", [True, False])
 @pytest.mark.parametrize("in_doubt", [True, False])
-def test_the_first_line_of_a_name_in_doubt_says_what_it_may_be_instead(
-    *, in_doubt: bool, is_adequate: bool
-) -> None:
+def test_the_first_line_of_a_name_in_doubt_says_what_it_may_be_instead(in_doubt, is_adequate):
     named = {
         "name": "windage",
         "title": "Windage",
@@ -89,7 +86,7 @@ def test_the_first_line_of_a_name_in_doubt_says_what_it_may_be_instead(
     assert ("In doubt: the held-out run is predicted no better with it" in worse) == in_doubt
 
 
-def test_channels_that_got_worse_are_told() -> None:
+def test_channels_that_got_worse_are_told():
     channel = {"before": 2.0, "after": 2.9, "noise": 0.3, "unit": "um"}
     assert five_lines(answer(channels={"S1": channel}))[4].endswith(
         "Worse with it: S1 (2 -> 2.9 um)."
@@ -98,7 +95,7 @@ def test_channels_that_got_worse_are_told() -> None:
     assert "Worse" not in five_lines(answer(channels={"S1": within}))[4]
 
 
-def test_channels_keep_their_names_in_the_answer() -> None:
+def test_channels_keep_their_names_in_the_answer():
     remaining = {
         "is_adequate": False,
         "where": [{"channel": "PT03", "regime": "standing"}],
@@ -111,7 +108,7 @@ def test_channels_keep_their_names_in_the_answer() -> None:
     assert nothing.endswith(" None of it follows from the inputs in the same way in every run.")
 
 
-def test_the_setting_of_what_a_part_switches_is_told() -> None:
+def test_the_setting_of_what_a_part_switches_is_told():
     band = {"value": 1.5, "low": 1.2, "high": 1.8, "unit": "K"}
     named = {
         "name": "coolant_thermostat",

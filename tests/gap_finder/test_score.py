@@ -70,7 +70,7 @@ def _folds(designs: list[RunDesign], x: np.ndarray) -> _Linear:
     return _Linear(None, observed, moved, x, designs)  # type: ignore[arg-type]
 
 
-def test_a_run_is_predicted_from_the_others_alone() -> None:
+def test_a_run_is_predicted_from_the_others_alone():
     designs, x = _designs(), np.array([0.4, -0.3])
     left = _folds(designs, x).left()
     assert left.shape == (RUNS, CHANNELS)
@@ -78,7 +78,7 @@ def test_a_run_is_predicted_from_the_others_alone() -> None:
         assert left[k].sum() == pytest.approx(_dense(designs, x, k), rel=1e-9)
 
 
-def test_what_calibration_does_not_move_lies_where_all_runs_have_it() -> None:
+def test_what_calibration_does_not_move_lies_where_all_runs_have_it():
     designs, x = _designs(), np.array([0.4, -0.3])
     columns = [one.shared[:, MOVED:] for one in designs]
     found = _side_by_side(designs, columns, np.zeros(0))[:OTHER]

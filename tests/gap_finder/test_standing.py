@@ -8,7 +8,6 @@ from gap_finder.data_faults import without_bad_readings
 from gap_finder.observations import observe
 from gap_finder.standing import calibrated, standing_still
 from measurement.runs import Run
-from plant_model.machine import Machine
 from tests.gap_finder.conftest import runs_of
 
 
@@ -23,9 +22,7 @@ def frozen(run: Run, column: str, start_s: float, end_s: float) -> Run:
     return Run(run.name, run.frame.assign(**{column: values}))
 
 
-def test_a_coarse_thermometer_that_froze_is_told_from_one_that_stands(
-    jig_borer_lumps: Machine,
-) -> None:
+def test_a_coarse_thermometer_that_froze_is_told_from_one_that_stands(jig_borer_lumps):
     runs = [in_whole_kelvin(run, "T1_degC", "T3_degC") for run in runs_of(jig_borer_lumps)]
     assert standing_still(jig_borer_lumps, observe(jig_borer_lumps, runs)) == []
     broken = [frozen(runs[0], "T1_degC", 240.0, 9000.0), *runs[1:]]
@@ -40,7 +37,7 @@ def test_a_coarse_thermometer_that_froze_is_told_from_one_that_stands(
     assert np.isnan(observed[0].values[inside, at]).all()
 
 
-def test_calibration_is_done_again_without_what_stands_still(jig_borer_lumps: Machine) -> None:
+def test_calibration_is_done_again_without_what_stands_still(jig_borer_lumps):
     runs = [in_whole_kelvin(run, "T1_degC") for run in runs_of(jig_borer_lumps, every_s=60.0)]
     broken = [frozen(runs[0], "T1_degC", 240.0, 9000.0), *runs[1:3]]
     found, observed, faults = calibrated(jig_borer_lumps, broken, starts=1)

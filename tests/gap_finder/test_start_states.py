@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -49,9 +48,7 @@ def told_wrong(jig_borer_lumps: Machine) -> Machine:
     return replace(jig_borer_lumps, nodes=nodes)
 
 
-def test_a_share_of_the_way_in_the_file_the_simulation_and_the_stepper(
-    jig_borer_lumps: Machine, tmp_path: Path
-) -> None:
+def test_a_share_of_the_way_in_the_file_the_simulation_and_the_stepper(jig_borer_lumps, tmp_path):
     machine = StartState(("rotor",), "T8", (0.25,), True).put_into(jig_borer_lumps, {"share": 0.25})
     path = write_machine(machine, "jig_borer_lumps", tmp_path / "after.toml")
     assert read_machine(path) == machine
@@ -68,8 +65,8 @@ def test_a_share_of_the_way_in_the_file_the_simulation_and_the_stepper(
 
 @pytest.mark.long
 def test_parts_that_no_sensor_starts_are_named_with_their_place(
-    jig_borer_lumps: Machine, told_wrong: Machine, tmp_path: Path
-) -> None:
+    jig_borer_lumps, told_wrong, tmp_path
+):
     few = ("windage", "natural_convection")
     without = [name for name in catalogue() if name not in few]
     runs = warm_runs(jig_borer_lumps)

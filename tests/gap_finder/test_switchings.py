@@ -45,31 +45,25 @@ def found(machine: Machine, observed: list[Observations]) -> list[tuple[str, flo
     return [(one.part, one.relays[0].on_above, one.relays[0].dead_band) for one in likely]
 
 
-def test_the_part_and_the_setting_are_found(
-    jig_borer_lumps: Machine, observed: list[Observations]
-) -> None:
+def test_the_part_and_the_setting_are_found(jig_borer_lumps, observed):
     part, on_above, dead_band = found(jig_borer_lumps, observed)[0]
     assert part == "rear_outer"
     assert on_above == pytest.approx(26.0, abs=0.7)
     assert dead_band == pytest.approx(3.0, abs=0.7)
 
 
-def test_a_part_that_one_run_does_not_read_is_left_out(
-    jig_borer_lumps: Machine, observed: list[Observations]
-) -> None:
+def test_a_part_that_one_run_does_not_read_is_left_out(jig_borer_lumps, observed):
     short = Run("short", observed[0].run.frame.drop(columns="T1_degC"))
     runs = [short, *(one.run for one in observed[1:])]
     parts = [part for part, *_ in found(jig_borer_lumps, observe(jig_borer_lumps, runs))]
     assert "rear_outer" not in parts
 
 
-def test_where_nothing_switches_nothing_is_simulated(jig_borer_lumps: Machine) -> None:
+def test_where_nothing_switches_nothing_is_simulated(jig_borer_lumps):
     assert found(jig_borer_lumps, observe(jig_borer_lumps, runs_of(jig_borer_lumps))) == []
 
 
-def test_the_measured_part_switches_and_not_the_modelled_one(
-    jig_borer_lumps: Machine, observed: list[Observations]
-) -> None:
+def test_the_measured_part_switches_and_not_the_modelled_one(jig_borer_lumps, observed):
     machine = with_effect(jig_borer_lumps, KEY, {"band": 1.5} | SETTING)
     (one,) = observed[2:3]
     told = watched(jig_borer_lumps, one, "rear_outer")
@@ -83,7 +77,7 @@ def test_the_measured_part_switches_and_not_the_modelled_one(
     assert as_seen < with_it
 
 
-def test_it_is_tried_on_its_parts(jig_borer_lumps: Machine, observed: list[Observations]) -> None:
+def test_it_is_tried_on_its_parts(jig_borer_lumps, observed):
     effect = catalogue()["coolant_thermostat"]
     tried = [one for one in candidates(jig_borer_lumps, observed, effect) if one.seen]
     assert tried[0].key == KEY

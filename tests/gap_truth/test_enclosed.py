@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
 from math import pi
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -118,7 +117,7 @@ def shown_after(name: str, hours: float, finer: float = 1.0) -> dict[str, float]
 
 
 @each
-def test_conduction_keeps_heat(name: str) -> None:
+def test_conduction_keeps_heat(name):
     of = machine(name)
     for group, matrix in of.matrices.items():
         assert np.abs(np.asarray(matrix.sum(axis=1)).ravel() + of.to_hall[group]).max() < 1e-9
@@ -126,7 +125,7 @@ def test_conduction_keeps_heat(name: str) -> None:
 
 
 @each
-def test_the_heat_put_in_is_the_heat_that_leaves(name: str) -> None:
+def test_the_heat_put_in_is_the_heat_that_leaves(name):
     of, subject = machine(name, 0.5), SUBJECTS[name]
     speed, feed = subject.speed, 4000.0
     end = March(of).settle(still(600.0, speed, feed=feed), at_20(of), 1800.0)
@@ -137,7 +136,7 @@ def test_the_heat_put_in_is_the_heat_that_leaves(name: str) -> None:
 
 
 @each
-def test_readings_converge_with_the_cells(name: str) -> None:
+def test_readings_converge_with_the_cells(name):
     subject = SUBJECTS[name]
     coarse, usual, fine = (
         np.array(list(shown_after(name, 3.0, finer).values()))
@@ -147,7 +146,7 @@ def test_readings_converge_with_the_cells(name: str) -> None:
     assert np.abs(usual - fine).mean() < np.abs(coarse - fine).mean()
 
 
-def test_time_steps_converge_with_second_order() -> None:
+def test_time_steps_converge_with_second_order():
     of = machine("belt", 0.5)
     known = BELTS.effects()
     hidden = [make_from(known, "viscosity_temperature", 0.03, np.random.default_rng(0))]
@@ -170,7 +169,7 @@ def run_of(name: str, effect: str = "", size: float | str = 0.0) -> pd.DataFrame
 
 
 @pytest.mark.parametrize(("name", "effect"), EFFECTS)
-def test_off_changes_nothing_and_more_changes_more(name: str, effect: str) -> None:
+def test_off_changes_nothing_and_more_changes_more(name, effect):
     sizes = SUBJECTS[name].shop.effects()[effect].sizes
     assert 0.0 < sizes[0] < sizes[1] < sizes[2]
     empty = run_of(name)
@@ -184,7 +183,7 @@ def test_off_changes_nothing_and_more_changes_more(name: str, effect: str) -> No
 
 
 @each
-def test_the_same_seed_gives_the_same_run_files(name: str, tmp_path: Path) -> None:
+def test_the_same_seed_gives_the_same_run_files(name, tmp_path):
     shop = SUBJECTS[name].shop
     case = TruthCase(5, (("sensor_drift", "medium", ""),), resolution=0.4, runs=("run_1",))
     (first,), (again,) = (shop.simulate(case)[0] for _ in range(2))
@@ -201,9 +200,7 @@ def test_the_same_seed_gives_the_same_run_files(name: str, tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize(("name", "which"), MISTAKES)
-def test_every_mistake_is_of_a_kind_and_at_a_place_that_the_machine_has(
-    name: str, which: str
-) -> None:
+def test_every_mistake_is_of_a_kind_and_at_a_place_that_the_machine_has(name, which):
     shop = SUBJECTS[name].shop
     mistake = shop.mistakes[which]
     assert mistake.kind in kinds()
@@ -220,7 +217,7 @@ def test_every_mistake_is_of_a_kind_and_at_a_place_that_the_machine_has(
     assert set(mistake.place) <= known
 
 
-def test_a_body_has_the_volume_and_the_surface_of_its_drawing() -> None:
+def test_a_body_has_the_volume_and_the_surface_of_its_drawing():
     solid = revolve([Stretch(0.0, 100.0, 80.0, 30.0), Stretch(100.0, 150.0, 60.0, 30.0)], [40.0])
     rings = pi / 4.0 * ((80.0**2 - 30.0**2) * 100.0 + (60.0**2 - 30.0**2) * 50.0)
     assert solid.volume.sum() == pytest.approx(rings * 1e-9)
@@ -234,7 +231,7 @@ def test_a_body_has_the_volume_and_the_surface_of_its_drawing() -> None:
     assert solid.at(25.0, 33.0) @ np.stack([solid.r, solid.z]).T == pytest.approx([25.0, 33.0])
 
 
-def test_heat_through_a_wall_follows_the_logarithm() -> None:
+def test_heat_through_a_wall_follows_the_logarithm():
     tube = revolve([Stretch(0.0, 10.0, 120.0, 60.0)], [], finer=3.0)
     inside, outside = (np.flatnonzero(np.abs(tube.r - r) < 1e-6) for r in (30.0, 60.0))
     held = np.concatenate([inside, outside])
@@ -247,7 +244,7 @@ def test_heat_through_a_wall_follows_the_logarithm() -> None:
     assert passed == pytest.approx(2.0 * pi * 0.01 / np.log(2.0), rel=2e-3)
 
 
-def test_laws() -> None:
+def test_laws():
     films = [gap_film(n, 0.0275, 0.012) for n in (0.0, 2e3, 4e3, 8e3)]
     assert films[0] == pytest.approx(0.0262 / 0.012 + 4.5)
     assert np.all(np.diff(films) > 0.0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 from benchmarks.gap.hidden import SIZES
 from benchmarks.gap.make import case_folder, write_case
@@ -14,7 +13,7 @@ from tests.gap_benchmark.made_up import plan
 CATALOGUE = TRUTHS["jig_borer"].catalogue
 
 
-def test_a_block_of_the_plan_holds_everything() -> None:
+def test_a_block_of_the_plan_holds_everything():
     cases = plan("development", 143)
     single = [one.case.hidden[0][:2] for one in cases if one.kind == "effect"]
     assert sorted(single) == sorted((name, size) for name in CATALOGUE for size in SIZES)
@@ -23,14 +22,14 @@ def test_a_block_of_the_plan_holds_everything() -> None:
     assert set(kinds) == {"none", "effect", "outside", "pair"}
 
 
-def test_the_splits_share_nothing() -> None:
+def test_the_splits_share_nothing():
     seeds = [{one.case.seed for one in plan(split, 300)} for split in SPLITS]
     assert not seeds[0] & seeds[1]
     orders = [[one.kind for one in plan(split, 60)] for split in SPLITS]
     assert orders[0] != orders[1]
 
 
-def test_cases_are_written_resumed_and_say_nothing(tmp_path: Path) -> None:
+def test_cases_are_written_resumed_and_say_nothing(tmp_path):
     (planned,) = plan("development", 1, ("effect",))
     answer = write_case(planned, tmp_path)
     (effect,) = json.loads(answer.read_text())["effects"]

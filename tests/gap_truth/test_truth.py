@@ -35,7 +35,7 @@ def still(hours: float, speed: float = 0.0, rows: int = 121) -> Drive:
     return Drive("test", time_s, held, np.zeros(rows), np.zeros(rows), time_s, outside)
 
 
-def test_no_simulator_shares_anything_with_the_model_under_test() -> None:
+def test_no_simulator_shares_anything_with_the_model_under_test():
     """Nor do the physics of the jig borer with those of the others."""
     folder = Path(benchmarks.gap.truth.__file__).parent
     beside = [folder.parent / f"{name}.py" for name in ("case", "drive", "hidden", "march")]
@@ -51,7 +51,7 @@ def test_no_simulator_shares_anything_with_the_model_under_test() -> None:
                     assert not name.startswith("benchmarks.gap.truth"), path
 
 
-def test_conduction_keeps_heat() -> None:
+def test_conduction_keeps_heat():
     """Each link gives what it takes; only boundaries and the coolant's flow carry heat away."""
     spindle = Spindle(nominal())
     for group, (inner, outer) in spindle.matrices.items():
@@ -61,7 +61,7 @@ def test_conduction_keeps_heat() -> None:
             assert np.allclose(inner, inner.T, rtol=1e-12, atol=0.0)
 
 
-def test_the_heat_put_in_is_the_heat_that_leaves() -> None:
+def test_the_heat_put_in_is_the_heat_that_leaves():
     spindle, speed = Spindle(nominal()), 12000.0
     march, drive = March(spindle), still(200.0, 12000.0)
     end = march.settle(drive, np.full(len(spindle.capacity), 20.0), 1800.0)
@@ -77,7 +77,7 @@ def test_the_heat_put_in_is_the_heat_that_leaves() -> None:
     assert lost == pytest.approx(put_in, rel=1e-4)
 
 
-def test_over_a_transient_heat_is_stored_or_lost() -> None:
+def test_over_a_transient_heat_is_stored_or_lost():
     """The time stepping itself neither makes nor loses heat (closed machine, heated)."""
     spindle = Spindle(nominal())
     for group, (inner, outer) in spindle.matrices.items():
@@ -92,7 +92,7 @@ def test_over_a_transient_heat_is_stored_or_lost() -> None:
     assert stored == pytest.approx(power * drive.time_s, rel=1e-6, abs=1.0)
 
 
-def test_time_steps_converge_with_second_order() -> None:
+def test_time_steps_converge_with_second_order():
     spindle = Spindle(nominal())
     drive = still(1.0, 15000.0, rows=7)
     start = np.full(len(spindle.capacity), 20.0)
@@ -104,7 +104,7 @@ def test_time_steps_converge_with_second_order() -> None:
     assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.35)
 
 
-def test_readings_converge_with_resolution() -> None:
+def test_readings_converge_with_resolution():
     drive = still(3.0, 14000.0, rows=10)
     found = []
     for resolution in (0.5, 1.0, 2.0):
@@ -118,7 +118,7 @@ def test_readings_converge_with_resolution() -> None:
     assert fine.mean() < 0.6 * coarse.mean()
 
 
-def test_laws() -> None:
+def test_laws():
     assert gap_film(0.0, 0.05, 0.7e-3) == pytest.approx(0.0263 / 0.7e-3)
     films = [gap_film(n, 0.05, 0.7e-3) for n in (0.0, 5e3, 10e3, 20e3)]
     assert np.all(np.diff(films) > 0.0)
@@ -137,7 +137,7 @@ def run_of(*hidden: tuple[str, str | float, str]) -> pd.DataFrame:
 
 
 @pytest.mark.parametrize("name", sorted(everything()))
-def test_off_is_bit_identical_and_more_changes_more(name: str) -> None:
+def test_off_is_bit_identical_and_more_changes_more(name):
     sizes = everything()[name].sizes
     assert 0.0 < sizes[0] < sizes[1] < sizes[2]
     channel, empty = ("T6" if everything()[name].channels else ""), run_of()
@@ -151,7 +151,7 @@ def test_off_is_bit_identical_and_more_changes_more(name: str) -> None:
         assert changed[column].equals(empty[column])
 
 
-def test_its_runs_are_run_files(tmp_path: Path) -> None:
+def test_its_runs_are_run_files(tmp_path):
     runs, _ = simulate_case(TruthCase(7, resolution=0.5))
     families = [run.drive.family for run in runs]
     assert len(set(families)) == len(families)

@@ -76,7 +76,7 @@ def test_a_new_page_takes_sensors_and_inputs_from_a_run(tmp_path, capsys):
     assert observed.values.shape[1] == 4
 
 
-def test_the_motor_of_a_feed_does_not_turn_the_spindle() -> None:
+def test_the_motor_of_a_feed_does_not_turn_the_spindle():
     names = ("T_motor_degC", "T_motor_X_degC", "Z2_axis_motor_degC", "servo_motor_degC")
     frame = pd.DataFrame({"time_s": [0.0, 60.0], "hall_degC": 20.0} | dict.fromkeys(names, 21.0))
     found = columns_of(Run("run", frame)).thermometers

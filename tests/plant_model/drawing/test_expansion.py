@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from measurement.errors import BadInput
 from plant_model.convergence import convergence
 from plant_model.drawing.layout import Drawing
 from plant_model.drawing.mesh import Mesh
@@ -250,3 +251,8 @@ def test_a_feed_axis_warms_its_nut():
     warm = at_full_speed(machine_of(page))[1]["z_nut"]
     page["carriers"][2]["feed"] = {"input": "feed_z", "loss": 50}
     assert at_full_speed(machine_of(page))[1]["z_nut"] > warm + 1.0
+
+
+def test_lumps_have_no_cells_to_count():
+    with pytest.raises(BadInput, match=r"is in lumps: only a page"):
+        convergence("jig_borer_lumps")
