@@ -3,12 +3,13 @@
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from scenarios.cli import main
 from tests.scenarios.tiny_fmus import COMPENSATOR, PLANT, build_tiny
 
 FLAGS = [
@@ -64,6 +65,19 @@ def tiny_folder(tmp_path: Path, tiny_plant: Path, tiny_compensator: Path) -> Pat
     shutil.copy(tiny_plant, folder / "plant.fmu")
     shutil.copy(tiny_compensator, folder / "compensator.fmu")
     return folder
+
+
+@pytest.fixture
+def refused(capsys: pytest.CaptureFixture[str]) -> Callable[[list[str]], str]:
+    """Runs a command that must end with exit code 2, and returns the one line that it says."""
+
+    def line_of(argv: list[str]) -> str:
+        capsys.readouterr()
+        assert main(argv) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        return line
+
+    return line_of
 
 
 @pytest.fixture(scope="session")

@@ -25,7 +25,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     ]
 
 
-def test_a_page_is_written_beside_the_machine_file(runs, tmp_path, capsys):
+def test_a_page_is_written_beside_the_machine_file(runs, tmp_path, capsys, refused):
     out = tmp_path / "mine.toml"
     argv = ["calibrate", "jig_borer", *runs, "-o", str(out), "--starts", "1", "--json", "--quiet"]
     assert main(argv) == 0
@@ -48,9 +48,7 @@ def test_a_page_is_written_beside_the_machine_file(runs, tmp_path, capsys):
     check_output(tmp_path / "mine.html", PAGE)
     (tmp_path / "mine.html").write_text("<html>my notes</html>", encoding="utf-8")
     before = out.read_bytes()
-    capsys.readouterr()
-    assert main(argv) == 2
-    (line,) = capsys.readouterr().err.splitlines()
+    line = refused(argv)
     assert "mine.html: exists and is no page that this program made" in line
     assert (tmp_path / "mine.html").read_text(encoding="utf-8") == "<html>my notes</html>"
     assert out.read_bytes() == before

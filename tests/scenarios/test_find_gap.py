@@ -39,27 +39,25 @@ def written(runs: list[Run], folder: Path) -> list[str]:
     return [str(write_run(run.frame, folder / f"{run.name}.csv")) for run in runs]
 
 
-def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    assert main(["find-gap", "jig_borer_lumps", *arguments, "--quiet"]) == 2
-    (line,) = capsys.readouterr().err.strip().splitlines()
-    return line
+def asked(*arguments: str) -> list[str]:
+    return ["find-gap", "jig_borer_lumps", *arguments, "--quiet"]
 
 
-def test_a_run_is_not_judged_on_what_it_was_fitted_to(machine, tmp_path, capsys):
+def test_a_run_is_not_judged_on_what_it_was_fitted_to(machine, tmp_path, refused):
     paths = written(runs_of(machine), tmp_path)
     out = str(tmp_path / "out")
-    line = refusal(capsys, "--runs", *paths, "--holdout", paths[1], "--out", out)
+    line = refused(asked("--runs", *paths, "--holdout", paths[1], "--out", out))
     assert "is the same run as" in line
     assert not Path(out).exists()
 
 
-def test_a_held_out_run_without_readings_is_refused(machine, tmp_path, capsys):
+def test_a_held_out_run_without_readings_is_refused(machine, tmp_path, refused):
     *runs, last = runs_of(machine)
     driving = {entry.column for entry in machine.inputs} | {"time_s"}
     frame = last.frame[[name for name in last.frame if name in driving]]
     paths = written([*runs, Run(last.name, frame)], tmp_path)
     out = str(tmp_path / "out")
-    line = refusal(capsys, "--runs", *paths[:3], "--holdout", paths[3], "--out", out)
+    line = refused(asked("--runs", *paths[:3], "--holdout", paths[3], "--out", out))
     assert "--holdout" in line
     assert last.name in line
     assert not Path(out).exists()
@@ -68,7 +66,7 @@ def test_a_held_out_run_without_readings_is_refused(machine, tmp_path, capsys):
 @pytest.mark.parametrize("command", ["find-gap", "calibrate"])
 @pytest.mark.parametrize("empty", [False, True])
 def test_a_run_without_what_drives_the_machine_is_refused(
-    command, empty, machine, tmp_path, capsys
+    command, empty, machine, tmp_path, refused
 ):
     run = runs_of(machine)[0]
     frame = run.frame.drop(columns="speed_rpm")
@@ -79,20 +77,18 @@ def test_a_run_without_what_drives_the_machine_is_refused(
     if command == "find-gap":
         other = written([replace(run, name="other")], tmp_path)
         options[options.index("--holdout") + 1] = other[0]
-    assert main([command, "jig_borer_lumps", *options, "--quiet"]) == 2
-    (line,) = capsys.readouterr().err.strip().splitlines()
+    line = refused([command, "jig_borer_lumps", *options, "--quiet"])
     told = "column speed_rpm: has no value" if empty else "has no column speed_rpm, which"
     assert f"{paths[0]}: {told}" in line
 
 
-def test_too_few_runs_that_can_be_used(machine, tmp_path, capsys):
+def test_too_few_runs_that_can_be_used(machine, tmp_path, refused):
     runs = runs_of(machine)
     hall = runs[0].frame["T5_degC"] + np.where(runs[0].time_s > 3000.0, 20.0, 0.0)
     broken = Run(runs[0].name, runs[0].frame.assign(T5_degC=hall))
     paths = written([broken, *runs[1:]], tmp_path)
-    line = refusal(
-        capsys, "--runs", *paths[:3], "--holdout", paths[3], "--out", str(tmp_path / "out")
-    )
+    out = str(tmp_path / "out")
+    line = refused(asked("--runs", *paths[:3], "--holdout", paths[3], "--out", out))
     assert "only 2 of 3 can be used" in line
     assert "T5" in line
 
@@ -100,8 +96,8 @@ def test_too_few_runs_that_can_be_used(machine, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("option", "value", "allowed"), [("--most", "0", "1..20"), ("--workers", "0", "1..256")]
 )
-def test_a_limit_that_makes_no_sense_is_refused(option, value, allowed, tmp_path, capsys):
-    line = refusal(capsys, "--runs", "a.csv", "--out", str(tmp_path / "out"), option, value)
+def test_a_limit_that_makes_no_sense_is_refused(option, value, allowed, tmp_path, refused):
+    line = refused(asked("--runs", "a.csv", "--out", str(tmp_path / "out"), option, value))
     assert f"{option}: {value} is outside {allowed}" in line
 
 

@@ -133,15 +133,14 @@ def test_a_column_that_a_page_cannot_name_is_told(tmp_path, capsys):
     assert "left out: Gehäuse_vorn_degC, 3.Lager_degC: a thermometer's name has letters" in told
 
 
-def test_a_new_page_knows_german_names_and_names_the_option_that_is_wrong(tmp_path, capsys):
+def test_a_new_page_knows_german_names_and_names_the_option_that_is_wrong(tmp_path, refused):
     run, path = tmp_path / "lauf.csv", tmp_path / "mine.toml"
     names = ("Umgebung", "Kuehlmittel_Vorlauf", "Lager_vorn", "Lager_hinten", "Spindelkasten")
     rows = ["time_s,speed_rpm," + ",".join(f"{name}_degC" for name in names)]
     rows += [f"{60 * k},{9000 if k < 30 else 0},20.5,21,{21 + k / 9},22,21" for k in range(60)]
     run.write_text("\n".join(rows) + "\n", encoding="utf-8")
     arguments = ["new-machine", "-o", str(path), *ANSWERS, "--from-run", str(run)]
-    assert main([*arguments, "--inlet", "Vorlauf_degC"]) == 2
-    assert "--inlet: Vorlauf_degC is not one of" in capsys.readouterr().err
+    assert "--inlet: Vorlauf_degC is not one of" in refused([*arguments, "--inlet", "Vorlauf_degC"])
     assert main(arguments) == 0
     columns = {entry.name: entry.column for entry in read_machine(path).inputs}
     assert columns["ambient"] == "Umgebung_degC"
@@ -162,36 +161,36 @@ def test_a_new_page_knows_german_names_and_names_the_option_that_is_wrong(tmp_pa
         (("--title", 'a "b"'), "--title: must be one line without quotes"),
     ],
 )
-def test_answers_that_cannot_be(options, problem, tmp_path, capsys):
+def test_answers_that_cannot_be(options, problem, tmp_path, refused):
     path = tmp_path / "mine.toml"
-    assert main(["new-machine", "-o", str(path), *ANSWERS, *options]) == 2
-    (line,) = capsys.readouterr().err.splitlines()
+    line = refused(["new-machine", "-o", str(path), *ANSWERS, *options])
     assert problem in line
     assert not path.exists()
 
 
-def test_what_is_missing_or_there_already_is_said(tmp_path, capsys, monkeypatch):
+def test_what_is_missing_or_there_already_is_said(tmp_path, refused, monkeypatch):
     path = tmp_path / "mine.toml"
     motor = ["new-machine", "-o", str(path), "--bearing", "7010", "--speed", "9000"]
-    assert main(motor) == 2
-    assert "--power: is missing: Motor power" in capsys.readouterr().err
-    assert main(["new-machine", "-o", str(path), "--speed", "9000", "--power", "5"]) == 2
-    assert "--bearing: is missing: Front bearing" in capsys.readouterr().err
+    assert "--power: is missing: Motor power" in refused(motor)
+    assert "--bearing: is missing: Front bearing" in refused(
+        ["new-machine", "-o", str(path), "--speed", "9000", "--power", "5"]
+    )
     monkeypatch.setattr("sys.stdin.isatty", lambda: True)
     monkeypatch.setattr(
         "builtins.input", lambda asked: {"F": "7010", "H": "9000", "M": "5"}[asked[0]]
     )
     assert main(["new-machine", "-o", str(path)]) == 0
     before = path.read_bytes()
-    capsys.readouterr()
-    assert main(["new-machine", "-o", str(path), *ANSWERS]) == 2
-    assert "exists and is no machine file that this program made" in capsys.readouterr().err
+    assert "exists and is no machine file that this program made" in refused(
+        ["new-machine", "-o", str(path), *ANSWERS]
+    )
     assert path.read_bytes() == before
     run = tmp_path / "run.csv"
     run.write_text("time_s,T1_degC\n0,20\n10,20\n", encoding="utf-8")
     other = tmp_path / "other.toml"
-    assert main(["new-machine", "-o", str(other), *ANSWERS, "--from-run", str(run)]) == 2
-    assert "which column is the hall's air? Say --ambient" in capsys.readouterr().err
+    assert "which column is the hall's air? Say --ambient" in refused(
+        ["new-machine", "-o", str(other), *ANSWERS, "--from-run", str(run)]
+    )
 
 
 @pytest.mark.parametrize("name", shipped_machines())
@@ -224,15 +223,16 @@ def test_a_page_is_drawn_with_what_it_names(tmp_path):
     assert len(re.findall(r"<title>(?:front|rear): [\d.]+ degC inside", section)) == 16
 
 
-def test_cells_and_json(tmp_path, capsys):
+def test_cells_and_json(tmp_path, capsys, refused):
     path = tmp_path / "page.html"
     assert main(["show-machine", "belt_spindle", "--cells", "--json", "-o", str(path)]) == 0
     table = json.loads(capsys.readouterr().out)
     assert [row["longest_mm"] for row in table["cells"]][:3] == [80.0, 40.0, 20.0]
     assert table["drift_um"][2] < -10.0
     assert 'id="cells"' in path.read_text(encoding="utf-8")
-    assert main(["show-machine", "lathe", "--cells", "-o", str(path)]) == 2
-    assert "is in lumps: only a page" in capsys.readouterr().err
+    assert "is in lumps: only a page" in refused(
+        ["show-machine", "lathe", "--cells", "-o", str(path)]
+    )
 
 
 def test_a_first_page_says_how_warm_its_bearings_run(tmp_path, capsys):

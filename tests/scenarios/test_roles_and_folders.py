@@ -13,7 +13,6 @@ import pytest
 
 from measurement.errors import BadInput
 from scenarios import unpacking
-from scenarios.cli import main
 from scenarios.cosimulation import simulate
 from scenarios.fmu import FmuError
 from scenarios.scenario import read_scenario
@@ -32,18 +31,12 @@ def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-def line_of(argv: list[str], capsys: pytest.CaptureFixture[str]) -> str:
-    assert main(argv) == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    return line
-
-
-def test_fmus_in_the_wrong_place_are_refused(tiny_scenario, tiny_folder, tmp_path, capsys):
+def test_fmus_in_the_wrong_place_are_refused(tiny_scenario, tiny_folder, tmp_path, refused):
     plant, compensator = str(tiny_folder / "plant.fmu"), str(tiny_folder / "compensator.fmu")
     common = ["run", str(tiny_scenario), "--out", str(tmp_path / "out"), "--quiet"]
-    line = line_of([*common, "--plant", plant, "--compensator", plant], capsys)
+    line = refused([*common, "--plant", plant, "--compensator", plant])
     assert line.endswith(f"{plant}: is no compensator: it has no output dX, dY, dZ, valid, status")
-    line = line_of([*common, "--plant", compensator, "--compensator", compensator], capsys)
+    line = refused([*common, "--plant", compensator, "--compensator", compensator])
     assert line.endswith(f"{compensator}: is no plant: it has no input dX, dY or dZ")
     assert not (tmp_path / "out").exists()
 

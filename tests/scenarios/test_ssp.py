@@ -199,19 +199,17 @@ def test_only_changes_are_kept_with_every_digit():
     ],
 )
 def test_what_cannot_be_packed_is_refused_in_one_line(
-    tiny_scenario, tiny_folder, tmp_path, capsys, more, message
+    tiny_scenario, tiny_folder, tmp_path, refused, more, message
 ):
     out = tmp_path / "a.ssp"
     arguments = ["ssp", str(tiny_scenario), "--fmu-dir", str(tiny_folder), "-o", str(out)]
-    assert main([*arguments, *more]) == 2
-    (line,) = capsys.readouterr().err.splitlines()
+    line = refused([*arguments, *more])
     assert message in line
     assert not out.exists()
 
 
-def test_a_replay_is_refused(capsys):
-    assert main(["ssp", "replay"]) == 2
-    assert "replay: has no plant to put into an .ssp" in capsys.readouterr().err
+def test_a_replay_is_refused(refused):
+    assert "replay: has no plant to put into an .ssp" in refused(["ssp", "replay"])
 
 
 def test_a_blind_compensator_without_the_signal_is_refused(tiny_scenario, tiny_plant, tmp_path):

@@ -262,15 +262,13 @@ def test_what_drives_the_error_is_named(sweep):
     ],
 )
 def test_the_command_refuses_in_one_line(
-    tiny_scenario, tiny_folder, tmp_path, capsys, words, message
+    tiny_scenario, tiny_folder, tmp_path, refused, words, message
 ):
-    assert main(arguments(tiny_scenario, tiny_folder, tmp_path / "out", *words)) == 2
-    said = capsys.readouterr().err
-    assert said.count("\n") == 1
+    said = refused(arguments(tiny_scenario, tiny_folder, tmp_path / "out", *words))
+
     assert message in said
     assert not (tmp_path / "out").exists()
 
 
-def test_a_replay_cannot_be_swept(tmp_path, capsys):
-    assert main(["sweep", "replay", "--out", str(tmp_path / "out")]) == 2
-    assert "replay: cannot be swept" in capsys.readouterr().err
+def test_a_replay_cannot_be_swept(tmp_path, refused):
+    assert "replay: cannot be swept" in refused(["sweep", "replay", "--out", str(tmp_path / "out")])
