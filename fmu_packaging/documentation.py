@@ -45,10 +45,10 @@ PYTHON_LICENCE = (
 
 @dataclass(frozen=True)
 class Page:
-    """The parts of the page that belong to one FMU, as HTML; `sections` are (title, HTML)."""
+    """The parts of the page that belong to one FMU, as HTML: a line, and sections with titles."""
 
     lead: str
-    sections: tuple[tuple[str, str], ...]
+    body: str
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def index_page(
     variables : sequence of Variable
     running : Running
     """
-    parts = [f"<h2>{escape(title)}</h2>\n{body}" for title, body in page.sections]
+    parts = [page.body]
     for causality, title in (
         ("input", "Inputs"),
         ("output", "Outputs"),
@@ -101,22 +101,6 @@ def index_page(
         + "\n".join(parts)
         + f"\n<p class='lead'>spindle-drift {escape(identity.version)}</p>\n</body>\n</html>\n"
     )
-
-
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return an HTML table of plain text.
-
-    Parameters
-    ----------
-    head : sequence of str
-    rows : sequence of sequence of str
-        As many cells each as the head has; all text is escaped.
-    """
-    first = "".join(f"<th>{escape(cell)}</th>" for cell in head)
-    body = "".join(
-        "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>\n" for row in rows
-    )
-    return f"<table>\n<tr>{first}</tr>\n{body}</table>"
 
 
 def _table(variables: Sequence[Variable]) -> str:

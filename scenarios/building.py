@@ -12,14 +12,13 @@ import re
 import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from html import escape
 from pathlib import Path
 
 from fmu_compensator.native.build import native_compensator
 from fmu_compensator.runtime.fmi_slave import MODEL_FILE, status_meanings, variables
 from fmu_compensator.runtime.modelfile import Model, parse_model
 from fmu_packaging.description import Identity
-from fmu_packaging.documentation import Page, table
+from fmu_packaging.documentation import Page
 from fmu_packaging.native.build import Fmi, Native, Part, native_package
 from fmu_packaging.native.compilers import (
     Compiler,
@@ -35,6 +34,7 @@ from plant_model.native.build import native_plant
 from scenarios.outputs import FMU, OTHERWISE, check_output, is_forced
 from scenarios.plugged import effect_files, error_model_files
 from scenarios.reference_runs import compensator_reference, plant_reference, with_array
+from scenarios.report import page_text
 from scenarios.scenario import Settings
 from scenarios.version import version as installed_version
 
@@ -109,7 +109,7 @@ def compensator_recipe(path: Path, name: str, native: bool = False) -> tuple[Rec
         roots=roots,
         whole=("fmu_compensator.runtime.error_models",),
         data={MODEL_FILE: data},
-        page=_compensator_page(model, hashlib.sha256(data).hexdigest(), native),
+        page=_compensator_page(model, data, native),
         icon=(ASSETS / "compensator.png").read_bytes(),
         added=error_model_files(model, roots),
         left_out=("fmu_compensator.plugins",),
@@ -158,87 +158,37 @@ def plant_recipe(machine: Machine, name: str) -> tuple[Recipe, Reference]:
     return recipe, plant_reference(machine)
 
 
-def _compensator_page(model: Model, digest: str, native: bool) -> Page:
-    codes = [(str(code), text) for code, text in status_meanings().items()]
-    used = ", ".join(model.sensors[index].name for index in model.chosen)
-    limits = model.limits
-    work = (
-        "<p>Each step takes one sample in. Readings are checked (present, plausible, not too fast, "
-        f"not stale). From those that the error model uses ({escape(used)}) it predicts "
-        f"{escape(', '.join(model.targets))}. The geometry turns these into the drift of the tool "
-        "tip; with five-point rigs</p><pre>dX = -(x + (L - l1) tan yaw)\n"
-        "dY = -(y + (L - l1) tan pitch)\ndZ = elongation, projected by the tilt</pre><p>where x, y "
-        "are the radial drifts at the near sensors, l1 their distance from the gauge line and L "
-        "the tool length. Bending that is linear in L holds within the sensors' span and a little "
-        f"beyond. Offsets stay within {limits.offset_um:g} um and move at no more than "
-        f"{limits.slew_um_per_s:g} um/s. After a fault they hold for {limits.hold_s:g} s, then go "
-        f"to zero; good inputs for {limits.recover_s:g} s end the fault.</p>"
+def _compensator_page(model: Model, data: bytes, native: bool) -> Page:
+    body = page_text(
+        "fmu/compensator.html",
+        model=model,
+        used=[model.sensors[index].name for index in model.chosen],
+        limits=model.limits,
+        codes=status_meanings().items(),
+        native=native,
+        sha256=hashlib.sha256(data).hexdigest(),
+        runs=[(e["name"], e["rows"], e["sha256"]) for e in model.provenance.get("runs", [])],
     )
-    other = (
-        "<p>Set the string parameter <code>model_file</code> to the path of another compensator "
-        "file before the start. Its sensors must be among the temperature inputs listed below. A "
-        "file that cannot be used stops the initialisation, and the log says why. For other "
-        "sensors build another FMU: <code>python build_fmu.py --only compensator --model FILE"
-        "</code>.</p>"
-    )
-    runs = model.provenance.get("runs", [])
-    rows = [(run["name"], str(run["rows"]), run["sha256"]) for run in runs]
-    about = f"<p>{escape(model.title)} ({escape(model.name)}), SHA-256 <code>{digest}</code>"
-    about += f", made {escape(model.created)}.</p>" if model.created else ".</p>"
-    if rows:
-        about += f"<p>Fitted on</p>{table(('Run', 'Rows', 'SHA-256'), rows)}"
-    others = () if native else (("Another compensator file", other),)
-    return Page(
-        "Temperatures, spindle speed and tool length in; axis offsets, a validity flag and a "
-        "status that says why out.",
-        (
-            ("What it does", work),
-            ("Status codes", table(("status", "meaning"), codes)),
-            *others,
-            ("Provenance", about),
-        ),
-    )
+    lead = "Temperatures, spindle speed and tool length in; axis offsets, a validity flag and a "
+    return Page(f"{lead}status that says why out.", body)
 
 
 def _plant_page(machine: Machine) -> Page:
-    work = (
-        f"<p>{escape(' '.join(machine.description.split()))}</p><pre>C dT/dt = sum of G (Tj - T) + "
-        "sum of heat sources</pre><p>for each of "
-        f"{len(machine.nodes)} lumps of one temperature: conduction, contact, convection and "
-        "coolant as conductances, bearings and motor as sources. Temperatures expand and tilt the "
-        "structure; the drift of the tool tip follows at the tool length. A step is exact for "
-        "inputs held during it where the network is linear, and error-controlled where it is "
-        "not.</p><p>The control moves each axis to the offset received at no more than "
-        f"{machine.axis.slew_um_per_s:g} um/s, within {machine.axis.limit_um:g} um, in steps of "
-        f"{machine.axis.resolution_um:g} um. <code>error = drift + offset in force</code>. The "
-        "readings of the displacement sensors show the spindle's drift, offsets not included. "
-        "Start: every node at the boundary temperature that the machine file names for it, else at "
-        "the first one, as set before the initialisation ends.</p>"
-    )
-    effects = ", ".join(machine.effects) or "those of its links and sources"
     origins = [
         (variable_name(name), machine.references.get(entry.source, entry.source))
         for name, entry in machine.parameters.items()
         if entry.calibrate
     ]
-    return Page(
-        "Spindle speed, boundary temperatures, tool length and offsets in; sensor readings, drift "
-        "and the error left at the tool tip out.",
-        (
-            ("What it does", work),
-            (
-                "Machine",
-                f"<p>{escape(machine.title)} ({escape(machine.name)}). Effects in force: "
-                f"{escape(effects)}. For another machine build another FMU: "
-                "<code>python build_fmu.py --only plant --machine FILE.toml</code>.</p>",
-            ),
-            (
-                "Where the parameters come from",
-                "<p>Those that calibration may move can be set.</p>"
-                + table(("parameter", "source"), origins),
-            ),
-        ),
+    description = " ".join(machine.description.split())
+    body = page_text(
+        "fmu/plant.html",
+        machine=machine,
+        description=description,
+        axis=machine.axis,
+        origins=origins,
     )
+    lead = "Spindle speed, boundary temperatures, tool length and offsets in; sensor readings, "
+    return Page(f"{lead}drift and the error left at the tool tip out.", body)
 
 
 @dataclass(frozen=True)

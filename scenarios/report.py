@@ -121,6 +121,7 @@ def page_text(template: str, **values: Any) -> str:
         "clock": clock,
         "drawn": chart_html,
         "short": short,
+        "g": "{:g}".format,
     }
     environment.globals["plotly"] = lambda: base64.b64encode(PLOTLY.read_bytes()).decode()
     return environment.get_template(template).render(**values)

@@ -73,9 +73,10 @@ def signals_fmu(
         settings.step_s,
     )
     work = (
-        f"<p>Plays {escape(settings.name)} ({escape(settings.title)}), variant "
-        f"{escape(case.name)}: {settings.duration_s:g} s. A value holds from its time to the next, "
-        f"and the last one beyond the end. The table is <code>resources/{SIGNALS_FILE}</code>.</p>"
+        f"<h2>What it does</h2>\n<p>Plays {escape(settings.name)} ({escape(settings.title)}), "
+        f"variant {escape(case.name)}: {settings.duration_s:g} s. A value holds from its time to "
+        "the next, and the last one beyond the end. The table is "
+        f"<code>resources/{SIGNALS_FILE}</code>.</p>"
     )
     recipe = Recipe(
         identity,
@@ -83,7 +84,7 @@ def signals_fmu(
         "SignalsSlave",
         roots=("scenarios", "fmu_packaging"),
         data={SIGNALS_FILE: table_text(time_s, columns).encode()},
-        page=Page("What drives a spindle over time.", (("What it does", work),)),
+        page=Page("What drives a spindle over time.", work),
         icon=ICON.read_bytes(),
     )
     if not compilers:

@@ -17,7 +17,7 @@ from scenarios.building import native_of
 
 Kind = Literal["plant", "compensator"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
-PAGE = Page("A test.", (("What it does", "<p>It adds up.</p>"),))
+PAGE = Page("A test.", "<h2>What it does</h2>\n<p>It adds up.</p>")
 
 
 def tiny_recipe(scale: float = 1.0, name: str = "tiny") -> Recipe:
