@@ -39,7 +39,7 @@ from scenarios.faults import FaultLine, SensorFault
 from scenarios.fmu import Port, Slave, interruptible
 from scenarios.fmu_file import FmuFile
 from scenarios.probe_cycle import ProbeCycle
-from scenarios.recording import Event, Recording, facts_of
+from scenarios.recording import Event, Recording, facts_of, notice
 from scenarios.replay import model_of
 from scenarios.scenario import Case, signal_setting
 from scenarios.signals.base import FloatArray
@@ -172,8 +172,13 @@ class _Loop:
         driven = self.wiring.driven
         self.plant_in = Port(plant, [*driven, *self.wiring.offsets])
         self.plant_rows = self._rows(driven)
+        self.shown = [self.plant_out]
         if compensator:
             self._connect_compensator(compensator)
+        kept = [*self.shown, *([self.seen_in] if compensator else [])]
+        self.tables: dict[Port, FloatArray] = {
+            port: np.full((len(self.time_s), len(port.names)), np.nan) for port in kept
+        }
         self.events: list[Event] = []
         self.probe: ProbeCycle | None = None
         self.probed = np.zeros(len(self.time_s))
@@ -205,7 +210,8 @@ class _Loop:
         ]
         codes = compensator.names("output", "Integer")
         self.codes = Port(compensator, codes, "Integer")
-        self.flags = Port(compensator, compensator.names("output", "Boolean"), "Boolean")
+        flags = Port(compensator, compensator.names("output", "Boolean"), "Boolean")
+        self.shown += [self.sent, self.codes, flags]
         self.has_text = STATUS_TEXT in compensator.names("output", "String")
 
     def _known_faults(self) -> Iterable[SensorFault]:
@@ -224,12 +230,6 @@ class _Loop:
     def run(self, steps: Iterable[int], check: Callable[[], None]) -> Recording:
         """Initialise, step to the end, and return everything."""
         self._start()
-        points = len(self.time_s)
-        self.plant_table = np.full((points, len(self.plant_out.names)), np.nan)
-        if self.compensator:
-            self.seen_table = np.full((points, len(self.seen_in.names)), np.nan)
-            self.sent_table = np.full((points, len(self.sent.names)), np.nan)
-            self.code_table = np.zeros((points, len(self.codes.names) + len(self.flags.names)))
         begun = time.perf_counter()
         for k in steps:
             check()
@@ -239,7 +239,7 @@ class _Loop:
                 self.compensator.step(now, self.step_s)
             self.plant.step(now, self.step_s)
             self._read()
-        self._gather(points - 1, last=True)
+        self._gather(len(self.time_s) - 1, last=True)
         return self._recording(time.perf_counter() - begun)
 
     def _start(self) -> None:
@@ -254,7 +254,7 @@ class _Loop:
         if self.compensator:
             with self.compensator.starting(stop_s):
                 self._see(0)
-            self._read_compensator()
+        self._read()
 
     def _see(self, k: int) -> None:
         """Give the compensator what it sees at point *k*."""
@@ -267,50 +267,42 @@ class _Loop:
 
     def _gather(self, k: int, *, last: bool = False) -> None:
         """Record point *k* and set the inputs of the step that begins there."""
-        self.plant_table[k] = self.plant_out.values
         driven = self.plant_rows.shape[1]
         self.plant_in.values[:driven] = self.plant_rows[k]
         if self.compensator:
-            self.sent_table[k] = self.sent.values
-            count = len(self.codes.names)
-            self.code_table[k, :count] = self.codes.values
-            self.code_table[k, count:] = self.flags.values
             self._notice(k)
             self._see(k)
             if self.probe is not None:
                 widths = self.sent.values[self.widths].tolist()
                 now = float(self.time_s[k])
                 self.probed[k] = self.probe.set(now, self.plant_out.values, widths)
-            self.seen_table[k] = self.seen_in.values
             self.plant_in.values[driven:] = self.sent.values[self.give]
+        for port, table in self.tables.items():
+            table[k] = port.values
         if not last:
             self.plant_in.set()
 
     def _notice(self, k: int) -> None:
-        """Keep the moment if the status has changed."""
-        assert self.compensator is not None
-        code = self._code(STATUS)
-        sensor = self._code(STATUS_SENSOR)
-        if self.events and (self.events[-1].code, self.events[-1].sensor) == (code, sensor):
-            return
-        text = self.compensator.text(STATUS_TEXT) if self.has_text else ""
-        self.events.append(Event(float(self.time_s[k]), code, sensor, text))
+        slave = self.compensator
+
+        def text() -> str:
+            return slave.text(STATUS_TEXT) if slave and self.has_text else ""
+
+        code, sensor = self._code(STATUS), self._code(STATUS_SENSOR)
+        notice(self.events, float(self.time_s[k]), code, sensor, text)
 
     def _code(self, name: str) -> int:
         names = self.codes.names
         return int(self.codes.values[names.index(name)]) if name in names else 0
 
     def _read(self) -> None:
-        self.plant_out.get()
-        if self.compensator:
-            self._read_compensator()
-
-    def _read_compensator(self) -> None:
-        self.sent.get()
-        self.codes.get()
-        self.flags.get()
+        for port in self.shown:
+            port.get()
 
     # What remains
+
+    def _table(self, port: Port) -> Iterator[tuple[str, FloatArray]]:
+        return zip(port.names, self.tables[port].T, strict=True)
 
     def _recording(self, wall_s: float) -> Recording:
         columns: dict[str, FloatArray] = {"time_s": self.time_s}
@@ -319,9 +311,9 @@ class _Loop:
             assert owner is not None
             columns[owner.column(name)] = values
         sensors = []
-        for place, name in enumerate(self.plant_out.names):
+        for name, values in self._table(self.plant_out):
             column = self.plant.column(name)
-            columns[column] = self.plant_table[:, place]
+            columns[column] = values
             if not name.startswith(("drift_", "offset_", "error_")):
                 sensors.append(column)
         if self.compensator:
@@ -338,15 +330,14 @@ class _Loop:
 
     def _compensator_columns(self, compensator: Slave) -> Iterator[tuple[str, FloatArray]]:
         disturbed = {fault.sensor for fault in self.case.settings.faults}
-        for place, name in enumerate(self.seen_in.names):
+        for name, values in self._table(self.seen_in):
             blind = name == TOOL_LENGTH and self.case.settings.compensator.tool_length_mm
             if name in disturbed or blind:
                 source = self.plant if name in self.plant.variables else compensator
                 signal, _, unit = source.column(name).rpartition("_")
-                yield f"{signal}_seen_{unit}", self.seen_table[:, place]
-        for place, name in enumerate(self.sent.names):
-            yield compensator.column(name), self.sent_table[:, place]
-        for place, name in enumerate((*self.codes.names, *self.flags.names)):
-            yield f"{name}_1", self.code_table[:, place]
+                yield f"{signal}_seen_{unit}", values
+        for port in self.shown[1:]:
+            for name, values in self._table(port):
+                yield compensator.column(name), values
         if self.probe is not None:
             yield f"{PROBED}_1", self.probed

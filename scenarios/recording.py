@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import pandas as pd
@@ -18,6 +19,26 @@ class Event:
     code: int
     sensor: int
     text: str
+
+
+def notice(
+    events: list[Event], time_s: float, code: int, sensor: int, text: Callable[[], str]
+) -> None:
+    """Keep the moment if the status has changed.
+
+    Parameters
+    ----------
+    events : list of Event
+        Those so far.
+    time_s : float
+        The moment [s].
+    code, sensor : int
+        The status, and the sensor that it is about.
+    text : callable
+        Asks the compensator what it says of it.
+    """
+    if not events or (events[-1].code, events[-1].sensor) != (code, sensor):
+        events.append(Event(time_s, code, sensor, text()))
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ from scenarios.fmu import Port, Slave, alone
 from scenarios.fmu_file import compensator_file
 from scenarios.probe_cycle import ProbeInputs
 from scenarios.probing import ProbedRun, Probing
-from scenarios.recording import Event, FmuFacts, facts_of
+from scenarios.recording import Event, FmuFacts, facts_of, notice
 from scenarios.views import before_and_after
 from scenarios.wiring import PROBED, TOOL_LENGTH
 
@@ -232,9 +232,8 @@ def _drive(
             slave.step(known_s, end_s - known_s)
             probe.set(None)
         table[k], status[k] = sent.values, codes.values[0]
-        code, sensor = (int(value) for value in codes.values)
-        if not events or (events[-1].code, events[-1].sensor) != (code, sensor):
-            events.append(Event(float(time_s[k]), code, sensor, slave.text("status_text")))
+        code, sensor = codes.values.tolist()
+        notice(events, float(time_s[k]), code, sensor, lambda: slave.text("status_text"))
     return dict(zip(sent.names, table.T, strict=True)), status, events
 
 
