@@ -56,17 +56,19 @@ def still_axes(machine: Machine, shown: Simulation, inputs: pd.DataFrame) -> lis
     if still:
         # The hall, the coolant, the torque may move what a warm-up in a steady hall does not.
         still &= _still(machine, simulate(machine, _stirred(machine, inputs), step_s=60.0))
-    sensors = _sensors(machine)
-    return [
-        f"Nothing moves {axis}: {', '.join(sensors[axis])} would stay at zero. No grows in"
-        f" {axis.lower()}, no bends, no side that is warmer than the other."
-        for axis in sorted(still)
-    ]
+    found = []
+    for axis in sorted(still):
+        sensors = ", ".join(name for name, seen in machine.probes.items() if seen == axis)
+        found.append(
+            f"Nothing moves {axis}: {sensors} would stay at zero. No grows in"
+            f" {axis.lower()}, no bends, no side that is warmer than the other."
+        )
+    return found
 
 
 def _still(machine: Machine, shown: Simulation) -> set[str]:
     moves = ~np.isclose(shown.drift(0.0)[0], 0.0).all(axis=0)  # what cancels leaves rounding
-    return {axis for axis in _sensors(machine) if not moves["XYZ".index(axis)]}
+    return {axis for axis in machine.probes.values() if not moves["XYZ".index(axis)]}
 
 
 def _stirred(machine: Machine, inputs: pd.DataFrame) -> pd.DataFrame:
@@ -75,18 +77,3 @@ def _stirred(machine: Machine, inputs: pd.DataFrame) -> pd.DataFrame:
     for entry in machine.inputs:
         moved.loc[1:, entry.name] += 0.25 * (entry.high - moved[entry.name])
     return moved
-
-
-def _sensors(machine: Machine) -> dict[str, list[str]]:
-    """Return the rig's displacement sensors by the axis that they see."""
-    rig = machine.rig
-    sensors: dict[str, list[str]] = {}
-    if rig["kind"] == "direct":
-        for name, entry in rig["axes"].items():
-            sensors.setdefault(entry["axis"], []).append(name)
-        return sensors
-    return {
-        "X": [rig["near_x"], rig["distal_x"]],
-        "Y": [rig["near_y"], rig["distal_y"]],
-        "Z": [rig["axial"]],
-    }

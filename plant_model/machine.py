@@ -13,6 +13,8 @@ from typing import Any
 from plant_model.parameters import NUMBERS, Parameter, ParameterError
 
 FAMILIES = ("links", "sources", "structure")
+FIVE_POINT = {"near_x": "X", "near_y": "Y", "distal_x": "X", "distal_y": "Y", "axial": "Z"}
+"""What each displacement sensor of a five-point rig looks along."""
 
 
 @dataclass(frozen=True)
@@ -172,6 +174,13 @@ class Machine:
         """Position of every boundary temperature among the boundary temperatures."""
         names = [entry.name for entry in self.inputs if entry.is_boundary]
         return {name: i for i, name in enumerate(names)}
+
+    @property
+    def probes(self) -> dict[str, str]:
+        """The axis that each displacement sensor looks along, by name."""
+        if self.rig["kind"] == "direct":
+            return {name: entry["axis"] for name, entry in self.rig["axes"].items()}
+        return {self.rig[role]: axis for role, axis in FIVE_POINT.items()}
 
     @cached_property
     def parameters(self) -> dict[str, Parameter]:

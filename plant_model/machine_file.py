@@ -18,7 +18,7 @@ from plant_model.effects import Effect, ItemSpec, catalogue, item_kinds
 from plant_model.effects.base import possible
 from plant_model.item_forms import NumberSpec
 from plant_model.limits import CAPACITY
-from plant_model.machine import FAMILIES, REST, Axis, Input, Item, Machine, Node, Sensor
+from plant_model.machine import FAMILIES, FIVE_POINT, REST, Axis, Input, Item, Machine, Node, Sensor
 from plant_model.machine_forms import DirectForm, FileForm, InputForm, ParameterForm, TiedForm
 from plant_model.parameters import NUMBERS, Parameter
 
@@ -230,7 +230,7 @@ class _Reader:
         rig = self.form.rig
         if isinstance(rig, DirectForm):
             return list(rig.axes)
-        return [rig.near_x, rig.near_y, rig.distal_x, rig.distal_y, rig.axial]
+        return [getattr(rig, role) for role in FIVE_POINT]
 
     def _parameter(self, place: str, table: object, spec: NumberSpec) -> Parameter:
         if not isinstance(table, dict):

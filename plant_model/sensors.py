@@ -25,10 +25,7 @@ def displacement_names(machine: Machine) -> list[str]:
     list of str
         Of a five-point rig near x and y, distal x and y, axial.
     """
-    rig = machine.rig
-    if rig["kind"] == "direct":
-        return list(rig["axes"])
-    return [rig[role] for role in ("near_x", "near_y", "distal_x", "distal_y", "axial")]
+    return list(machine.probes)
 
 
 def displacements(machine: Machine, pose_now: FloatArray) -> dict[str, FloatArray]:

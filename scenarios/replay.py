@@ -22,8 +22,9 @@ from fmu_compensator.runtime.modelfile import Model, parse_model
 from measurement.drift import measured_drift
 from measurement.errors import BadInput
 from measurement.faults import GROSS, STANDING, Fault, cleaned, find_faults
-from measurement.rig import AXES, FivePointRig, Rig, rig_from_table
+from measurement.rig import AXES, Rig, rig_from_table
 from measurement.runs import Run
+from plant_model.machine import Machine
 from scenarios.charts import Chart
 from scenarios.fmu import Port, Slave, alone
 from scenarios.fmu_file import compensator_file
@@ -94,23 +95,23 @@ def model_of(fmu: Path) -> Model:
     return parse_model(text, f"{fmu}: {MODEL_FILE}")
 
 
-def rig_of_model(model: Model, machine_rig: FivePointRig | None = None) -> Rig:
+def rig_of_model(model: Model, machine: Machine | None = None) -> Rig:
     """Return the rig that measures what a compensator predicts.
 
     A direct geometry names its columns. A five-point geometry knows distances, not sensors: their
-    names and signs come from *machine_rig*, by default S1 to S5 with S5 along +Z.
+    names and signs come from the *machine*'s, by default S1 to S5 with S5 along +Z.
 
     Parameters
     ----------
     model : Model
-    machine_rig : FivePointRig, optional
-        Not used by a direct geometry.
+    machine : Machine, optional
+        Used where both have a five-point rig.
     """
     geometry = model.table["geometry"]
     if not isinstance(model.geometry, FivePoint):
         return rig_from_table({"kind": "direct", "axes": geometry["axes"]}, model.source)
     distances = {name: geometry[name] for name in ("spacing_mm", "near_to_gauge_mm")}
-    named = {} if machine_rig is None else machine_rig.model_dump()
+    named = machine.rig if machine and machine.rig["kind"] == "five_point" else {}
     return rig_from_table({**named, "kind": "five_point", **distances}, model.source)
 
 

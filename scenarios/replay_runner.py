@@ -28,7 +28,6 @@ from measurement.faults import (
     group_line,
     looked_over,
 )
-from measurement.rig import FivePointRig, rig_from_table
 from measurement.runs import read_run, write_run
 from measurement.units import split_column
 from measurement.warm import named_warm
@@ -124,7 +123,7 @@ def run_replay(
     with tempfile.TemporaryDirectory(prefix="spindle-drift-built-") as work:
         fmu = find_fmu(compensator, fmu_dir, near, Path(work), quiet=quiet)
         model = model_of(fmu)
-        rig = rig_of_model(model, _five_point(machine))
+        rig = rig_of_model(model, None if machine is None else read_machine(machine))
         length = model.limits.judged_tool(tool_length_mm)
         hidden = quiet or not sys.stderr.isatty()
         replays = [
@@ -172,13 +171,6 @@ def run_replay(
             files=[name for name in table["files"] if name != REPORT],
         )
     return table, groups, notes
-
-
-def _five_point(machine: str | None) -> FivePointRig | None:
-    if machine is None:
-        return None
-    rig = rig_from_table(read_machine(machine).rig, machine)
-    return rig if isinstance(rig, FivePointRig) else None
 
 
 def _fitted(model: Any) -> str:

@@ -211,7 +211,7 @@ class Compensator:
         """
         recorded = as_run(run)
         warn_of_doubts([recorded])
-        meant = rig_of_model(self.model, _five_point(machine))
+        meant = _rig_of(self.model, machine)
         length = self.model.limits.judged_tool(tool_length_mm)
         drift = measured_drift(recorded, meant, length, self.model.input_form)
         sent = self.predict(recorded, tool_length_mm=length)
@@ -273,7 +273,7 @@ class Compensator:
         BadInput
             If a run lacks a thermometer that it uses.
         """
-        rig = None if machine is None else rig_of_model(self.model, _five_point(machine))
+        rig = None if machine is None else _rig_of(self.model, machine)
         return watch(self.model, as_runs(runs), rig, on_run=on_run)
 
     def update(
@@ -370,12 +370,10 @@ def fit(
     return Compensator(parse_model(compensator_text(table), table["name"]))
 
 
-def _five_point(machine: MachineLike | None) -> FivePointRig | None:
-    """Return the five-point rig of a machine; None where it has another, or there is none."""
+def _rig_of(model: Model, machine: MachineLike | None) -> Rig:
     from spindle_drift.machines import as_machine
 
-    rig = None if machine is None else rig_from_table(as_machine(machine).model.rig, "machine")
-    return rig if isinstance(rig, FivePointRig) else None
+    return rig_of_model(model, None if machine is None else as_machine(machine).model)
 
 
 def _rig(run: Run, machine: MachineLike | None) -> tuple[Rig, list[str] | None]:

@@ -57,16 +57,12 @@ class FixtureWarming(Effect):
         self._part = _beside(self.machine)[self.driver]
         direction = np.radians(self.own("direction"))
         along = {"X": np.cos(direction), "Y": np.sin(direction)}
-        rig = self.machine.rig
-        if rig["kind"] == "direct":
-            self._moved = {
-                name: entry["sign"] * along[entry["axis"]]
-                for name, entry in rig["axes"].items()
-                if entry["axis"] in along
-            }
-        else:
-            roles = {"near_x": "X", "distal_x": "X", "near_y": "Y", "distal_y": "Y"}
-            self._moved = {rig[role]: along[axis] for role, axis in roles.items()}
+        signs = {name: entry["sign"] for name, entry in self.machine.rig.get("axes", {}).items()}
+        self._moved = {
+            name: signs.get(name, 1) * along[axis]
+            for name, axis in self.machine.probes.items()
+            if axis in along
+        }
 
     def target(self, inputs: Inputs, temperatures: FloatArray) -> FloatArray:
         """Return the temperature that the fixture follows, twice."""
