@@ -36,7 +36,7 @@ def draw_fit(found: Found, out: Path) -> list[Path]:
     with results_folder(out) as folder:
         for name, figure in drawn.items():
             saved(figure, folder / f"{name}.png")
-        write_table([], {name: f"{name}.png" for name in drawn}, folder, to_come=())
+        write_table([], {name: f"{name}.png" for name in drawn}, folder)
     return [out / f"{name}.png" for name in drawn]
 
 

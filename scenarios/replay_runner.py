@@ -43,13 +43,10 @@ from scenarios.replay import (
     results_of,
     rig_of_model,
 )
-from scenarios.report import write_report
 from scenarios.results import (
-    REPORT,
     check_folder,
     results_folder,
-    write_charts,
-    write_table,
+    write_report,
 )
 from scenarios.runner import fmu_facts, versions
 from scenarios.table import Group, group_of, overall
@@ -144,31 +141,29 @@ def run_replay(
         charts = [
             chart_of(entry, f"drift_{name}") for entry, name in zip(replays, names, strict=True)
         ]
-        write_charts(charts, folder)
-        facts = {
+        told = {
             "compensator": {"name": model.name, "title": model.title},
             "fmus": [asdict(replays[0].fmu)],
             "runs": [_run_facts(entry, files[entry.run.name]) for entry in replays],
             "notes": notes,
             "versions": versions(),
         }
-        table = write_table(groups, facts, folder)
-        write_report(
-            folder / REPORT,
+        table = write_report(
+            folder,
+            groups,
+            told,
+            charts,
             title=title,
             kicker="spindle-drift replay",
             description=description or f"{model.title}, driven by measured runs.",
-            groups=groups,
             table_note=NOTE,
             notes=notes,
-            charts=charts,
             timelines=[_timeline(entry) for entry in replays],
             facts=[
                 ("Compensator", f"{model.title} ({model.name}), fitted on {_fitted(model)}"),
                 *fmu_facts([replays[0].fmu]),
                 *(("Run", f"{run.name}: SHA-256 {run.sha256}") for run in found),
             ],
-            files=[name for name in table["files"] if name != REPORT],
         )
     return table, groups, notes
 

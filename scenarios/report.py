@@ -16,7 +16,7 @@ import markupsafe
 from measurement.files import write_atomically
 from scenarios.charts import PANEL, Chart, Line, kept, kept_steps
 from scenarios.recording import Event
-from scenarios.table import Group, number, percent
+from scenarios.table import number, percent
 
 TEMPLATES = Path(__file__).parent / "templates"
 PLOTLY = TEMPLATES / "plotly-basic.min.js.gz"
@@ -56,40 +56,6 @@ class Span:
     width: float
     colour: str
     text: str
-
-
-def write_report(
-    path: Path,
-    *,
-    groups: Sequence[Group],
-    timelines: Sequence[tuple[str, Sequence[Event], float]],
-    **values: Any,
-) -> Path:
-    """Write the report of a scenario or of a replay.
-
-    Parameters
-    ----------
-    path : Path
-    groups : sequence of Group
-        The headline table.
-    timelines : sequence of (label, events, end)
-        The compensator's status over time, by variant or run; the end in seconds.
-    **values
-        ``title``, ``kicker`` above it, ``description`` below; ``table_note``, a sentence under the
-        table, and ``notes``, what must be known of it; ``charts``; ``facts``, where it all comes
-        from; ``files`` beside the report.
-    """
-    return write_page(
-        "report.html",
-        path,
-        groups=groups,
-        axes=sorted({axis for group in groups for row in group.rows for axis in row.axes}),
-        states=STATES,
-        timelines=[
-            (label, _spans(events, end_s), end_s, events) for label, events, end_s in timelines
-        ],
-        **values,
-    )
 
 
 def write_page(template: str, path: Path, **values: Any) -> Path:
@@ -205,8 +171,8 @@ def state_of(code: int) -> int:
     return min(code // 10, 3) + 3
 
 
-def _spans(events: Sequence[Event], end_s: float) -> list[Span]:
-    """Return the stretches of one state that a timeline shows."""
+def spans_of(events: Sequence[Event], end_s: float) -> list[Span]:
+    """Return the stretches of one state that a timeline shows, up to *end_s* [s]."""
     spans = []
     stops = [event.time_s for event in events[1:]] + [end_s]
     for event, stop in zip(events, stops, strict=True):

@@ -25,7 +25,8 @@ from scenarios.charts import Chart
 from scenarios.figures import draw
 from scenarios.outputs import RESULTS, TABLE, is_replaceable, made_by
 from scenarios.outputs import check_folder as check_folder
-from scenarios.recording import Recording
+from scenarios.recording import Event, Recording
+from scenarios.report import STATES, spans_of, write_page
 from scenarios.scenario import Scenario
 from scenarios.table import Group, as_list
 from scenarios.views import seen
@@ -142,15 +143,8 @@ def machine_run(recording: Recording, rows: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(columns).round(DECIMALS)
 
 
-def write_table(
-    groups: Sequence[Group],
-    facts: dict[str, Any],
-    folder: Path,
-    to_come: Sequence[str] = (REPORT,),
-) -> dict[str, Any]:
+def write_table(groups: Sequence[Group], facts: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Write ``table.json`` beside what is in *folder* already, and return its content.
-
-    The files *to_come* are written after it.
 
     Parameters
     ----------
@@ -158,15 +152,13 @@ def write_table(
     facts : dict
         What else the file says.
     folder : Path
-    to_come : sequence of str
-        Names of files.
 
     Returns
     -------
     dict
         The content, as JSON has it.
     """
-    files = sorted({*(path.name for path in folder.iterdir()), TABLE, *to_come})
+    files = sorted({*(path.name for path in folder.iterdir()), TABLE})
     head = {"kind": RESULTS, "format": 1, **made_by(), **facts}
     table = {**head, "files": files, "table": as_list(groups)}
     text = json.dumps(table, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
@@ -196,7 +188,7 @@ def write_findings(
     with results_folder(out) as folder:
         (folder / f"{name}.json").write_text(text + "\n", encoding="utf-8")
         drawn = draw(folder)
-        write_table([], {name: f"{name}.json"}, folder, to_come=())
+        write_table([], {name: f"{name}.json"}, folder)
     return [out / f"{name}.json", *(out / path.name for path in drawn)]
 
 
@@ -209,6 +201,50 @@ def write_scenario(scenario: Scenario, folder: Path) -> None:
     (folder / "scenario.toml").write_text("".join(lines) + scenario.text, encoding="utf-8")
 
 
-def write_charts(charts: Sequence[Chart], folder: Path) -> list[str]:
-    """Draw all charts and return the names of the files."""
-    return [draw(chart, folder).name for chart in charts]
+def write_report(
+    folder: Path,
+    groups: Sequence[Group],
+    told: dict[str, Any],
+    charts: Sequence[Chart],
+    *,
+    timelines: Sequence[tuple[str, Sequence[Event], float]],
+    **values: Any,
+) -> dict[str, Any]:
+    """Write figures, report and ``table.json`` of a scenario or of a replay beside its results.
+
+    Parameters
+    ----------
+    folder : Path
+    groups : sequence of Group
+        The headline table.
+    told : dict
+        What else ``table.json`` says.
+    charts : sequence of Chart
+        A figure each, and all of them in the report.
+    timelines : sequence of (label, events, end)
+        The compensator's status over time, by variant or run; the end in seconds.
+    **values
+        ``title``, ``kicker`` above it, ``description`` below; ``table_note``, a sentence under the
+        table, and ``notes``, what must be known of it; ``facts``, where it all comes from.
+
+    Returns
+    -------
+    dict
+        The content of ``table.json``.
+    """
+    for chart in charts:
+        draw(chart, folder)
+    write_page(
+        REPORT,
+        folder / REPORT,
+        groups=groups,
+        axes=sorted({axis for group in groups for row in group.rows for axis in row.axes}),
+        states=STATES,
+        timelines=[
+            (label, spans_of(events, end_s), end_s, events) for label, events, end_s in timelines
+        ],
+        charts=charts,
+        files=sorted({*(path.name for path in folder.iterdir()), TABLE}),
+        **values,
+    )
+    return write_table(groups, told, folder)

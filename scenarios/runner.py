@@ -14,15 +14,12 @@ from measurement.errors import BadInput
 from scenarios.cosimulation import simulate
 from scenarios.fmu_files import find_fmu
 from scenarios.recording import FmuFacts, Recording
-from scenarios.report import write_report
 from scenarios.results import (
-    REPORT,
     check_folder,
     results_folder,
-    write_charts,
     write_recordings,
+    write_report,
     write_scenario,
-    write_table,
 )
 from scenarios.scenario import Scenario
 from scenarios.table import Group
@@ -111,25 +108,22 @@ def run_scenario(
         if live_page:
             (folder / LIVE).write_bytes(live_page)
         write_scenario(scenario, folder)
-        charts = charts_of(recordings, rig)
-        write_charts(charts, folder)
-        table = write_table(groups, _facts(scenario, recordings, files), folder)
-        write_report(
-            folder / REPORT,
+        table = write_report(
+            folder,
+            groups,
+            _facts(scenario, recordings, files),
+            charts_of(recordings, rig),
             title=scenario.settings.title,
             kicker=f"spindle-drift scenario: {scenario.settings.name}",
             description=scenario.settings.description,
-            groups=groups,
             table_note=TABLE_NOTE,
             notes=(),
-            charts=charts,
             timelines=[
                 (full_label_of(entry), entry.events, entry.case.settings.duration_s)
                 for entry in recordings
                 if is_compensated(entry)
             ],
             facts=_shown_facts(scenario, recordings),
-            files=[name for name in table["files"] if name != REPORT],
         )
     simulated = sum(entry.case.settings.duration_s for entry in recordings)
     return (table, groups, simulated / max(sum(entry.wall_s for entry in recordings), 1e-9))

@@ -94,5 +94,5 @@ def _run_days(args: argparse.Namespace, compensator: Path) -> dict[str, Any]:
             shutil.copy(work / kind / "events.json", folder / f"{kind}_events.json")
         draw_days(noses, folder / "nose.png")
         summary = {kind: nose.summary for kind, nose in noses.items()}
-        write_table([], {"control": summary}, folder, to_come=())
+        write_table([], {"control": summary}, folder)
     return summary

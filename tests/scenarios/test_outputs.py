@@ -173,7 +173,7 @@ def results(
 ) -> None:
     with guarding(command, inputs, force), results_folder(folder) as new:
         (new / f"{command}.csv").write_text(command)
-        write_table([], {}, new, to_come=())
+        write_table([], {}, new)
 
 
 def test_a_folder_is_replaced_by_the_same_command_only_and_never_with_an_input(tmp_path):
