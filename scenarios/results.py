@@ -235,7 +235,7 @@ def write_report(
     for chart in charts:
         draw(chart, folder)
     write_page(
-        REPORT,
+        "report.html",
         folder / REPORT,
         groups=groups,
         axes=sorted({axis for group in groups for row in group.rows for axis in row.axes}),

@@ -284,7 +284,7 @@ def scenario_from_text(
         for i, variant in enumerate(settings.variants)
     ]
     if not cases:
-        cases = [_case(base, "main", settings.title, path)]
+        cases = [case_from(base, "main", settings.title, path)]
     return Scenario(settings, tuple(cases), path, text, tuple(overrides))
 
 
@@ -349,14 +349,30 @@ def _variant(base: dict[str, Any], variant: Variant, path: Path, place: str) -> 
             raise BadInput(path, place, f"{shown(key)} cannot differ between variants")
         table = changed(table, key, value, path, place)
     try:
-        return _case(table, variant.name, variant.title or variant.name, path)
+        return case_from(table, variant.name, variant.title or variant.name, path)
     except BadInput as error:
         if str(error.source) != str(path):
             raise
         raise BadInput(path, f"{place} ({variant.name}): {error.place}", error.problem) from None
 
 
-def _case(table: dict[str, Any], name: str, title: str, path: Path) -> Case:
+def case_from(table: dict[str, Any], name: str, title: str, path: Path) -> Case:
+    """Return what a table without variants says.
+
+    Parameters
+    ----------
+    table : dict
+        A scenario as parsed.
+    name, title : str
+        The case's.
+    path : Path
+        The file that it came from.
+
+    Raises
+    ------
+    BadInput
+        For the first thing wrong in it, in one line.
+    """
     settings = checked(Settings, table, path)
     setting = Setting(path, "signals", path.resolve().parent, settings.seed)
     signals = {

@@ -18,7 +18,7 @@ from measurement.files import sha256_of
 from plant_model.noise import LARGEST_SEED
 from scenarios.fmu_file import read_description
 from scenarios.fmu_files import find_fmu
-from scenarios.scenario import Case, Scenario, Variant, changed, read_scenario, scenario_from_text
+from scenarios.scenario import Case, Scenario, Variant, case_from, changed, read_scenario
 from scenarios.signals.base import MOST_STEPS
 from scenarios.sweep.names import Names, Target, check_range
 from scenarios.sweep.variation import OPTION, Variation, variation
@@ -271,6 +271,11 @@ class _Builder:
         self._scenario, self._variations, self._targets = scenario, variations, targets
         self._seed, self._fmus = seed, fmus
         self._table = tomllib.loads(scenario.text)
+        for key, value in (*scenario.overrides, ("variants", [])):
+            self._table = self._with(self._table, key, value)
+
+    def _with(self, table: dict[str, Any], key: str, value: Any) -> dict[str, Any]:
+        return changed(table, key, value, self._scenario.path, OPTION)
 
     def job(self, number: int, variant: Variant, point: Sequence[Any], repeat: int) -> Job:
         """Return one job: a point of the grid in one of its repeats.
@@ -280,29 +285,22 @@ class _Builder:
         BadInput
             If its values do not make a scenario.
         """
-        settled: list[tuple[str, Any]] = [
-            *self._scenario.overrides,
-            ("variants", []),
-            *variant.set.items(),
-            ("seed", _repeated(self._seed, repeat)),
-        ]
         values: dict[str, Any] = {}
-        left, table, known = iter(point), self._table, 0
+        left, table = iter(point), self._table
+        for key, value in (*variant.set.items(), ("seed", _repeated(self._seed, repeat))):
+            table = self._with(table, key, value)
         for entry in self._variations:
-            target, usual = self._targets[entry.label], 1.0
-            if entry.relative:
-                for key, value in settled[known:]:
-                    table = changed(table, key, value, self._scenario.path, OPTION)
-                known = len(settled)
-                usual = self._usual(entry, target, table)
+            target = self._targets[entry.label]
+            usual = self._usual(entry, target, table) if entry.relative else 1.0
             if entry.is_drawn:
                 low, high = _factors(target, usual) if entry.relative else (target.low, target.high)
                 values[entry.label] = entry.drawn(self._seed, repeat, low, high)
             else:
                 values[entry.label] = next(left)
             value = values[entry.label]
-            settled.append((target.key, _scaled(usual, value) if entry.relative else value))
-        case = self._case(settled)
+            value = _scaled(usual, value) if entry.relative else value
+            table = self._with(table, target.key, value)
+        case = self._case(table)
         settings = case.settings
         other = self._fmus.sha256(settings.compensator.fmu) if settings.compensator.enabled else ""
         return Job(
@@ -325,16 +323,15 @@ class _Builder:
                 raise BadInput(OPTION, entry.label, f"{said}: {allowed}")
         return usual
 
-    def _case(self, settled: Sequence[tuple[str, Any]]) -> Case:
+    def _case(self, table: dict[str, Any]) -> Case:
         try:
-            (case,) = scenario_from_text(self._scenario.text, self._scenario.path, settled).cases
+            return case_from(table, "main", self._scenario.settings.title, self._scenario.path)
         except BadInput as error:
             for entry in self._variations:
                 key = self._targets[entry.label].key
                 if error.place and (error.place.startswith(key) or key.startswith(error.place)):
                     raise BadInput(OPTION, entry.name, error.problem) from None
             raise
-        return case
 
 
 def _factors(target: Target, usual: Any) -> tuple[float, float]:
