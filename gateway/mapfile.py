@@ -5,7 +5,6 @@ What is said of the keys here stands in ``docs/gateway_maps.md``, too.
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, TypeVar
 
@@ -13,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from gateway.protection import COUNTER_ONLY, NAMES, NONE, PROFILE_1
 from measurement.errors import BadInput, checked
+from measurement.files import read_toml
 
 MAPS, CONTROLS = (Path(__file__).with_name(name) for name in ("maps", "controls"))
 """The maps and the controls' registers that ship."""
@@ -214,11 +214,4 @@ def read_form(kind: type[F], path: Path) -> F:
     BadInput
         If it is not TOML, or not of the form.
     """
-    try:
-        with path.open("rb") as file:
-            table = tomllib.load(file)
-    except OSError as error:
-        raise BadInput(path, "", f"cannot be read: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise BadInput(path, "", f"is not TOML: {error}") from None
-    return checked(kind, table, path)
+    return checked(kind, read_toml(path), path)

@@ -9,6 +9,7 @@ import math
 import os
 import secrets
 import tempfile
+import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -169,6 +170,41 @@ def read_bytes(path: str | Path) -> bytes:
         raise BadInput(path, "", "no such file") from None
     except (OSError, ValueError) as error:  # ValueError: a null byte in the name
         raise BadInput(path, "", f"cannot be read: {_reason(error)}") from None
+
+
+def read_toml(path: str | Path) -> dict[str, Any]:
+    """Return the table that a TOML file holds.
+
+    Parameters
+    ----------
+    path : str or path
+
+    Raises
+    ------
+    BadInput
+        As `read_bytes`, and if it is not TOML.
+    """
+    return toml_table(read_bytes(path), path)
+
+
+def toml_table(content: str | bytes, source: str | Path) -> dict[str, Any]:
+    """Return the table that a TOML file's content holds.
+
+    Parameters
+    ----------
+    content : str or bytes
+    source : str or path
+        The file, for the refusal.
+
+    Raises
+    ------
+    BadInput
+        If it is not TOML.
+    """
+    try:
+        return tomllib.loads(content if isinstance(content, str) else content.decode("utf-8"))
+    except (ValueError, RecursionError) as error:  # of UTF-8, of TOML, of nesting
+        raise BadInput(source, "", f"is not TOML: {error}") from None
 
 
 def refuse_endless(path: Path) -> None:

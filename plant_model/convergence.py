@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from measurement.errors import BadInput
+from measurement.files import read_toml
 from plant_model.drawing.expand import expanded, is_page
 from plant_model.drawing.layout import Drawing
 from plant_model.drawing.mesh import Mesh
@@ -61,7 +61,7 @@ def convergence(name_or_path: str | Path) -> list[Fineness]:
         If it is not a page.
     """
     path = machine_path(name_or_path)
-    table = tomllib.loads(path.read_text(encoding="utf-8"))
+    table = read_toml(path)
     if not is_page(table):
         raise BadInput(path, "", "is in lumps: only a page of a drawing has cells to count")
     cells = table.get("cells", {})

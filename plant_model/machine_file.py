@@ -6,13 +6,13 @@ that gives it its law. A refusal names the file, the place, the value and what i
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
 from measurement.errors import BadInput, M, checked, near, one_of, shown
+from measurement.files import read_toml
 from plant_model.drawing.expand import expanded, is_page
 from plant_model.effects import Effect, ItemSpec, catalogue, item_kinds
 from plant_model.effects.base import possible
@@ -93,12 +93,7 @@ def machine_table(path: Path) -> dict[str, Any]:
     BadInput
         When the file cannot be read, or for the first thing wrong in a page.
     """
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadInput(path, "", f"cannot be read: {error}") from None
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise BadInput(path, "", f"is not TOML: {error}") from None
+    table = read_toml(path)
     return expanded(table, path) if is_page(table) else table
 
 

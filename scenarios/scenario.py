@@ -7,7 +7,6 @@ A refusal is one line: file, place, value, what is allowed.
 from __future__ import annotations
 
 import copy
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from measurement.errors import BadInput, checked, near, shown
+from measurement.files import toml_table
 from scenarios.faults import SensorFault
 from scenarios.signals import build
 from scenarios.signals.base import MOST_STEPS, Duration, Setting, Signal, Value
@@ -268,10 +268,7 @@ def scenario_from_text(
     BadInput
         For the first thing wrong in it, in one line.
     """
-    try:
-        table = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
-        raise BadInput(path, "", f"is not TOML: {error}") from None
+    table = toml_table(text, path)
     for key, value in overrides:
         table = changed(table, key, value, path, "--set")
     settings = checked(Settings, table, path)

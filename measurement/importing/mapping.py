@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Any, Literal
 
@@ -10,7 +9,7 @@ import tomlkit
 from pydantic import BaseModel, ConfigDict, Field
 
 from measurement.errors import BadInput, checked
-from measurement.files import read_bytes
+from measurement.files import read_toml
 
 KIND = "spindle-drift import"
 HEAD = """\
@@ -145,10 +144,7 @@ def read_mapping(path: Path) -> Mapping:
     BadInput
         If it is no mapping file, or something in it is not allowed.
     """
-    try:
-        table = tomllib.loads(read_bytes(path).decode("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise BadInput(path, "", f"is not TOML: {error}") from None
+    table = read_toml(path)
     if table.get("kind") != KIND:
         raise BadInput(path, "kind", f'is not "{KIND}": no mapping file')
     return checked(Mapping, table, path)
