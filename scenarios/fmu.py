@@ -32,6 +32,7 @@ from fmpy.logging import addLoggerProxy
 from numpy.typing import NDArray
 
 from fmu_packaging.units import own_name
+from measurement.errors import one_line
 from measurement.units import UNITS
 from scenarios.fmu_file import FmuFile
 from scenarios.wiring import check_role, names_of, parameter_kind
@@ -139,36 +140,32 @@ class Slave:
     def __init__(
         self, file: Path | FmuFile, label: str, show: Callable[[str], None], printed: io.StringIO
     ) -> None:
-        own = FmuFile(file) if isinstance(file, Path) else None
-        self._own, opened = own, own or file
-        assert isinstance(opened, FmuFile)
-        self.path, self.label, self._show = opened.path, label, show
-        self.description, self.sha256 = opened.description, opened.sha256
-        self.variables = {variable.name: variable for variable in self.description.modelVariables}
-        self.time_s = 0.0
-        self._messages: list[str] = []
-        try:
+        with contextlib.ExitStack() as stack:
+            if isinstance(file, Path):
+                file = FmuFile(file)
+                stack.callback(file.remove)
+            self.path, self.label, self._show = file.path, label, show
+            self.description, self.sha256 = file.description, file.sha256
+            self.variables = {entry.name: entry for entry in self.description.modelVariables}
+            self.time_s = 0.0
+            self._messages: list[str] = []
+            self._printed = printed
             check_role(label, self.variables, self.path)
-        except BaseException:
-            self._remove()
-            raise
-        self._instance = f"{label}-{id(self)}"
-        _logs[self._instance] = self._log
-        self._printed = printed
-        try:
-            self._fmu = FMU2Slave(
-                guid=self.description.guid,
-                modelIdentifier=self.description.coSimulation.modelIdentifier,
-                unzipDirectory=str(opened.folder),
-                instanceName=self._instance,
-            )
-            self._fmu.instantiate(callbacks=_callbacks, loggingOn=True)
-        except BaseException as error:
-            cause = self._cause() or " ".join(str(error).split())
-            self._forget()
-            if not isinstance(error, Exception):
-                raise
-            raise FmuError(f"{label} ({self.path}) cannot be started: {cause}") from None
+            instance = f"{label}-{id(self)}"
+            _logs[instance] = self._log
+            stack.callback(_logs.pop, instance, None)
+            try:
+                self._fmu = FMU2Slave(
+                    guid=self.description.guid,
+                    modelIdentifier=self.description.coSimulation.modelIdentifier,
+                    unzipDirectory=str(file.folder),
+                    instanceName=instance,
+                )
+                self._fmu.instantiate(callbacks=_callbacks, loggingOn=True)
+            except Exception as error:
+                cause = self._cause() or one_line(error)
+                raise FmuError(f"{label} ({self.path}) cannot be started: {cause}") from None
+            self._stack = stack.pop_all()
         self.component, self.library = self._fmu.component, self._fmu.dll
         self._do_step = self.library.fmi2DoStep
 
@@ -183,21 +180,11 @@ class Slave:
         trace: TracebackType | None,
     ) -> None:
         """End the simulation and remove what was unpacked."""
-        try:
+        with self._stack:
             with contextlib.suppress(FMICallException):
                 if error is None:
                     self._fmu.terminate()
             self._fmu.freeInstance()
-        finally:
-            self._forget()
-
-    def _forget(self) -> None:
-        _logs.pop(self._instance, None)
-        self._remove()
-
-    def _remove(self) -> None:
-        if self._own is not None:
-            self._own.remove()
 
     # What it offers
 

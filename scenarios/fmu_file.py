@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import zipfile
 from collections.abc import Collection
 from pathlib import Path
@@ -18,7 +19,7 @@ MODELS = (f"resources/{MODEL_FILE}", f"documentation/{MODEL_FILE}")
 """Where a compensator's FMU holds its file: in Python, and in C, which has it compiled in, too."""
 
 
-class FmuFile:
+class FmuFile(Unpacked):
     """An FMU's file, read and unpacked once, for any number of instances.
 
     Parameters
@@ -43,28 +44,15 @@ class FmuFile:
         self.path = path
         self.description = read_description(path)
         self.sha256 = sha256_of(path)
-        self._unpacked = Unpacked(path)
-        self.folder = self._unpacked.folder
-
-    def remove(self) -> None:
-        """Remove what was unpacked."""
-        self._unpacked.remove()
+        super().__init__(path)
 
 
-class Shelf:
+class Shelf(contextlib.ExitStack):
     """FMU files opened once, for runs one after the other; use it in a ``with``."""
 
     def __init__(self) -> None:
+        super().__init__()
         self._files: dict[Path, FmuFile] = {}
-
-    def __enter__(self) -> Shelf:
-        """Return the shelf."""
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """Remove what was unpacked."""
-        while self._files:
-            self._files.popitem()[1].remove()
 
     def file(self, path: Path) -> FmuFile:
         """Return the file of a path, as it was when first asked for.
@@ -76,6 +64,7 @@ class Shelf:
         """
         if path not in self._files:
             self._files[path] = FmuFile(path)
+            self.callback(self._files[path].remove)
         return self._files[path]
 
 

@@ -112,7 +112,7 @@ def _interrupts_wait() -> Iterator[None]:
 def _prepare() -> None:
     """Leave Ctrl-C to the parent, and end when the parent has gone, however it went."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    atexit.register(_shelf.__exit__)
+    atexit.register(_shelf.close)
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=_follow, args=(parent,), daemon=True).start()
