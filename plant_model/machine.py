@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
-from functools import cached_property
-from typing import Any
+from functools import cache, cached_property
+from typing import Any, get_args, get_origin, get_type_hints
 
 from plant_model.parameters import NUMBERS, Parameter, ParameterError
 
@@ -288,38 +288,21 @@ class Machine:
         -------
         Machine
         """
+        made: Machine = _made(cls, table)
+        return made
 
-        def numbers(group: dict[str, dict[str, Any]]) -> dict[str, Parameter]:
-            return {name: Parameter(**entry) for name, entry in group.items()}
 
-        return cls(
-            name=table["name"],
-            title=table["title"],
-            description=table["description"],
-            inputs=tuple(Input(**entry) for entry in table["inputs"]),
-            nodes=tuple(
-                Node(
-                    entry["name"],
-                    Parameter(**entry["capacity"]),
-                    entry["start"],
-                    entry.get("start_share", 1.0),
-                )
-                for entry in table["nodes"]
-            ),
-            items=tuple(
-                Item(
-                    entry["family"],
-                    entry["name"],
-                    entry["kind"],
-                    {role: tuple(names) for role, names in entry["refs"].items()},
-                    numbers(entry["parameters"]),
-                )
-                for entry in table["items"]
-            ),
-            sensors=tuple(Sensor(**entry) for entry in table["sensors"]),
-            rig=table["rig"],
-            axis=Axis(**table["axis"]),
-            effects={name: numbers(group) for name, group in table["effects"].items()},
-            references=table["references"],
-            numbers=numbers(table["numbers"]),
-        )
+_hints = cache(get_type_hints)
+
+
+def _made(kind: Any, value: Any) -> Any:
+    """Return what `asdict` took apart, by the types of the fields."""
+    if kind is Any or type(value) not in (dict, list, tuple):
+        return value
+    inner = get_args(kind)
+    if get_origin(kind) is tuple:
+        return tuple(_made(inner[0], part) for part in value)
+    if get_origin(kind) is dict:
+        return {name: _made(inner[1], part) for name, part in value.items()}
+    hints = _hints(kind)
+    return kind(**{name: _made(hints[name], part) for name, part in value.items()})
