@@ -41,7 +41,7 @@ class BadInput(ValueError):  # noqa: N818 - what is bad is the input, not the pr
         return type(self), (self.source, self.place, self.problem)
 
 
-def checked(kind: type[M], table: dict[str, Any], source: str | Path) -> M:
+def checked(kind: type[M], table: dict[str, Any], source: str | Path, within: str = "") -> M:
     """Return *table* as an instance of the pydantic model *kind*.
 
     Parameters
@@ -51,6 +51,8 @@ def checked(kind: type[M], table: dict[str, Any], source: str | Path) -> M:
         The content as parsed, not changed.
     source : str or path
         The file, for the refusal.
+    within : str
+        Where in it the table stands.
 
     Raises
     ------
@@ -62,7 +64,7 @@ def checked(kind: type[M], table: dict[str, Any], source: str | Path) -> M:
     except ValidationError as error:
         # With several mistakes, the first in the file's order is the one to mend first.
         first = error.errors(include_url=False)[0]
-    place = ".".join(str(step) for step in first["loc"])
+    place = ".".join([within] * bool(within) + [str(step) for step in first["loc"]])
     message = first["msg"].removeprefix("Value error, ")
     if first["type"] in {"missing", "extra_forbidden"}:
         problem = {"missing": "is missing", "extra_forbidden": "is not a known field"}[

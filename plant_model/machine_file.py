@@ -11,7 +11,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
-from measurement.errors import BadInput, M, checked, near, one_of, shown
+from measurement.errors import BadInput, checked, near, one_of, shown
 from measurement.files import read_toml
 from plant_model.drawing.expand import expanded, is_page
 from plant_model.effects import Effect, ItemSpec, catalogue, item_kinds
@@ -134,12 +134,6 @@ class _Reader:
     def refuse(self, place: str, problem: str) -> BadInput:
         return BadInput(self.source, place, problem)
 
-    def _checked(self, kind: type[M], place: str, table: dict[str, Any]) -> M:
-        try:
-            return checked(kind, table, self.source)
-        except BadInput as error:
-            raise self.refuse(f"{place}.{error.place}", error.problem) from None
-
     def machine(self) -> Machine:
         form = self.form
         self._unique("nodes", self.nodes)
@@ -234,7 +228,7 @@ class _Reader:
             )
         if "number" in table:
             return self._tied(place, table, spec)
-        form = self._checked(ParameterForm, place, table)
+        form = checked(ParameterForm, table, self.source, place)
         if form.unit != spec.unit:
             raise self.refuse(
                 f"{place}.unit", f"{shown(form.unit)} is not allowed: it is {spec.unit}"
@@ -259,7 +253,7 @@ class _Reader:
 
     def _tied(self, place: str, table: dict[str, Any], spec: NumberSpec) -> Parameter:
         """Return a parameter that follows a named number, so many times as large."""
-        form = self._checked(TiedForm, place, table)
+        form = checked(TiedForm, table, self.source, place)
         name = self._one_of(f"{place}.number", form.number, self.numbers)
         number = self.numbers[name]
         if form.unit not in {None, spec.unit}:

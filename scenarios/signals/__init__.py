@@ -53,11 +53,7 @@ def build(entry: object, setting: Setting) -> Signal:
             f"{setting.place}.kind",
             f"{problem}: {', '.join(sorted(kinds()))}{near(kind, kinds())}",
         )
-    try:
-        signal = checked(kinds()[kind], entry, setting.source)
-    except BadInput as error:
-        place = ".".join(part for part in (setting.place, error.place) if part)
-        raise BadInput(setting.source, place, error.problem) from None
+    signal = checked(kinds()[kind], entry, setting.source, setting.place)
     try:
         kinds()[kind].place(setting, entry)
     except RecursionError:
