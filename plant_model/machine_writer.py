@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import tomlkit
 
@@ -17,6 +17,8 @@ from plant_model.effects import catalogue
 from plant_model.machine import FAMILIES, Item, Machine
 from plant_model.machine_file import machine_from_table, machine_path, machine_table
 from plant_model.parameters import Parameter
+
+T = TypeVar("T")
 
 
 def write_machine(
@@ -69,11 +71,19 @@ def machine_text(machine: Machine, original: str | Path) -> str:
     source = machine_path(original)
     head, document = _document(source)
     for name, number in machine.numbers.items():
-        _move(document["numbers"], name, number)
-    _write_nodes(document["nodes"], machine)
-    _write_sensors(document, machine)
-    _write_items(document, machine)
-    _write_effects(document["effects"], machine)
+        _put(document["numbers"], name, number)
+    for node, entry in _beside(document["nodes"], machine.nodes):
+        _put(entry, "name", node.name)
+        _put(entry, "capacity", node.capacity)
+        _put(entry, "start", node.start, "ambient")
+        _put(entry, "start_share", node.start_share, 1.0)
+    for sensor, entry in _beside(document.get("sensors", []), machine.sensors):
+        _put(entry, "of", sensor.of)
+    for family in FAMILIES:
+        items = [item for item in machine.items if item.family == family]
+        for item, entry in _beside(document.setdefault(family, tomlkit.aot()), items):
+            _put_item(entry, item)
+    _put_effects(document["effects"], machine)
     text: str = head + document.as_string()
     # What is written must read back as the same machine.
     if machine_from_table(tomllib.loads(text), source) != machine:
@@ -89,84 +99,50 @@ def _document(source: Path) -> tuple[str, Any]:
     return "", tomlkit.parse(text)
 
 
-def _write_nodes(entries: Any, machine: Machine) -> None:
-    for place, node in enumerate(machine.nodes):
+def _beside(entries: Any, things: Sequence[T]) -> Iterator[tuple[T, Any]]:
+    """Give each thing with its table in the file, a new one where there is none yet."""
+    for place, thing in enumerate(things):
         if place == len(entries):
-            table = tomlkit.table()
-            table["name"], table["capacity"] = node.name, _inline(node.capacity)
-            entries.append(table)
-        entry = entries[place]
-        _move(entry, "capacity", node.capacity)
-        if entry.get("start", "ambient") != node.start:
-            entry["start"] = node.start
-        if entry.get("start_share", 1.0) != node.start_share:
-            entry["start_share"] = node.start_share
+            entries.append(tomlkit.table())
+        yield thing, entries[place]
 
 
-def _write_sensors(document: Any, machine: Machine) -> None:
-    for entry, sensor in zip(document.get("sensors", []), machine.sensors, strict=True):
-        if entry["of"] != sensor.of:
-            entry["of"] = sensor.of
-
-
-def _write_items(document: Any, machine: Machine) -> None:
-    counts = dict.fromkeys(FAMILIES, 0)
-    for item in machine.items:
-        entries = document.setdefault(item.family, tomlkit.aot())
-        if counts[item.family] == len(entries):
-            entries.append(_new_item(item))
-        entry = entries[counts[item.family]]
-        counts[item.family] += 1
-        _write_refs(entry, item)
-        for name, parameter in item.parameters.items():
-            if name in entry:
-                _move(entry, name, parameter)
-
-
-def _write_refs(entry: Any, item: Item) -> None:
-    """Write what an item touches, where that is not what the file says; it keeps its name."""
+def _put_item(entry: Any, item: Item) -> None:
+    """Write an item; one that touches other things than the file says keeps its name."""
+    is_new = not entry
+    if is_new:
+        entry["kind"], entry["name"] = item.kind, item.name
     for role, names in item.refs.items():
-        given = entry[role]
+        given = entry.get(role)
         if tuple(given if isinstance(given, list) else [given]) != names:
             entry.setdefault("name", item.name)
-            entry[role] = _names(names)
-
-
-def _names(names: tuple[str, ...]) -> Any:
-    return list(names) if len(names) > 1 else names[0]
-
-
-def _new_item(item: Item) -> Any:
-    """Return an item that the file does not have yet."""
-    table = tomlkit.table()
-    table["kind"], table["name"] = item.kind, item.name
-    for role, names in item.refs.items():
-        table[role] = _names(names)
+            entry[role] = list(names) if len(names) > 1 else names[0]
     for name, parameter in item.parameters.items():
-        table[name] = _inline(parameter)
-    return table
+        if is_new or name in entry:
+            _put(entry, name, parameter)
 
 
-def _write_effects(effects: Any, machine: Machine) -> None:
+def _put_effects(effects: Any, machine: Machine) -> None:
     for key, parameters in machine.effects.items():
         if key not in effects:
             effects[key] = tomlkit.table()
         nominal = catalogue()[name_of(key)].parameters
         for name, parameter in parameters.items():
-            if name in effects[key]:
-                _move(effects[key], name, parameter)
-            elif parameter != nominal[name]:
-                effects[key][name] = _inline(parameter)
+            if name in effects[key] or parameter != nominal[name]:
+                _put(effects[key], name, parameter)
 
 
-def _move(entry: Any, name: str, parameter: Parameter) -> None:
-    if parameter.tied:
-        return
-    for part in ("value", "low", "high", "source"):
-        if entry[name][part] != getattr(parameter, part):
-            entry[name][part] = getattr(parameter, part)
-    if entry[name].get("calibrate", False) != parameter.calibrate:
-        entry[name]["calibrate"] = parameter.calibrate
+def _put(entry: Any, key: str, value: Any, usual: object = None) -> None:
+    """Write what is not as the file has it, which leaves out what is *usual*."""
+    if not isinstance(value, Parameter):
+        if entry.get(key, usual) != value:
+            entry[key] = value
+    elif key not in entry:
+        entry[key] = _inline(value)
+    elif not value.tied:
+        for part in ("value", "low", "high", "source"):
+            _put(entry[key], part, getattr(value, part))
+        _put(entry[key], "calibrate", value.calibrate, usual=False)
 
 
 def _inline(parameter: Parameter) -> Any:
