@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import ast
 import inspect
+import json
 import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -134,3 +135,22 @@ def add_results(parser: argparse.ArgumentParser, text: str, **more: Any) -> None
 def add_json(parser: argparse.ArgumentParser, text: str = "print JSON instead of text") -> None:
     """Declare that what is printed is for machines."""
     parser.add_argument("--json", action="store_true", help=text)
+
+
+def tell(args: argparse.Namespace, table: object, *lines: str) -> int:
+    """Print what was found, for machines or, unless ``--quiet`` is given, for people; return 0.
+
+    Parameters
+    ----------
+    args : Namespace
+        Says which.
+    table : object
+        Ready for JSON.
+    *lines : str
+        The same for people.
+    """
+    if args.json:
+        print(json.dumps(table, indent=1, ensure_ascii=False))
+    elif not getattr(args, "quiet", False):
+        print(*lines, sep="\n")
+    return 0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
 from inspect import signature
 from typing import Any
@@ -17,6 +16,7 @@ from scenarios.arguments import (
     add_results,
     add_runs,
     parameters_of,
+    tell,
 )
 from scenarios.assignments import options_of
 from scenarios.fit_figures import draw_fit
@@ -94,12 +94,8 @@ def run(args: argparse.Namespace) -> int:
     if args.out is not None:
         drawn = draw_fit(table["provenance"]["figures"]["fit"], args.out)
         wrote = [f"wrote {name}" for name in drawn] or [f"nothing to draw: {NO_FIGURE}"]
-    if args.json:
-        facts = {"file": str(path), "chosen": table["chosen"], **table["provenance"]}
-        print(json.dumps(facts, indent=1))
-    else:
-        print("\n".join([*report(table, path), *wrote]))
-    return 0
+    facts = {"file": str(path), "chosen": table["chosen"], **table["provenance"]}
+    return tell(args, facts, *report(table, path), *wrote)
 
 
 def _options(given: list[str]) -> dict[str, Any]:

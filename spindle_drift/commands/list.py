@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import json
+
+from scenarios.arguments import add_json, tell
 
 NAME = "list"
 HELP = "list the scenarios"
@@ -13,7 +14,7 @@ WRITES: dict[str, str] = {}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument("--json", action="store_true", help="print JSON instead of a list")
+    add_json(parser, "print JSON instead of a list")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -21,20 +22,15 @@ def run(args: argparse.Namespace) -> int:
     from scenarios.scenario import library, read_scenario
 
     found = [read_scenario(path).settings for path in library()]
-    if args.json:
-        table = [
-            {
-                "name": entry.name,
-                "title": entry.title,
-                "description": entry.description.strip(),
-                "duration_s": None if entry.replay else entry.duration_s,
-                "variants": [variant.name for variant in entry.variants],
-            }
-            for entry in found
-        ]
-        print(json.dumps(table, indent=1, ensure_ascii=False))
-        return 0
+    table = [
+        {
+            "name": entry.name,
+            "title": entry.title,
+            "description": entry.description.strip(),
+            "duration_s": None if entry.replay else entry.duration_s,
+            "variants": [variant.name for variant in entry.variants],
+        }
+        for entry in found
+    ]
     width = max(len(entry.name) for entry in found)
-    for entry in found:
-        print(f"{entry.name:<{width}}  {entry.title}")
-    return 0
+    return tell(args, table, *(f"{entry.name:<{width}}  {entry.title}" for entry in found))

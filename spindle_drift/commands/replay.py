@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import json
 import re
 from pathlib import Path
 from typing import Any
 
-from scenarios.arguments import add_json, add_parameters, add_results, add_runs, parameters_of
+from scenarios.arguments import add_json, add_parameters, add_results, add_runs, parameters_of, tell
 from scenarios.outputs import FOLDER
 
 NAME = "replay"
@@ -61,12 +60,8 @@ def run(args: argparse.Namespace) -> int:
         probing=_probing(args),
         quiet=args.quiet or args.json,
     )
-    if args.json:
-        print(json.dumps(table, indent=1, ensure_ascii=False))
-    elif not args.quiet:
-        print(as_text(groups), *notes, sep="\n")
-        print(f"results in {args.out}, report: {args.out / 'report.html'}")
-    return 0
+    where = f"results in {args.out}, report: {args.out / 'report.html'}"
+    return tell(args, table, as_text(groups), *notes, where)
 
 
 def _probing(args: argparse.Namespace) -> Any:

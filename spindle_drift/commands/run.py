@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import Any
 
-from scenarios.arguments import DIRECTORY, add_json, add_parameters
+from scenarios.arguments import DIRECTORY, add_json, add_parameters, tell
 from scenarios.outputs import FOLDER, also_reads
 
 NAME = "run"
@@ -52,12 +51,8 @@ def run(args: argparse.Namespace) -> int:
             quiet=args.quiet or args.json,
         )
         pace = f"{speed:,.0f} simulated seconds a second; "
-    if args.json:
-        print(json.dumps(table, indent=1, ensure_ascii=False))
-    elif not args.quiet:
-        print(f"{settings.title}\n\n{as_text(groups)}\n", *notes, sep="\n")
-        print(f"{pace}results in {out}, report: {out / 'report.html'}")
-    return 0
+    where = f"{pace}results in {out}, report: {out / 'report.html'}"
+    return tell(args, table, settings.title, "", as_text(groups), "", *notes, where)
 
 
 def _replay(scenario: Any, args: argparse.Namespace, out: Path) -> Any:

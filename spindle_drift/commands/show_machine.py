@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import json
 from dataclasses import asdict
 from pathlib import Path
 
-from scenarios.arguments import add_json, add_parameters
+from scenarios.arguments import add_json, add_parameters, tell
 from scenarios.outputs import PAGE, check_output
 
 NAME = "show-machine"
@@ -34,30 +33,24 @@ def run(args: argparse.Namespace) -> int:
     check_output(path, PAGE)
     shown = show_machine(args.machine, path, cells=args.cells)
     sheet = shown.sheet
-    if args.json:
-        table = {
-            "page": str(path),
-            "wrong": shown.wrong,
-            "parts": [asdict(part) for part in sheet.parts],
-            "time_constants": [{"hours": hours, "part": part} for hours, part in sheet.modes],
-            "sources_w": sheet.sources,
-            "given_off_w": sheet.given_off,
-            "readings": {name: value for name, (value, _) in sheet.readings.items()},
-            "drift_um": sheet.drift,
-            "cells": [asdict(row) for row in shown.cells],
-        }
-        print(json.dumps(table, indent=1))
-        return 0
-    for line in shown.wrong:
-        print(f"looks wrong: {line}")
-    if not shown.wrong:
-        print("nothing looks wrong to these checks")
+    table = {
+        "page": str(path),
+        "wrong": shown.wrong,
+        "parts": [asdict(part) for part in sheet.parts],
+        "time_constants": [{"hours": hours, "part": part} for hours, part in sheet.modes],
+        "sources_w": sheet.sources,
+        "given_off_w": sheet.given_off,
+        "readings": {name: value for name, (value, _) in sheet.readings.items()},
+        "drift_um": sheet.drift,
+        "cells": [asdict(row) for row in shown.cells],
+    }
+    lines = [f"looks wrong: {line}" for line in shown.wrong]
+    lines = lines or ["nothing looks wrong to these checks"]
     if shown.cells:
-        print(f"{'longest mm':>10}{'around':>8}{'lumps':>7}{'warm':>9}{'moved':>9}")
-    for row in shown.cells:
-        print(
-            f"{row.longest_mm:>10.0f}{row.sectors:>8}{row.nodes:>7}"
-            f"{100 * row.temperature:>7.1f} %{100 * row.drift:>7.1f} %"
-        )
-    print(f"wrote {path}")
-    return 0
+        lines.append(f"{'longest mm':>10}{'around':>8}{'lumps':>7}{'warm':>9}{'moved':>9}")
+    lines += [
+        f"{row.longest_mm:>10.0f}{row.sectors:>8}{row.nodes:>7}"
+        f"{100 * row.temperature:>7.1f} %{100 * row.drift:>7.1f} %"
+        for row in shown.cells
+    ]
+    return tell(args, table, *lines, f"wrote {path}")

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from pathlib import Path
 
-from scenarios.arguments import add_json, add_parameters, add_results
+from scenarios.arguments import add_json, add_parameters, add_results, tell
 from scenarios.outputs import FOLDER_THAT_GOES_ON
 
 NAME = "sweep"
@@ -74,11 +73,8 @@ def run(args: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         print(f"{PROGRAM}: interrupted; the same command goes on from {out}", file=sys.stderr)
         return 130
-    if args.json:
-        print(json.dumps(found, indent=1, ensure_ascii=False))
-    elif not args.quiet:
-        print(f"{found['title']}: {found['cases']} cases\n\n{as_text(found)}\n")
-        print(f"results in {out}: {', '.join(found['files'])}")
+    where = f"results in {out}: {', '.join(found['files'])}"
+    tell(args, found, f"{found['title']}: {found['cases']} cases", "", as_text(found), "", where)
     if found["failed"]:
         count = f"{found['failed']} of {found['cases']} cases failed"
         print(f"{PROGRAM}: error: {count}: {found['problems'][0]}", file=sys.stderr)

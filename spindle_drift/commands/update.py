@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 
-from scenarios.arguments import add_json, add_output, add_parameters, add_runs
+from scenarios.arguments import add_json, add_output, add_parameters, add_runs, tell
 from scenarios.fit_text import promise_line
 from scenarios.outputs import COMPENSATOR_FILE
 from spindle_drift.compensators import Compensator
@@ -33,18 +32,14 @@ def run(args: argparse.Namespace) -> int:
     after = Compensator.load(args.compensator).update(args.runs, created=args.created)
     path, provenance = after.save(args.output), after.model.provenance
     new_runs = provenance["figures"]["updated"][-len(args.runs) :]
-    if args.json:
-        facts = {"file": str(path), "new_runs": new_runs, "chosen": after.model.table["chosen"]}
-        print(json.dumps({**facts, **provenance}, indent=1))
-        return 0
-    print("The old compensator in the new runs, RMSE [um] without it and with it:")
+    facts = {"file": str(path), "new_runs": new_runs, "chosen": after.model.table["chosen"]}
+    lines = ["The old compensator in the new runs, RMSE [um] without it and with it:"]
     for run_left in new_runs:
         cells = [
             f"{axis} {left['no_model']:.1f} -> {left['model']:.1f}"
             for axis, left in run_left["axes"].items()
         ]
-        print(f"  {run_left['run']}: {', '.join(cells) or 'drift not measured'}")
-    if line := promise_line(provenance["figures"]["unseen"]):
-        print(line)
-    print(f"wrote {path}; it was learnt from {len(provenance['runs'])} runs")
-    return 0
+        lines.append(f"  {run_left['run']}: {', '.join(cells) or 'drift not measured'}")
+    lines += filter(None, [promise_line(provenance["figures"]["unseen"])])
+    lines.append(f"wrote {path}; it was learnt from {len(provenance['runs'])} runs")
+    return tell(args, {**facts, **provenance}, *lines)

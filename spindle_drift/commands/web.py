@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 
-from scenarios.arguments import add_json, add_output
+from scenarios.arguments import add_json, add_output, tell
 from scenarios.outputs import PAGE, check_output
 
 NAME = "web"
@@ -30,9 +29,10 @@ def run(args: argparse.Namespace) -> int:
 
     check_output(args.output, PAGE)
     page = write_web_page(read_machine(args.machine), args.compensator, args.output)
-    if args.json:
-        sizes = {"plant_bytes": page.plant_bytes, "compensator_bytes": page.compensator_bytes}
-        print(json.dumps({"page": str(page.path), **sizes}, indent=1))
-    else:
-        print(f"wrote {page.path}: {page.path.stat().st_size / 1024:.0f} KiB, open it in a browser")
-    return 0
+    sizes = {"plant_bytes": page.plant_bytes, "compensator_bytes": page.compensator_bytes}
+    size = f"{page.path.stat().st_size / 1024:.0f} KiB"
+    return tell(
+        args,
+        {"page": str(page.path), **sizes},
+        f"wrote {page.path}: {size}, open it in a browser",
+    )
