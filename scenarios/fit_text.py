@@ -10,27 +10,7 @@ from typing import Any
 from tqdm import tqdm
 
 from fmu_compensator.fit.fitting import USUAL_MODEL
-from measurement.errors import BadInput
 from scenarios.fit_found import told
-
-
-def check_jobs(command: str, jobs: int) -> None:
-    """Refuse no processes.
-
-    Parameters
-    ----------
-    command : str
-        Its name, for the refusal.
-    jobs : int
-        Processes.
-
-    Raises
-    ------
-    BadInput
-        If there are none.
-    """
-    if jobs < 1:
-        raise BadInput(command, "--jobs", f"{jobs} is not allowed: 1 or more")
 
 
 @contextmanager

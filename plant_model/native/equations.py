@@ -274,9 +274,8 @@ class _Tracer:
 
     def _outputs(self, slices: dict[str, slice]) -> Cells:
         start: Any = self.graph.symbols("s", (1, 1, self.nodes))
-        time: Any
-        length: Any
-        time, length = (Traced(self.graph, _one(self.graph.symbol("w", i))) for i in (0, 1))
+        instant: Any = self.graph.symbols("w", (2, 1))
+        time, length = instant
         at = pose(self.effects, slices, self.inputs, self.temperatures - start, self.own)
         shown = readings(
             self.machine,
@@ -311,12 +310,6 @@ class _Tracer:
 
 def _flat(part: Any) -> Cells:
     return list(part.cells.flat) if isinstance(part, Traced) else np.asarray(part).ravel().tolist()
-
-
-def _one(symbol: Expr) -> np.ndarray[Any, Any]:
-    cells = np.empty((1,), dtype=object)
-    cells[0] = symbol
-    return cells
 
 
 def _is_nought(cell: Any) -> bool:

@@ -20,7 +20,7 @@ from scenarios.arguments import (
 )
 from scenarios.assignments import options_of
 from scenarios.fit_figures import draw_fit
-from scenarios.fit_text import bar, check_jobs, report
+from scenarios.fit_text import bar, report
 from scenarios.grey_options import add_choice_options, choice_options
 from scenarios.outputs import COMPENSATOR_FILE, FOLDER
 from scenarios.presets import add_as
@@ -76,7 +76,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Fit, write the file, and print how well it does."""
-    check_jobs("fit", args.jobs)
+    if args.jobs < 1:
+        raise BadInput("fit", "--jobs", f"{args.jobs} is not allowed: 1 or more")
     with bar() as on_step:
         compensator = fit(
             args.runs,
