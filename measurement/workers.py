@@ -50,7 +50,7 @@ def workers(count: int | None = None) -> Iterator[ProcessPoolExecutor]:
             pool._call_queue._reader.close()  # type: ignore[attr-defined]
 
     # One thread each: small matrices gain nothing from more, and workers would crowd each other.
-    pool = ProcessPoolExecutor(count or os.cpu_count(), initializer=_begin, initargs=(os.getpid(),))
+    pool = ProcessPoolExecutor(count or os.cpu_count(), initializer=begin, initargs=(os.getpid(),))
     try:
         _start(pool)
         with ending_work(end):
@@ -79,8 +79,14 @@ def _idle() -> None:
     """Do nothing: the first job makes the pool start its processes."""
 
 
-def _begin(parent: int) -> None:
-    """Prepare a worker: it leaves Ctrl-C to its parent, and ends when told to."""
+def begin(parent: int) -> None:
+    """Prepare a worker: it leaves Ctrl-C to its parent, and ends when told to or left alone.
+
+    Parameters
+    ----------
+    parent : int
+        The number of the process that it works for.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     if hasattr(signal, "pthread_sigmask"):

@@ -15,12 +15,14 @@ from pathlib import Path
 from typing import Any
 
 from measurement.stops import LOOK_S, ending_work
+from measurement.workers import begin
 from scenarios.fmu_file import Shelf
 from scenarios.sweep.case import failed, outcome_of
 from scenarios.sweep.plan import Job
 
 _shelf = Shelf()
 """Of a worker process."""
+atexit.register(_shelf.close)
 
 LOST = "its process ended twice without a result, the second time alone"
 
@@ -79,7 +81,7 @@ def _one_pool(
 ) -> Iterator[dict[str, Any]]:
     # Fresh processes: a fork would share the FMUs' interpreter state and this process's threads.
     context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(min(workers, len(jobs)), context, _prepare)
+    pool = ProcessPoolExecutor(min(workers, len(jobs)), context, begin, (os.getpid(),))
     stopped = threading.Event()
     with ending_work(stopped.set):
         try:
@@ -107,17 +109,3 @@ def _interrupts_wait() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _prepare() -> None:
-    """Leave Ctrl-C to the parent, and end when the parent has gone, however it went."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    atexit.register(_shelf.close)
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        threading.Thread(target=_follow, args=(parent,), daemon=True).start()
-
-
-def _follow(parent: Any) -> None:
-    parent.join()
-    os._exit(1)
