@@ -19,7 +19,7 @@ from scenarios.cosimulation import plant_parameters
 from scenarios.faults import FaultLine
 from scenarios.fmu import Port
 from scenarios.probe_cycle import ProbeSource
-from scenarios.scenario import Case, signal_setting
+from scenarios.scenario import Case
 from scenarios.views import rig_of
 from scenarios.wiring import PROBED, TOOL_LENGTH
 
@@ -85,7 +85,7 @@ class MachinePlant:
                 source = self.case.setting.source
                 problem = f"is not an input to drive: {', '.join(inputs)}"
                 raise BadInput(source, f"signals.{name}", problem)
-            found[name] = signal.values(time, signal_setting(self.case.setting, name))
+            found[name] = signal.values(time, self.case.setting.inside(name))
         return found
 
     def _fault_names(self) -> list[str]:

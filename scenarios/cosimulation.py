@@ -41,7 +41,7 @@ from scenarios.fmu_file import FmuFile
 from scenarios.probe_cycle import ProbeCycle
 from scenarios.recording import Event, Recording, facts_of, notice
 from scenarios.replay import model_of
-from scenarios.scenario import Case, signal_setting
+from scenarios.scenario import Case
 from scenarios.signals.base import FloatArray
 from scenarios.views import rig_of
 from scenarios.wiring import PROBED, TOOL_LENGTH, Variables, check_signals, shared_starts, wire
@@ -125,7 +125,7 @@ def signals_over(
     """
     check_signals(plant, compensator, case.signals, case.setting.source)
     found = {
-        name: signal.values(time_s, signal_setting(case.setting, name))
+        name: signal.values(time_s, case.setting.inside(name))
         for name, signal in case.signals.items()
     }
     unsaid = shared_starts(plant, compensator, found)

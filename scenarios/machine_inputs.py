@@ -7,7 +7,7 @@ import pandas as pd
 
 from measurement.errors import BadInput
 from plant_model.machine import Machine
-from scenarios.scenario import Case, signal_setting
+from scenarios.scenario import Case
 from scenarios.signals.base import MOST_STEPS
 
 
@@ -38,7 +38,7 @@ def inputs_of(case: Case, machine: Machine, every_s: float) -> pd.DataFrame:
     time = np.arange(rows) * every_s
     names = {entry.name for entry in machine.inputs}
     columns = {
-        name: signal.values(time, signal_setting(case.setting, name))
+        name: signal.values(time, case.setting.inside(name))
         for name, signal in case.signals.items()
         if name in names
     }

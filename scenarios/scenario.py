@@ -372,19 +372,5 @@ def case_from(table: dict[str, Any], name: str, title: str, path: Path) -> Case:
     """
     settings = checked(Settings, table, path)
     setting = Setting(path, "signals", path.resolve().parent, settings.seed)
-    signals = {
-        key: build(entry, signal_setting(setting, key)) for key, entry in settings.signals.items()
-    }
+    signals = {key: build(entry, setting.inside(key)) for key, entry in settings.signals.items()}
     return Case(name, title, settings, signals, setting)
-
-
-def signal_setting(setting: Setting, name: str) -> Setting:
-    """Return where the signal *name* of a case stands.
-
-    Parameters
-    ----------
-    setting : Setting
-        Of the case.
-    name : str
-    """
-    return Setting(setting.source, f"signals.{name}", setting.folder, setting.seed)

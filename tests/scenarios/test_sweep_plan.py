@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from measurement.errors import BadInput
-from scenarios.scenario import signal_setting
 from scenarios.sweep.plan import Plan, Request, plan
 
 VARIANTS = """
@@ -54,7 +53,7 @@ def test_a_scaled_signal_is_the_scenarios_times_the_factor(planned):
     job = planned("speed=x0.5").jobs[0]
     case = job.case
     moments = np.array([0.0, 15.0])
-    values = case.signals["speed"].values(moments, signal_setting(case.setting, "speed"))
+    values = case.signals["speed"].values(moments, case.setting.inside("speed"))
     assert values.tolist() == [500.0, 1000.0]
 
 
