@@ -20,21 +20,13 @@ from fmu_compensator.monitoring.monitor import (
 )
 from scenarios.figures import PANEL_IN, WIDTH_IN, plain, saved
 
-COLOURS = {
-    FITS: "#2a7f4f",
-    NOT_MEASURED: "#7a828c",
-    OUTSIDE: "#c98a1b",
-    CHANGED: "#b3342d",
-    SENSOR: "#6a3fa0",
-    TOO_SHORT: "#7a828c",
-}
-LABELS = {
-    FITS: "fits",
-    NOT_MEASURED: "not measured",
-    OUTSIDE: "outside training",
-    CHANGED: "more than promised",
-    SENSOR: "a thermometer",
-    TOO_SHORT: "too short",
+DOTS = {
+    FITS: {"color": "#2a7f4f", "label": "fits"},
+    NOT_MEASURED: {"color": "#7a828c", "label": "not measured"},
+    OUTSIDE: {"color": "#c98a1b", "label": "outside training"},
+    CHANGED: {"color": "#b3342d", "label": "more than promised"},
+    SENSOR: {"color": "#6a3fa0", "label": "a thermometer"},
+    TOO_SHORT: {"color": "#7a828c", "label": "too short"},
 }
 
 
@@ -63,7 +55,7 @@ def draw_monitor(report: Report, folder: Path) -> list[Path]:
                 if error.axis == axis:
                     bound = error.bound
                     used.append(axis_verdict(run, error))
-                    panel.plot(place, error.miss, "o", color=COLOURS[used[-1]])
+                    panel.plot(place, error.miss, "o", color=DOTS[used[-1]]["color"])
                     panel.annotate(
                         _label(error), (place, error.miss), (0, 6), textcoords="offset points",
                         fontsize=7, ha="center", color="#4a505a",
@@ -89,7 +81,7 @@ def draw_monitor(report: Report, folder: Path) -> list[Path]:
             loc="left",
         )
     for verdict in dict.fromkeys(used):
-        panels[0].plot([], [], "o", color=COLOURS[verdict], label=LABELS[verdict])
+        panels[0].plot([], [], "o", **DOTS[verdict])
     if axes:
         panels[0].plot([], [], "--", color="#b3342d", label="more is unlike training")
         figure.legend(loc="outside lower center", ncols=4, fontsize=9, frameon=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from plant_model.effects.base import Effect, Inputs
-from plant_model.effects.bearing_friction import friction_heat, viscous_torque
+from plant_model.effects.bearing_friction import add_to_sides, friction_heat, viscous_torque
 from plant_model.parameters import FloatArray, Parameter
 
 
@@ -37,15 +37,11 @@ class ViscosityTemperature(Effect):
         """Add the difference to the heat at constant viscosity."""
         for item in self._bearings:
             speed = inputs[item.refs["driven_by"][0]]
-            inner, outer = self.nodes(item, "inner")[0], self.nodes(item, "outer")[0]
             f0, nu0 = self.of(item, "f0"), self.of(item, "viscosity")
             diameter = self.of(item, "mean_diameter")
-            warm = temperatures[..., inner] - self.of(item, "viscosity_at")
+            warm = temperatures[..., self.nodes(item, "inner")[0]] - self.of(item, "viscosity_at")
             nu = nu0 * np.exp(-self.own("slope") * warm)
             change = viscous_torque(f0, nu, speed, diameter)
             change = change - viscous_torque(f0, nu0, speed, diameter)
-            factor = self.values["effects.bearing_friction.scale"] * self.of(item, "count")
-            power = factor * friction_heat(speed, change)
-            share = self.of(item, "inner_share")
-            out[..., inner] += share * power
-            out[..., outer] += (1.0 - share) * power
+            factor = self.scale_of("bearing_friction") * self.of(item, "count")
+            add_to_sides(self, item, factor * friction_heat(speed, change), out)

@@ -7,15 +7,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from plant_model.native.product import LANES
-from plant_model.native.trace import Expr, literal
+from plant_model.native.trace import CALLS, INFIX, PREFIX, Expr, literal
 
-INFIX = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
-INFIX |= {"greater": ">", "greater_equal": ">=", "less": "<", "less_equal": "<="}
-INFIX |= {"equal": "==", "not_equal": "!=", "logical_and": "&&", "logical_or": "||"}
-CALLS = {"absolute": "fabs", "sqrt": "sqrt", "exp": "exp", "expm1": "expm1", "log": "log"}
-CALLS |= {"sin": "sin", "cos": "cos", "tan": "tan", "arctan": "atan", "tanh": "tanh"}
-CALLS |= {"floor": "floor", "power": "pow", "sign": "sign_of", "remainder": "modulo"}
-CALLS |= {"maximum": "larger", "minimum": "smaller", "radians": "radians"}
 POWERS = {2.0: "square", 3.0: "cube", 4.0: "fourth"}
 
 
@@ -168,10 +161,8 @@ def _operation(cell: Expr, args: Sequence[str]) -> str:
         return " + ".join(args)
     if cell.op in INFIX:
         return f"{args[0]} {INFIX[cell.op]} {args[1]}"
-    if cell.op == "negative":
-        return f"-{args[0]}"
-    if cell.op == "logical_not":
-        return f"!{args[0]}"
+    if cell.op in PREFIX:
+        return f"{PREFIX[cell.op]}{args[0]}"
     if cell.op == "where":
         return f"{args[0]} != 0.0 ? {args[1]} : {args[2]}"
     if cell.op == "power" and cell.args[1] in POWERS:

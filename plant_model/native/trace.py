@@ -18,10 +18,15 @@ from numpy.lib.mixins import NDArrayOperatorsMixin
 
 TESTS = {"greater", "greater_equal", "less", "less_equal", "equal", "not_equal"}
 LOGIC = {"bitwise_and": "logical_and", "bitwise_or": "logical_or", "invert": "logical_not"}
-UNARY = {"negative", "absolute", "sqrt", "exp", "expm1", "log", "sin", "cos", "tan", "sign"}
-UNARY |= {"floor", "arctan", "tanh", "logical_not", "radians"}
-BINARY = {"add", "subtract", "multiply", "divide", "power", "maximum", "minimum", "remainder"}
-BINARY |= {"logical_and", "logical_or"} | TESTS
+INFIX = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
+INFIX |= {"greater": ">", "greater_equal": ">=", "less": "<", "less_equal": "<="}
+INFIX |= {"equal": "==", "not_equal": "!=", "logical_and": "&&", "logical_or": "||"}
+PREFIX = {"negative": "-", "logical_not": "!"}
+CALLS = {"absolute": "fabs", "sqrt": "sqrt", "exp": "exp", "expm1": "expm1", "log": "log"}
+CALLS |= {"sin": "sin", "cos": "cos", "tan": "tan", "arctan": "atan", "tanh": "tanh"}
+CALLS |= {"floor": "floor", "power": "pow", "sign": "sign_of", "remainder": "modulo"}
+CALLS |= {"maximum": "larger", "minimum": "smaller", "radians": "radians"}
+"""What numpy's functions are in C: those that are here can be traced."""
 
 
 class UntraceableError(TypeError):
@@ -236,7 +241,7 @@ class Traced(NDArrayOperatorsMixin):
             result = self._made(np.matmul(*cells))
         elif ufunc is np.square:
             result = self._each("multiply", cells[0], cells[0])
-        elif name in UNARY | BINARY:
+        elif name in INFIX | PREFIX | CALLS:
             result = self._each(name, *cells)
         else:
             raise UntraceableError(f"it calls {ufunc.__name__}, which has no form in C here")
