@@ -6,6 +6,8 @@ this range, and the source says that it is a class value.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from plant_model.drawing.form import Quantity
 from plant_model.drawing.known import BY_DATA_SHEET, CLASS, Known
 
@@ -84,11 +86,13 @@ def f1_of(kind: str) -> Known:
     return _usual(*F1[kind], "1", f"f1 of a {kind} bearing")
 
 
-def stated(given: Quantity | None, usual: Known, share: float = BY_DATA_SHEET) -> Known:
-    """Return a number of the page, in a range of *share* unless that is said, or what is usual."""
-    return usual if given is None else given.known(usual.unit, share)
+def stated(
+    given: Quantity | None, usual: Known, share: float = BY_DATA_SHEET, *, free: bool = True
+) -> Known:
+    """Return a number of the page, in a range of *share* unless that is said, or what is usual.
 
-
-def free(given: Quantity | None, usual: bool = True) -> bool:
-    """Return whether calibration may move a number: as the page says, or as is usual."""
-    return usual if given is None or given.calibrate is None else given.calibrate
+    Calibration may move it as the page says, or else if it is *free*.
+    """
+    if given is None:
+        return replace(usual, free=free)
+    return given.known(usual.unit, share, free=free)

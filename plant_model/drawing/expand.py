@@ -19,7 +19,7 @@ from plant_model.effects import item_kinds
 KIND = "drawing"
 """What ``kind`` says at the top of a page."""
 
-GAPS = Known(1.0, 0.5, 2.0, "1", CLASS + "factor on the correlation of the air gap effect")
+GAPS = Known(1.0, 0.5, 2.0, "1", CLASS + "factor on the correlation of the air gap effect", True)
 
 
 def is_page(table: dict[str, Any]) -> bool:
@@ -89,5 +89,5 @@ def _effects(sheet: Sheet) -> dict[str, Any]:
     kinds = {(family, entry["kind"]) for family, entries in on_sheet.items() for entry in entries}
     effects: dict[str, Any] = {item_kinds()[kind][0]: {} for kind in sorted(kinds)}
     if "air_gap" in effects:
-        effects["air_gap"] = {"scale": GAPS.parameter(free=True)}
+        effects["air_gap"] = {"scale": GAPS.parameter()}
     return effects

@@ -64,8 +64,8 @@ class Quantity(Form):
             raise ValueError(f"low {low:g}, value {self.value:g}, high {high:g} must ascend")
         return self
 
-    def known(self, unit: str, share: float = BY_DATA_SHEET) -> Known:
-        """Return it with a range: its own, or *share* to both sides."""
+    def known(self, unit: str, share: float = BY_DATA_SHEET, *, free: bool = True) -> Known:
+        """Return it with a range: its own, or *share* to both sides; *free* unless it says so."""
         usual = within(share, self.value, unit, self.source or "page")
         return Known(
             self.value,
@@ -73,6 +73,7 @@ class Quantity(Form):
             usual.high if self.high is None else self.high,
             unit,
             usual.source,
+            free if self.calibrate is None else self.calibrate,
         )
 
 

@@ -101,7 +101,7 @@ def _lever(length: Quantity) -> dict[str, Any]:
     What a drawing gives is the length between two faces. The part is one lump, and is not all as
     warm as that: how much of its length counts is known to a quarter.
     """
-    return length.known("mm", UNEVEN).parameter(free=length.calibrate is not False)
+    return length.known("mm", UNEVEN).parameter()
 
 
 def _moving(axis: str, length: Quantity) -> dict[str, Any]:
@@ -110,15 +110,15 @@ def _moving(axis: str, length: Quantity) -> dict[str, Any]:
     Where the range says that it may be either way, the length is the longest one, and its share of
     either sign is what calibration moves.
     """
-    known, free = length.known("mm", UNEVEN), length.calibrate is not False
+    known = length.known("mm", UNEVEN)
     if known.low < 0.0 < known.high:
         longest = max(-known.low, known.high)
         share = replace(known.scaled(1.0 / longest), unit="1")
-        return {"length": exact(longest, "mm"), MOVES[axis]: share.parameter(free=free)}
+        return {"length": exact(longest, "mm"), MOVES[axis]: share.parameter()}
     sign = 1.0 if known.value > 0.0 else -1.0
     if sign < 0.0:
         known = replace(known, value=-known.value, low=-known.high, high=-known.low)
-    return {"length": known.parameter(free=free), MOVES[axis]: exact(sign, "1")}
+    return {"length": known.parameter(), MOVES[axis]: exact(sign, "1")}
 
 
 def _carriers(sheet: Sheet) -> None:

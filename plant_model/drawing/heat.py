@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from math import log, pi
 
-from plant_model.drawing.class_values import CLASS_VALUES, f0_of, f1_of, free, stated
+from plant_model.drawing.class_values import CLASS_VALUES, f0_of, f1_of, stated
 from plant_model.drawing.form import BearingForm, MotorForm, SleeveForm
 from plant_model.drawing.known import CLASS, Known, exact, within
 from plant_model.drawing.layout import Seat
@@ -32,7 +32,6 @@ class _Joint:
 
     def __init__(self, sheet: Sheet, name: str, usual: Known) -> None:
         self.sheet, self.name, self.usual = sheet, name, usual
-        self._seen: list[tuple[float, float]] = []
 
     def conductance(self, area_m2: float, wall_k_per_w: float) -> float:
         """Return joint and wall together at the usual joint [W/K], and remember it."""
@@ -45,7 +44,7 @@ class _Joint:
             f"1 is {self.usual.value:g} W/(m2 K) in series with a third of the wall; range of"
             f" {self.usual.low:g} to {self.usual.high:g}: {self.usual.source}"
         )
-        self.sheet.number(self.name, Known(1.0, low / value, high / value, "1", said), free=True)
+        self.sheet.number(self.name, Known(1.0, low / value, high / value, "1", said, free=True))
         return value
 
 
@@ -72,11 +71,10 @@ def _bearing(sheet: Sheet, seat: Seat) -> None:
         _into_sleeve(sheet, seat, form.sleeve, joint)
     relative = form.count * bearing.mean_diameter / USUAL_DIAMETER
     if form.conductance is None:
-        balls = sheet.number("balls", CLASS_VALUES["balls"], free=True)
+        balls = sheet.number("balls", stated(None, CLASS_VALUES["balls"]))
         through = sheet.tied(balls, relative, "W/K")
     else:
-        given = form.conductance
-        through = given.known("W/K").scaled(form.count).parameter(free=free(given))
+        through = form.conductance.known("W/K").scaled(form.count).parameter()
     sheet.link("contact", inner, outer, conductance=through)
     sheet.sources.append(_friction(form, seat, inner, outer))
 
@@ -154,7 +152,7 @@ def _friction(form: BearingForm, seat: Seat, inner: str, outer: str) -> dict[str
     usual = CLASS_VALUES["preload"].scaled((bearing.mean_diameter / USUAL_DIAMETER) ** 2)
     preload = stated(form.preload, usual, 0.4)
     f0 = stated(form.f0, f0_of(bearing.kind, form.lubrication), 0.5).clipped(0.1, 20.0)
-    f1 = stated(form.f1, f1_of(bearing.kind)).clipped(0.0, 0.01)
+    f1 = stated(form.f1, f1_of(bearing.kind), free=False).clipped(0.0, 0.01)
     return {
         "kind": "bearing",
         "name": form.name,
@@ -163,9 +161,9 @@ def _friction(form: BearingForm, seat: Seat, inner: str, outer: str) -> dict[str
         "driven_by": "speed",
         "count": exact(form.count, "1"),
         "mean_diameter": within(0.01, bearing.mean_diameter, "mm", bearing.designation).parameter(),
-        "f0": f0.parameter(free=free(form.f0)),
-        "f1": f1.parameter(free=free(form.f1, usual=False)),
-        "preload": preload.parameter(free=free(form.preload)),
+        "f0": f0.parameter(),
+        "f1": f1.parameter(),
+        "preload": preload.parameter(),
         "viscosity": oil.clipped(1.0, 1000.0).parameter(),
         "viscosity_at": exact(warm.value, "degC", warm.source),
         "inner_share": CLASS_VALUES["inner_share"].parameter(),
@@ -177,26 +175,26 @@ def _loss(motor: MotorForm) -> Known:
     if motor.loss is not None:
         return motor.loss.known("W/(1000 r/min)", 0.3)
     if motor.drive == "belt":
-        return CLASS_VALUES["belt_loss"]
+        return stated(None, CLASS_VALUES["belt_loss"])
     assert motor.power is not None
     assert motor.efficiency is not None
     assert motor.rated_speed is not None
     rated = motor.power * 1e3 * (1.0 / motor.efficiency - 1.0) / (motor.rated_speed / 1000.0)
     idle = CLASS_VALUES["idle_share"]
     said = f"{motor.power:g} kW at an efficiency of {motor.efficiency:g}; {idle.source}"
-    return replace(idle.scaled(rated), unit="W/(1000 r/min)", source=said)
+    return replace(idle.scaled(rated), unit="W/(1000 r/min)", source=said, free=True)
 
 
 def _source(motor: MotorForm, rotor: str, stator: str, usual: Known) -> dict[str, object]:
-    share = stated(motor.rotor_share, usual, 0.3).clipped(0.0, 1.0)
+    share = stated(motor.rotor_share, usual, 0.3, free=False).clipped(0.0, 1.0)
     return {
         "kind": "motor",
         "name": "motor",
         "rotor": rotor,
         "stator": stator,
         "driven_by": "speed",
-        "loss": _loss(motor).parameter(free=free(motor.loss)),
-        "rotor_share": share.parameter(free=free(motor.rotor_share, usual=False)),
+        "loss": _loss(motor).parameter(),
+        "rotor_share": share.parameter(),
     }
 
 

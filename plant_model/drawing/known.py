@@ -25,6 +25,8 @@ class Known:
         [unit].
     unit : str
     source : str
+    free : bool
+        Whether calibration may move it.
     """
 
     value: float
@@ -32,6 +34,7 @@ class Known:
     high: float
     unit: str
     source: str
+    free: bool = False
 
     def scaled(self, factor: float) -> Known:
         """Return the number and its range times a positive factor."""
@@ -46,9 +49,10 @@ class Known:
         )
         return replace(self, value=value, low=bottom, high=top)
 
-    def parameter(self, *, free: bool = False) -> dict[str, Any]:
+    def parameter(self) -> dict[str, Any]:
         """Return it as a parameter of a machine file."""
-        return Parameter(self.value, self.unit, self.low, self.high, self.source, free).to_dict()
+        numbers = self.value, self.unit, self.low, self.high
+        return Parameter(*numbers, self.source, self.free).to_dict()
 
 
 def exact(value: float, unit: str, source: str = "page") -> dict[str, Any]:

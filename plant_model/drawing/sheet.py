@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from plant_model.drawing.known import Known
@@ -36,11 +37,10 @@ class Sheet:
         self.sources: list[dict[str, Any]] = []
         self.structure: list[dict[str, Any]] = []
         self.sensors: list[dict[str, Any]] = []
-        self._materials: dict[str, Material] = {}
 
-    def number(self, name: str, known: Known, *, free: bool) -> str:
+    def number(self, name: str, known: Known) -> str:
         """Put a named number down once and return its name."""
-        self.numbers.setdefault(name, known.parameter(free=free))
+        self.numbers.setdefault(name, known.parameter())
         return name
 
     def tied(self, name: str, factor: float, unit: str) -> dict[str, Any]:
@@ -49,17 +49,19 @@ class Sheet:
 
     def heat_of(self, material: Material, volume_m3: float) -> dict[str, Any]:
         """Return a heat capacity [J/K] from a volume [m3]."""
-        name = self.number(f"{material.name}_heat", material.heat, free=False)
+        name = self.number(f"{material.name}_heat", material.heat)
         return self.tied(name, volume_m3, "J/K")
 
     def path_in(self, material: Material, area_over_length_m: float) -> dict[str, Any]:
         """Return a conductance [W/K] from a section over a length [m]."""
-        name = self.number(f"{material.name}_conductivity", material.conductivity, free=False)
+        conductivity = replace(material.conductivity, free=False)
+        name = self.number(f"{material.name}_conductivity", conductivity)
         return self.tied(name, area_over_length_m, "W/K")
 
     def growth_of(self, material: Material) -> dict[str, Any]:
         """Return an expansion [1e-6/K]."""
-        name = self.number(f"{material.name}_expansion", material.expansion, free=True)
+        expansion = replace(material.expansion, free=True)
+        name = self.number(f"{material.name}_expansion", expansion)
         return self.tied(name, 1.0, "1e-6/K")
 
     def node(self, name: str, capacity: dict[str, Any]) -> None:

@@ -128,8 +128,8 @@ def still_film(sheet: Sheet) -> str:
         for key in ("low", "value", "high")
     )
     said = f"free convection (ht) and radiation of a {diameter:g} mm cylinder, 5 K above still air"
-    known = Known(usual, 0.75 * low, 1.4 * high, "W/(m2 K)", CLASS + said)
-    return sheet.number("still_film", known, free=True)
+    known = Known(usual, 0.75 * low, 1.4 * high, "W/(m2 K)", CLASS + said, free=True)
+    return sheet.number("still_film", known)
 
 
 def turning_in_air(sheet: Sheet, node: str, surface: tuple[float, float]) -> None:
@@ -150,12 +150,12 @@ def turning_in_air(sheet: Sheet, node: str, surface: tuple[float, float]) -> Non
     still = sheet.numbers[still_film(sheet)]
     said = f"still air; up to what air of {BLOWN:g} m/s adds to it on {nose:g} mm (ht)"
     most = still["high"] + blown(nose, BLOWN)
-    at_rest = Known(still["value"], still["low"], most, "W/(m2 K)", CLASS + said)
-    to_air(sheet, node, air, area, (sheet.number("nose_film_at_rest", at_rest, free=True), 1.0))
+    at_rest = Known(still["value"], still["low"], most, "W/(m2 K)", CLASS + said, free=True)
+    to_air(sheet, node, air, area, sheet.number("nose_film_at_rest", at_rest))
     film = turning(nose, sheet.drawing.highest_speed)
     said = f"Becker's law for a turning cylinder of {nose:g} mm at full speed"
-    known = Known(film, 0.25 * film, 2.0 * film, "W/(m2 K)", CLASS + said)
-    name = sheet.number("turning_film", known, free=True)
+    known = Known(film, 0.25 * film, 2.0 * film, "W/(m2 K)", CLASS + said, free=True)
+    name = sheet.number("turning_film", known)
     factor = area * turning(diameter, sheet.drawing.highest_speed) / film
     sheet.link(
         "stirred",
@@ -167,17 +167,14 @@ def turning_in_air(sheet: Sheet, node: str, surface: tuple[float, float]) -> Non
     )
 
 
-def to_air(
-    sheet: Sheet, node: str, air: str, area_m2: float, film: tuple[str, float], prefix: str = ""
-) -> None:
+def to_air(sheet: Sheet, node: str, air: str, area_m2: float, film: str, prefix: str = "") -> None:
     """Add a surface in the air: of the hall, which is an input, or of the enclosure, a node.
 
     The link is called after what it joins, or after *prefix* and the node.
     """
-    name, factor = film
     called = {"name": f"{prefix}_{node}"} if prefix else {}
     if air == ENCLOSURE:
-        conductance = sheet.tied(name, factor * area_m2, "W/K")
+        conductance = sheet.tied(film, area_m2, "W/K")
         sheet.link("contact", node, "enclosure_air", conductance=conductance, **called)
         return
     sheet.link(
@@ -185,7 +182,7 @@ def to_air(
         node,
         air,
         area=within(BY_DATA_SHEET / 3.0, area_m2, "m2", "page").parameter(),
-        coefficient=sheet.tied(name, factor, "W/(m2 K)"),
+        coefficient=sheet.tied(film, 1.0, "W/(m2 K)"),
         **called,
     )
 
@@ -195,12 +192,11 @@ def _shaded(cell: Cell, sector: Sector, patch: PatchForm) -> float:
     return overlap(cell, patch.start, patch.end) * sector.under(patch)
 
 
-def _face_film(sheet: Sheet, face: FaceForm, k: int, still: str) -> tuple[str, float]:
+def _face_film(sheet: Sheet, face: FaceForm, k: int, still: str) -> str:
     """Return the film of a face: its own, or that of still air."""
     if face.film is None:
-        return still, 1.0
-    known = face.film.known("W/(m2 K)", 0.5)
-    return sheet.number(f"face_{k + 1}_film", known, free=face.film.calibrate is not False), 1.0
+        return still
+    return sheet.number(f"face_{k + 1}_film", face.film.known("W/(m2 K)", 0.5))
 
 
 def _outside(sheet: Sheet) -> None:
@@ -225,7 +221,7 @@ def _outside(sheet: Sheet) -> None:
                     other = face.air or air
                     to_air(sheet, sector.node, other, around * part, film, f"face_{k + 1}")
             if rest > 1e-6:
-                to_air(sheet, sector.node, air, around * rest, (still, 1.0))
+                to_air(sheet, sector.node, air, around * rest, still)
     low, high = sheet.drawing.span_of("housing")
     for cell in sheet.mesh.shaft:
         outer = sheet.mesh.stretch(cell).outer

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import cos, pi, radians
 
-from plant_model.drawing.class_values import CLASS_VALUES, free, stated
+from plant_model.drawing.class_values import CLASS_VALUES, stated
 from plant_model.drawing.coolants import Coolant, coolant
 from plant_model.drawing.films import channel_film
 from plant_model.drawing.form import CarrierForm, JacketForm, degrees
@@ -54,7 +55,7 @@ def _wall(fluid: Coolant, wetted: float, jacket: JacketForm) -> Known:
         f"{film:.0f} W/(m2 K) (ht; {fluid.source}) on {wetted:.3f} m2 of channel;"
         " range by judgement"
     )
-    return Known(value, 0.5 * value, 1.6 * value, "W/K", said)
+    return Known(value, 0.5 * value, 1.6 * value, "W/K", said, free=True)
 
 
 def _jacket(sheet: Sheet, jacket: JacketForm) -> None:
@@ -67,8 +68,8 @@ def _jacket(sheet: Sheet, jacket: JacketForm) -> None:
     sheet.node(node, heat.parameter())
     given = jacket.flow.known("l/min")
     said = "1 as the page says; data sheet of the cooling unit"
-    known = Known(1.0, given.low / given.value, given.high / given.value, "1", said)
-    flow = sheet.number("coolant_flow", known, free=free(jacket.flow))
+    known = Known(1.0, given.low / given.value, given.high / given.value, "1", said, given.free)
+    flow = sheet.number("coolant_flow", known)
     sheet.link(
         "coolant_flow",
         node,
@@ -77,7 +78,7 @@ def _jacket(sheet: Sheet, jacket: JacketForm) -> None:
         heat_capacity=within(0.03, fluid.heat_per_litre, "J/(l K)", fluid.source).parameter(),
     )
     wall = _wall(fluid, wetted, jacket)
-    name = sheet.number(f"{node}_wall", wall, free=free(jacket.wall))
+    name = sheet.number(f"{node}_wall", wall)
     parts = sheet.mesh.under(jacket)
     for sector, share in parts:
         sheet.link("coolant_wall", sector.node, node, conductance=sheet.tied(name, share, "W/K"))
@@ -86,8 +87,7 @@ def _jacket(sheet: Sheet, jacket: JacketForm) -> None:
     angle = degrees(jacket.inlet_side)
     uneven = stated(jacket.unevenness, CLASS_VALUES["unevenness"], 0.5).scaled(wall.value)
     said = f"times {wall.value:.0f} W/K of the wall: {uneven.source}"
-    known = Known(uneven.value, uneven.low, uneven.high, "W/K", said)
-    name = sheet.number(f"{node}_unevenness", known, free=free(jacket.unevenness))
+    name = sheet.number(f"{node}_unevenness", replace(uneven, unit="W/K", source=said))
     for sector, share in parts:
         if sector.angle is None:
             continue
@@ -104,33 +104,31 @@ def _jacket(sheet: Sheet, jacket: JacketForm) -> None:
 
 def _carrier(sheet: Sheet, carrier: CarrierForm) -> None:
     made_of = sheet.drawing.materials[carrier.material]
-    heat = carrier.mass.known("kg").scaled(made_of.heat.value / made_of.density)
-    capacity = Known(heat.value, heat.low, heat.high, "J/K", f"mass; {made_of.heat.source}")
+    mass = carrier.mass.known("kg", free=False).scaled(made_of.heat.value / made_of.density)
+    heat = replace(mass, unit="J/K", source=f"mass; {made_of.heat.source}")
     air = carrier.air or "ambient"
-    sheet.node(carrier.name, capacity.parameter(free=free(carrier.mass, usual=False)))
+    sheet.node(carrier.name, heat.parameter())
     if carrier.surface > 0.0:
-        to_air(sheet, carrier.name, air, carrier.surface, (still_film(sheet), 1.0))
+        to_air(sheet, carrier.name, air, carrier.surface, still_film(sheet))
     if carrier.holds is not None:
         joint = stated(carrier.joint, CLASS_VALUES["headstock_joint"], 0.5)
-        name = sheet.number(f"{carrier.name}_holds", joint, free=free(carrier.joint))
+        name = sheet.number(f"{carrier.name}_holds", joint)
         for sector, share in sheet.mesh.under(carrier.holds):
             conductance = sheet.tied(name, share, "W/K")
             sheet.link("contact", sector.node, carrier.name, conductance=conductance)
     if carrier.on is not None:
         given = carrier.joint if carrier.holds is None else None
         joint = stated(given, CLASS_VALUES["carrier_joint"], 0.5)
-        conductance = joint.parameter(free=free(given))
-        sheet.link("contact", carrier.name, carrier.on, conductance=conductance)
+        sheet.link("contact", carrier.name, carrier.on, conductance=joint.parameter())
     if carrier.feed is not None:
-        loss = carrier.feed.loss
-        known = stated(loss, CLASS_VALUES["feed_loss"], 0.5)
+        loss = stated(carrier.feed.loss, CLASS_VALUES["feed_loss"], 0.5)
         sheet.sources.append(
             {
                 "kind": "feed_axis",
                 "name": carrier.name,
                 "node": carrier.name,
                 "driven_by": carrier.feed.input,
-                "loss": known.parameter(free=free(loss)),
+                "loss": loss.parameter(),
             }
         )
 
@@ -142,10 +140,9 @@ def _enclosure(sheet: Sheet) -> None:
     heat = enclosure.volume * AIR_HEAT + 0.5 * enclosure.wall * SHEET_HEAT
     capacity = within(0.4, heat, "J/K", CLASS + "air and half of 2 mm of sheet steel")
     sheet.node("enclosure_air", capacity.parameter())
-    given = enclosure.film
-    film = stated(given, CLASS_VALUES["enclosure_film"], 0.4)
-    name = sheet.number("enclosure_film", film, free=free(given))
-    to_air(sheet, "enclosure_air", "ambient", enclosure.wall, (name, 1.0))
+    film = stated(enclosure.film, CLASS_VALUES["enclosure_film"], 0.4)
+    name = sheet.number("enclosure_film", film)
+    to_air(sheet, "enclosure_air", "ambient", enclosure.wall, name)
 
 
 def _tool(sheet: Sheet) -> None:
@@ -158,6 +155,6 @@ def _tool(sheet: Sheet) -> None:
     sheet.node("tool", sheet.heat_of(made_of, volume))
     joint = stated(tool.joint, CLASS_VALUES["tool_joint"], 0.5)
     last = sheet.mesh.cell_of("shaft", gauge).name
-    sheet.link("contact", last, "tool", conductance=joint.parameter(free=free(tool.joint)))
+    sheet.link("contact", last, "tool", conductance=joint.parameter())
     area = pi * tool.diameter * tool.length * 1e-6
     turning_in_air(sheet, "tool", (area, tool.diameter))
