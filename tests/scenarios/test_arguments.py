@@ -3,46 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import pytest
 
 from scenarios.arguments import add_parameters, parameters_of
-
-
-def bake(
-    cake: str,
-    *,
-    minutes: int = 40,
-    heat: float | None = None,
-    fan: bool = False,
-    dish: str = "tin",
-    fruits: Sequence[str] = (),
-) -> None:
-    """Bake a cake.
-
-    Parameters
-    ----------
-    cake : str
-        Which one.
-    minutes : int
-        How long, at *heat*.
-    heat : float, optional
-        Temperature [degC]; by default what is usual,
-        100 % sure.
-    fan : bool
-        Move the air.
-    dish : {"tin", "glass"}
-        What it stands in.
-    fruits : sequence of str
-        To put in.
-
-    Raises
-    ------
-    ValueError
-        Never.
-    """
 
 
 @dataclass(frozen=True)
@@ -65,15 +30,6 @@ class Order:
     rest_s: float | None = None
     size: str | None = None
     signs: tuple[str, ...] = ()
-
-
-@pytest.fixture
-def parser() -> argparse.ArgumentParser:
-    """A parser with all options of `bake`."""
-    made = argparse.ArgumentParser()
-    names = ("minutes", "heat", "fan", "fruits")
-    add_parameters(made, bake, *names, dish={"flag": "--put-in"})
-    return made
 
 
 def test_the_fields_of_a_dataclass_are_options_and_one_without_a_default_must_be_given(capsys):
