@@ -43,14 +43,8 @@ def lathe() -> Machine:
         table = {key: number(*pair) for key, pair in numbers.items()}
         return {"kind": kind, "name": f"{kind}_{node}", "nodes": [node]} | table
 
-    table = {
-        "format": 1,
+    table = bare_table() | {
         "name": "lathe",
-        "title": "",
-        "inputs": {
-            "hall": {"unit": "degC", "column": "hall_degC", "low": -20.0, "high": 60.0},
-            "speed": {"unit": "rpm", "column": "speed_rpm", "low": 0.0, "high": 4000.0},
-        },
         "nodes": [
             {"name": name, "capacity": number(value, "J/K"), "start": "hall"}
             for name, value in capacities.items()

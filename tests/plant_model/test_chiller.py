@@ -13,7 +13,7 @@ from plant_model.machine_file import machine_from_table
 from plant_model.native.equations import equations_of
 from plant_model.parameters import Values
 from plant_model.simulate import simulate
-from tests.plant_model.catalogue_machines import link, number
+from tests.plant_model.catalogue_machines import bare_table, link, number
 
 POWER, CAPACITY, LOSS, HEAT = 900.0, 60e3, 6.0, 400.0
 ON_ABOVE, BAND = 26.0, 2.0
@@ -22,14 +22,8 @@ ON_ABOVE, BAND = 26.0, 2.0
 def table_of(chillers: int = 1) -> dict[str, Any]:
     """Return a body heated by 400 W, its jacket, and a tank that a chiller cools."""
     carried = {"flow": (6.0, "l/min"), "heat_capacity": (3700.0, "J/(l K)")}
-    return {
-        "format": 1,
+    return bare_table() | {
         "name": "chilled",
-        "title": "",
-        "inputs": {
-            "speed": {"unit": "rpm", "column": "speed_rpm", "low": 0.0, "high": 1e4},
-            "hall": {"unit": "degC", "column": "hall_degC", "low": -20.0, "high": 60.0},
-        },
         "nodes": [
             {"name": name, "capacity": number(value, "J/K"), "start": "hall"}
             for name, value in {"body": 30e3, "jacket": 2e3, "tank": CAPACITY}.items()
