@@ -1,8 +1,7 @@
 """Gaussian-process regression with the covariance of all rows: no weights and no recursion."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -25,7 +24,7 @@ class Dense:
     targets: list[Array] = field(default_factory=list)
 
     @classmethod
-    def of(cls, scale: float, walk: float, samples: list[Sample]) -> Dense:
+    def of(cls, scale: float, walk: float, samples: list[Sample]) -> Self:
         found = cls(scale, walk)
         for run, one in enumerate(samples):
             for row in zip(one.hours, one.features, one.targets, strict=True):

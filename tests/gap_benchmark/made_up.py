@@ -1,7 +1,5 @@
 """Made-up records, and the plan's cases."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

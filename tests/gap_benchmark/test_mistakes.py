@@ -1,7 +1,5 @@
 """The benchmark of mistakes in a machine's description."""
 
-from __future__ import annotations
-
 from benchmarks.gap.mistakes import Mistake, mistakes
 from gap_finder.kinds import kinds
 from plant_model.machine_file import read_machine

@@ -1,7 +1,5 @@
 """Asking about many cases: what is asked, what is hidden, and going on where it was stopped."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from pathlib import Path

@@ -4,8 +4,6 @@ The runs come from a spindle of 266 cells with other laws than the lumped model 
 hidden follows from the case's number. The figures over all cases are in ``docs/gap_benchmark.md``.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What counts as right, and the tables and figures made from it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

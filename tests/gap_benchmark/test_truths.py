@@ -1,7 +1,5 @@
 """More than one truth: plans of their own, owner's files, and what their mistakes count for."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

@@ -4,8 +4,6 @@ The finder's figures come from an independent simulator in ``benchmarks/gap``; t
 that its parts do what they say.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 

@@ -1,7 +1,5 @@
 """Thousands of heat paths at once: the same as one after another."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a calibration says of the description, in plain words."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

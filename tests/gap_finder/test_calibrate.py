@@ -1,7 +1,5 @@
 """Observations, priors and calibration."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Bearings that run in once: what earlier runs turned counts in those after them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

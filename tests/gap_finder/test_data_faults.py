@@ -1,7 +1,5 @@
 """What is taken out of runs before a model is compared with them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """What may be wrong anyway, beside what calibration moves."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Fewer columns must say the same of everything that is measured."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from gap_finder.directions import NEGLIGIBLE_SQUARES, fewer

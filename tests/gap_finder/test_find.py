@@ -1,7 +1,5 @@
 """From runs to a named effect, a machine file and the gap on a run that was never used."""
 
-from __future__ import annotations
-
 import base64
 import json
 from types import SimpleNamespace

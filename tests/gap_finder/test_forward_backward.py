@@ -1,7 +1,5 @@
 """What one hypothesis must win against another."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A heat path that the machine file forgot."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """The list of what may be missing and its prior."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.stats import cauchy

@@ -4,8 +4,6 @@ The quantiles of the posterior, the fall of the cost by the chi-squared quantile
 least-squares problem without any elimination.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

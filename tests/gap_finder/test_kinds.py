@@ -1,7 +1,5 @@
 """Every kind of change of a description: tried where it can be, written, read, and found."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

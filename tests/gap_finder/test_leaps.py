@@ -1,7 +1,5 @@
 """Slips are seen in the data, and put into the model where it would slip at other instants."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """One long recording as several runs that begin as warm as the one before ended."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

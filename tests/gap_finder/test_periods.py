@@ -1,7 +1,5 @@
 """What swings by itself, and what begins with one run."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

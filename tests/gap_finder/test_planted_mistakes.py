@@ -1,7 +1,5 @@
 """Mistakes of the shipped lathe's description, one kind after another, found with their place."""
 
-from __future__ import annotations
-
 import pytest
 
 from benchmarks.gap.mistakes import mistakes, runs_of

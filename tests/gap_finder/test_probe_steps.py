@@ -1,7 +1,5 @@
 """Probes that slip by a few micrometres, and what is not a slip."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """What is scored in full, and where its calibration begins."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The reference: what lagged inputs predict of readings and of what a model leaves of them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the report says of channels and of what was left out."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The score against a dense least-squares problem that eliminates nothing."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Thermometers that stand still, and sensors that are wrong in one run alone."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from gap_finder.data_faults import without_bad_readings

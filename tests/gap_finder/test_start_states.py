@@ -1,7 +1,5 @@
 """Parts that start at another temperature than the machine file says."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

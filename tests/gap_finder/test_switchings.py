@@ -1,7 +1,5 @@
 """Cooling that a part's thermometer switches: its settings are found in the rows of the runs."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

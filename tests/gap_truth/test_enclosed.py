@@ -1,7 +1,5 @@
 """The belt-driven spindle and the lathe: heat is kept, cells converge, owners know the machine."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache

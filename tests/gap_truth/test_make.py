@@ -1,7 +1,5 @@
 """What the plan holds, and cases written as files."""
 
-from __future__ import annotations
-
 import json
 
 from benchmarks.gap.hidden import SIZES

@@ -1,7 +1,5 @@
 """The independent truth: heat is kept, cells converge, effects are switched and nothing else."""
 
-from __future__ import annotations
-
 import ast
 import re
 from functools import cache

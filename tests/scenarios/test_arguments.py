@@ -1,7 +1,5 @@
 """Options made from a function's signature and docstring."""
 
-from __future__ import annotations
-
 import argparse
 from dataclasses import dataclass
 
