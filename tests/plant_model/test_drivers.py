@@ -83,10 +83,6 @@ def test_thermal_preload_follows_the_mean_of_a_housing_in_sectors(jig_borer_lump
     assert one > 0.0
 
 
-def test_a_bearing_between_no_other_parts_has_one_driver():
-    assert list(catalogue()["thermal_preload"].drivers(bare())) == ["inner_outer"]
-
-
 def test_the_air_of_an_enclosure_is_the_part_with_most_contacts(jig_borer_lumps):
     for one in (read_machine("jig_borer"), jig_borer_lumps, bare()):
         assert enclosed_air(one) is None

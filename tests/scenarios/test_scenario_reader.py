@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from measurement.errors import BadInput
-from scenarios.scenario import Scenario, read_scenario, scenario_from_text, scenario_path
+from scenarios.scenario import Scenario, read_scenario, scenario_from_text
 from tests.mangling import JUNK, mangled, places
 
 TEXT = """
@@ -101,13 +101,6 @@ def test_a_mistake_is_one_line_that_names_the_place(old, new, message):
     with pytest.raises(BadInput, match=message) as caught:
         read(text)
     assert "\n" not in str(caught.value)
-
-
-def test_a_typo_is_told_the_nearest_name():
-    with pytest.raises(BadInput, match="did you mean step_speed"):
-        scenario_path("step_sped")
-    with pytest.raises(BadInput, match="neither a file nor"):
-        scenario_path("\0")
 
 
 def test_a_folder_or_a_binary_file_is_refused(tmp_path):
