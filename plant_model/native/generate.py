@@ -169,68 +169,61 @@ def _still(cell: Any) -> Any:
 def _tables(machine: Machine, equations: Equations) -> Iterator[str]:
     names = [entry.name for entry in machine.inputs]
     lagging = set(equations.lagging)
-    states = range(len(equations.scales))
+    boundaries = [names.index(name) for name in machine.boundary_index]
+    acting = [
+        (effect.amplitude, effect.off, effect.dependent, effect.states.start, len(effect.states))
+        for effect in equations.acting
+    ]
+    lags = [place in lagging for place in range(len(equations.scales))]
     axis = machine.axis
-    boundaries = (str(names.index(name)) for name in machine.boundary_index)
+    limits = (axis.slew_um_per_s, axis.limit_um, axis.resolution_um or 1e-9)
     yield from _array("size_t", "machine_boundaries", "BOUNDARIES", boundaries)
-    yield from _array("size_t", "machine_levels", "LEVELS", map(str, equations.levels))
-    yield from _array(
-        "struct acting",
-        "machine_acting",
-        "ACTING",
-        (
-            _braced(
-                (
-                    "NONE" if effect.amplitude is None else effect.amplitude,
-                    literal(effect.off),
-                    str(effect.dependent).lower(),
-                    effect.states.start,
-                    len(effect.states),
-                )
-            )
-            for effect in equations.acting
-        ),
-    )
+    yield from _array("size_t", "machine_levels", "LEVELS", equations.levels)
+    yield from _array("struct acting", "machine_acting", "ACTING", acting)
     yield from _array("struct start", "machine_starts", "NODES", _starts(machine))
     yield from _array("struct resting", "machine_resting", "RESTING", _resting(machine))
-    noise = (_braced(map(literal, pair)) for pair in noise_and_resolution(machine).values())
+    noise = noise_and_resolution(machine).values()
     yield from _array("struct sensor_noise", "machine_sensors", "SENSORS", noise)
-    limits = (axis.slew_um_per_s, axis.limit_um, axis.resolution_um or 1e-9)
-    yield f"const struct axis_limits machine_axis = {_braced(map(literal, limits))};"
-    scales = (literal(float(scale)) for scale in equations.scales)
-    yield from _array("double", "machine_state_scales", "STATES", scales)
-    yield from _array("double", "machine_nominals", "SIZE", map(literal, nominals(equations)))
-    lags = (str(place in lagging).lower() for place in states)
+    yield f"const struct axis_limits machine_axis = {_in_c(limits)};"
+    yield from _array("double", "machine_state_scales", "STATES", map(float, equations.scales))
+    yield from _array("double", "machine_nominals", "SIZE", nominals(equations))
     yield from _array("bool", "machine_lags", "STATES", lags)
-    yield f"const bool machine_one_way = {str(equations.one_way).lower()};"
-    yield f"const bool machine_settles = {str(bool(equations.settling)).lower()};"
+    yield f"const bool machine_one_way = {_in_c(equations.one_way)};"
+    yield f"const bool machine_settles = {_in_c(bool(equations.settling))};"
 
 
-def _array(kind: str, name: str, size: str, rows: Iterable[str]) -> list[str]:
-    found = [f"    {row}," for row in rows] or ["    0,"]
-    if found == ["    0,"] and kind.startswith("struct"):
-        found = ["    {0},"]
-    return [f"const {kind} {name}[AT_LEAST_ONE({size})] = {{", *found, "};"]
+def _array(kind: str, name: str, size: str, rows: Iterable[object]) -> list[str]:
+    found = [f"    {_in_c(row)}," for row in rows]
+    nothing = "    {0}," if kind.startswith("struct") else "    0,"
+    return [f"const {kind} {name}[AT_LEAST_ONE({size})] = {{", *(found or [nothing]), "};"]
 
 
-def _braced(parts: Iterable[object]) -> str:
-    return "{" + ", ".join(map(str, parts)) + "}"
+def _in_c(value: object) -> str:
+    """Return a value in C; a text is taken as it is."""
+    match value:
+        case None:
+            return "NONE"
+        case bool():
+            return str(value).lower()
+        case float():
+            return literal(value)
+        case tuple():
+            return "{" + ", ".join(map(_in_c, value)) + "}"
+    return str(value)
 
 
-def _starts(machine: Machine) -> Iterator[str]:
+def _starts(machine: Machine) -> Iterator[tuple[object, ...]]:
     names = [entry.name for entry in machine.inputs]
     first = names.index(next(iter(machine.boundary_index)))
     sensors = start_sensors(machine)
     for node in machine.nodes:
-        share = literal(node.start_share)
         if node.start in machine.boundary_index:
-            yield _braced((names.index(node.start), "NONE", share))
+            yield names.index(node.start), None, node.start_share
         else:
-            rise = "NONE" if node.rests else sensors.index(node.start)
-            yield _braced((first, rise, share))
+            yield first, None if node.rests else sensors.index(node.start), node.start_share
 
 
-def _resting(machine: Machine) -> Iterator[str]:
+def _resting(machine: Machine) -> Iterator[tuple[object, ...]]:
     """Yield every node at rest: its place, and its shares of boundaries, start rises and 1 degC.
 
     The other nodes' starts are such sums themselves, so no network is to be solved in C.
@@ -253,7 +246,7 @@ def _resting(machine: Machine) -> Iterator[str]:
     shares[:, : len(boundaries)] += of_ends[:, :-1]
     shares[:, -1] += of_ends[:, -1]
     for place, row in zip(resting.at, shares, strict=True):
-        yield _braced((place, _braced(literal(float(share)) for share in row)))
+        yield place, tuple(row.tolist())
 
 
 def variable_sources(variables: Sequence[Variable], name: str, guid: str) -> str:
@@ -281,10 +274,9 @@ def variable_sources(variables: Sequence[Variable], name: str, guid: str) -> str
             offset = _in_memory("temperatures", derivatives.index(variable.name))
         elif variable.variability == "tunable":
             causality = "TUNABLE_PARAMETER"
-        rows.append(_braced((f'"{variable.name}"', kind, causality, literal(start), offset)))
-        low, high = _bounds(variable)
+        rows.append(_in_c((f'"{variable.name}"', kind, causality, start, offset)))
         unit = "" if variable.unit == "1" else f" {variable.unit}"
-        ranges.append(_braced((literal(low), literal(high), f'"{unit}"')))
+        ranges.append(_in_c((*_bounds(variable), f'"{unit}"')))
     seed = next(ref for ref, variable in enumerate(variables) if variable.name == NOISE_SEED)
     return "\n".join(
         [
@@ -311,10 +303,6 @@ def _in_memory(row: str, place: int) -> str:
 
 def _bounds(variable: Variable) -> tuple[float, float]:
     """Return what a variable may be; the control limits offsets itself, so all finite ones are."""
-    if variable.is_computed or variable.name in OFFSETS:
-        return -LARGEST, LARGEST
-    low, high = (-LARGEST, LARGEST)
-    return (
-        low if variable.low is None else float(variable.low),
-        high if variable.high is None else float(variable.high),
-    )
+    bounds = (None, None) if variable.name in OFFSETS else (variable.low, variable.high)
+    low, high = (None, None) if variable.is_computed else bounds
+    return -LARGEST if low is None else float(low), LARGEST if high is None else float(high)
