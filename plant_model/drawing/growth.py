@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import cos, radians, sin
-from typing import Any
 
 from plant_model.drawing.cells import Cell, overlap
 from plant_model.drawing.form import Quantity
-from plant_model.drawing.known import exact, within
+from plant_model.drawing.known import Known, exact, within
 from plant_model.drawing.mesh import Sector
 from plant_model.drawing.sheet import Sheet
 
@@ -25,36 +24,27 @@ MOVES = {"x": "x", "y": "y", "z": "elongation"}
 
 def add_growth(sheet: Sheet) -> None:
     """Add the structure: positions, growth of shaft, housing, tool and carriers, and tilt."""
-    sheet.structure.append(
-        {
-            "kind": "located",
-            "name": sheet.drawing.located.form.name,
-            "at": exact(sheet.drawing.located.form.at, "mm"),
-            "gauge_line": exact(sheet.form.shaft.gauge_line, "mm"),
-        }
-    )
+    located = sheet.drawing.located.form
+    gauge_line = exact(sheet.form.shaft.gauge_line, "mm")
+    sheet.member("located", located.name, at=exact(located.at, "mm"), gauge_line=gauge_line)
     for cell in (*sheet.mesh.housing, *sheet.mesh.shaft):
         _segment(sheet, cell)
     for cell in sheet.mesh.housing:
         _bends(sheet, cell)
     if sheet.form.tool is not None:
         growth = sheet.growth_of(sheet.drawing.materials[sheet.form.tool.material])
-        sheet.structure.append(
-            {"kind": "tool", "name": "tool", "nodes": ["tool"], "expansion": growth}
-        )
+        sheet.member("tool", "tool", nodes=["tool"], expansion=growth)
     _carriers(sheet)
 
 
 def _segment(sheet: Sheet, cell: Cell) -> None:
-    sheet.structure.append(
-        {
-            "kind": cell.part,
-            "name": cell.name,
-            "nodes": [sector.node for sector in sheet.mesh.sectors_of(cell)],
-            "start": exact(cell.start, "mm"),
-            "end": exact(cell.end, "mm"),
-            "expansion": sheet.growth_of(sheet.mesh.material(cell)),
-        }
+    sheet.member(
+        cell.part,
+        cell.name,
+        nodes=[sector.node for sector in sheet.mesh.sectors_of(cell)],
+        start=exact(cell.start, "mm"),
+        end=exact(cell.end, "mm"),
+        expansion=sheet.growth_of(sheet.mesh.material(cell)),
     )
 
 
@@ -74,37 +64,35 @@ def _bends(sheet: Sheet, cell: Cell) -> None:
     radius = (stretch.outer + stretch.inner) / 4.0
     half = len(sectors) // 2
     for warm, cold in zip(sectors[:half], sectors[half:], strict=True):
-        sheet.structure.append(
-            {
-                "kind": "bend",
-                "name": f"bend_{warm.node}",
-                "towards": [cold.node],
-                "away": [warm.node],
-                "width": exact(len(sectors) * radius / 2.0, "mm"),
-                "length": exact(length, "mm"),
-                "lever": exact(sheet.form.shaft.gauge_line - middle, "mm"),
-                "expansion": sheet.growth_of(sheet.mesh.material(cell)),
-                **_direction(warm),
-            }
+        sheet.member(
+            "bend",
+            f"bend_{warm.node}",
+            towards=[cold.node],
+            away=[warm.node],
+            width=exact(len(sectors) * radius / 2.0, "mm"),
+            length=exact(length, "mm"),
+            lever=exact(sheet.form.shaft.gauge_line - middle, "mm"),
+            expansion=sheet.growth_of(sheet.mesh.material(cell)),
+            **_direction(warm),
         )
 
 
-def _direction(warm: Sector) -> dict[str, Any]:
+def _direction(warm: Sector) -> dict[str, Known]:
     assert warm.angle is not None
     parts = {"yaw": cos(radians(warm.angle)), "pitch": sin(radians(warm.angle))}
     return {key: exact(round(part, 15), "1") for key, part in parts.items() if abs(part) > 1e-12}
 
 
-def _lever(length: Quantity) -> dict[str, Any]:
+def _lever(length: Quantity) -> Known:
     """Return the length over which a carrier bends [mm], to be calibrated.
 
     What a drawing gives is the length between two faces. The part is one lump, and is not all as
     warm as that: how much of its length counts is known to a quarter.
     """
-    return length.known("mm", UNEVEN).parameter()
+    return length.known("mm", UNEVEN)
 
 
-def _moving(axis: str, length: Quantity) -> dict[str, Any]:
+def _moving(axis: str, length: Quantity) -> dict[str, Known]:
     """Return how a carrier moves the nose along an axis: its length, and which way.
 
     Where the range says that it may be either way, the length is the longest one, and its share of
@@ -114,38 +102,30 @@ def _moving(axis: str, length: Quantity) -> dict[str, Any]:
     if known.low < 0.0 < known.high:
         longest = max(-known.low, known.high)
         share = replace(known.scaled(1.0 / longest), unit="1")
-        return {"length": exact(longest, "mm"), MOVES[axis]: share.parameter()}
+        return {"length": exact(longest, "mm"), MOVES[axis]: share}
     sign = 1.0 if known.value > 0.0 else -1.0
     if sign < 0.0:
         known = replace(known, value=-known.value, low=-known.high, high=-known.low)
-    return {"length": known.parameter(), MOVES[axis]: exact(sign, "1")}
+    return {"length": known, MOVES[axis]: exact(sign, "1")}
 
 
 def _carriers(sheet: Sheet) -> None:
     for carrier in sheet.form.carriers:
         growth = sheet.growth_of(sheet.drawing.materials[carrier.material])
         for axis, length in carrier.grows.lengths().items():
-            sheet.structure.append(
-                {
-                    "kind": "member",
-                    "name": f"{carrier.name}_{axis}",
-                    "nodes": [carrier.name],
-                    "expansion": growth,
-                    **_moving(axis, length),
-                }
-            )
+            moving, nodes = _moving(axis, length), [carrier.name]
+            name = f"{carrier.name}_{axis}"
+            sheet.member("member", name, nodes=nodes, expansion=growth, **moving)
         for j, bend in enumerate(carrier.bends):
-            sheet.structure.append(
-                {
-                    "kind": "bend",
-                    "name": f"{carrier.name}_bend_{j + 1}",
-                    "towards": [carrier.name],
-                    "away": [bend.against],
-                    "width": within(0.05, bend.width, "mm", "page").parameter(),
-                    "length": _lever(bend.length),
-                    "lever": within(0.05, bend.lever, "mm", "page").parameter(),
-                    "expansion": growth,
-                    "yaw": exact(bend.yaw, "1"),
-                    "pitch": exact(bend.pitch, "1"),
-                }
+            sheet.member(
+                "bend",
+                f"{carrier.name}_bend_{j + 1}",
+                towards=[carrier.name],
+                away=[bend.against],
+                width=within(0.05, bend.width, "mm", "page"),
+                length=_lever(bend.length),
+                lever=within(0.05, bend.lever, "mm", "page"),
+                expansion=growth,
+                yaw=exact(bend.yaw, "1"),
+                pitch=exact(bend.pitch, "1"),
             )

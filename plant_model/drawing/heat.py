@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import log, pi
+from typing import Any
 
 from plant_model.drawing.class_values import CLASS_VALUES, f0_of, f1_of, stated
 from plant_model.drawing.form import BearingForm, MotorForm, SleeveForm
@@ -61,7 +62,7 @@ def _bearing(sheet: Sheet, seat: Seat) -> None:
     heat = bearing.mass * form.count * steel.heat.value / steel.density
     said = f"mass of {form.count} x {bearing.designation}"
     for node in (inner, outer):  # half of the rolling elements each
-        sheet.node(node, within(0.15, heat / 2.0, "J/K", said).parameter())
+        sheet.node(node, within(0.15, heat / 2.0, "J/K", said))
     joint = _seat_joint(sheet, form)
     for start, end in seat.spans:
         _seat_on(sheet, "shaft", inner, (start, end), bearing.bore, joint)
@@ -72,11 +73,11 @@ def _bearing(sheet: Sheet, seat: Seat) -> None:
     relative = form.count * bearing.mean_diameter / USUAL_DIAMETER
     if form.conductance is None:
         balls = sheet.number("balls", stated(None, CLASS_VALUES["balls"]))
-        through = sheet.tied(balls, relative, "W/K")
+        through: Known | dict[str, Any] = sheet.tied(balls, relative, "W/K")
     else:
-        through = form.conductance.known("W/K").scaled(form.count).parameter()
+        through = form.conductance.known("W/K").scaled(form.count)
     sheet.link("contact", inner, outer, conductance=through)
-    sheet.sources.append(_friction(form, seat, inner, outer))
+    _friction(sheet, seat)
 
 
 def _into_sleeve(sheet: Sheet, seat: Seat, sleeve: SleeveForm, joint: _Joint) -> None:
@@ -138,8 +139,8 @@ def _add_up(sheet: Sheet, first: str, second: str, number: str, factor: float) -
     sheet.link("contact", first, second, conductance=sheet.tied(number, factor, "W/K"))
 
 
-def _friction(form: BearingForm, seat: Seat, inner: str, outer: str) -> dict[str, object]:
-    bearing = seat.bearing
+def _friction(sheet: Sheet, seat: Seat) -> None:
+    form, bearing = seat.form, seat.bearing
     warm = stated(form.running_temperature, CLASS_VALUES["running_temperature"])
     nu = [viscosity(form.grade, t, form.viscosity_index) for t in (warm.high, warm.value, warm.low)]
     oil = Known(
@@ -153,21 +154,21 @@ def _friction(form: BearingForm, seat: Seat, inner: str, outer: str) -> dict[str
     preload = stated(form.preload, usual, 0.4)
     f0 = stated(form.f0, f0_of(bearing.kind, form.lubrication), 0.5).clipped(0.1, 20.0)
     f1 = stated(form.f1, f1_of(bearing.kind), free=False).clipped(0.0, 0.01)
-    return {
-        "kind": "bearing",
-        "name": form.name,
-        "inner": inner,
-        "outer": outer,
-        "driven_by": "speed",
-        "count": exact(form.count, "1"),
-        "mean_diameter": within(0.01, bearing.mean_diameter, "mm", bearing.designation).parameter(),
-        "f0": f0.parameter(),
-        "f1": f1.parameter(),
-        "preload": preload.parameter(),
-        "viscosity": oil.clipped(1.0, 1000.0).parameter(),
-        "viscosity_at": exact(warm.value, "degC", warm.source),
-        "inner_share": CLASS_VALUES["inner_share"].parameter(),
-    }
+    sheet.source(
+        "bearing",
+        form.name,
+        inner=f"{form.name}_inner",
+        outer=f"{form.name}_outer",
+        driven_by="speed",
+        count=exact(form.count, "1"),
+        mean_diameter=within(0.01, bearing.mean_diameter, "mm", bearing.designation),
+        f0=f0,
+        f1=f1,
+        preload=preload,
+        viscosity=oil.clipped(1.0, 1000.0),
+        viscosity_at=exact(warm.value, "degC", warm.source),
+        inner_share=CLASS_VALUES["inner_share"],
+    )
 
 
 def _loss(motor: MotorForm) -> Known:
@@ -185,17 +186,10 @@ def _loss(motor: MotorForm) -> Known:
     return replace(idle.scaled(rated), unit="W/(1000 r/min)", source=said, free=True)
 
 
-def _source(motor: MotorForm, rotor: str, stator: str, usual: Known) -> dict[str, object]:
+def _source(sheet: Sheet, motor: MotorForm, rotor: str, stator: str, usual: Known) -> None:
     share = stated(motor.rotor_share, usual, 0.3, free=False).clipped(0.0, 1.0)
-    return {
-        "kind": "motor",
-        "name": "motor",
-        "rotor": rotor,
-        "stator": stator,
-        "driven_by": "speed",
-        "loss": _loss(motor).parameter(),
-        "rotor_share": share.parameter(),
-    }
+    nodes, loss = {"rotor": rotor, "stator": stator}, _loss(motor)
+    sheet.source("motor", "motor", **nodes, driven_by="speed", loss=loss, rotor_share=share)
 
 
 def _built_in(sheet: Sheet, motor: MotorForm) -> None:
@@ -215,7 +209,7 @@ def _built_in(sheet: Sheet, motor: MotorForm) -> None:
     _seat_on(sheet, "housing", "stator", span, outside, joint)
     area = pi * motor.rotor_outer * 1e-3 * metres
     add_gap(sheet, ("rotor", "stator"), area, motor.rotor_outer / 2.0, motor.gap)
-    sheet.sources.append(_source(motor, "rotor", "stator", CLASS_VALUES["rotor_share"]))
+    _source(sheet, motor, "rotor", "stator", CLASS_VALUES["rotor_share"])
 
 
 def _belt(sheet: Sheet, motor: MotorForm) -> None:
@@ -225,8 +219,8 @@ def _belt(sheet: Sheet, motor: MotorForm) -> None:
     metres = (motor.end - motor.start) * 1e-3
     volume = pi / 4.0 * (outside**2 - shaft**2) * 1e-6 * metres
     heat = within(0.3, volume * MATERIALS["steel"].heat.value, "J/K", "page, a solid pulley")
-    sheet.node("pulley", heat.parameter())
+    sheet.node("pulley", heat)
     joint = _Joint(sheet, "pulley_seat", CLASS_VALUES["motor_joint"])
     _seat_on(sheet, "shaft", "pulley", (motor.start, motor.end), shaft, joint)
     half = Known(0.5, 0.3, 0.7, "1", CLASS + "half of the belt's loss in its small pulley")
-    sheet.sources.append(_source(motor, "pulley", motor.into or "", half))
+    _source(sheet, motor, "pulley", motor.into or "", half)

@@ -55,9 +55,9 @@ class Known:
         return Parameter(*numbers, self.source, self.free).to_dict()
 
 
-def exact(value: float, unit: str, source: str = "page") -> dict[str, Any]:
-    """Return a parameter without a range."""
-    return Known(value, value, value, unit, source).parameter()
+def exact(value: float, unit: str, source: str = "page") -> Known:
+    """Return a number without a range."""
+    return Known(value, value, value, unit, source)
 
 
 def within(share: float, value: float, unit: str, source: str) -> Known:

@@ -64,9 +64,9 @@ class Sheet:
         name = self.number(f"{material.name}_expansion", expansion)
         return self.tied(name, 1.0, "1e-6/K")
 
-    def node(self, name: str, capacity: dict[str, Any]) -> None:
+    def node(self, name: str, capacity: Known | dict[str, Any]) -> None:
         """Add a node; it starts at rest unless :meth:`sensor` reads it."""
-        self.nodes.append({"name": name, "capacity": capacity, "start": REST})
+        _add(self.nodes, name=name, capacity=capacity, start=REST)
 
     def sensor(self, entry: dict[str, Any]) -> None:
         """Add a thermometer; the node that it reads starts there, by the first that reads it."""
@@ -77,4 +77,16 @@ class Sheet:
 
     def link(self, kind: str, first: str, second: str, **numbers: Any) -> None:
         """Add a link; ``name`` may be among *numbers*."""
-        self.links.append({"kind": kind, "between": [first, second], **numbers})
+        _add(self.links, kind=kind, between=[first, second], **numbers)
+
+    def source(self, kind: str, name: str, **fields: Any) -> None:
+        """Add a heat source."""
+        _add(self.sources, kind=kind, name=name, **fields)
+
+    def member(self, kind: str, name: str, **fields: Any) -> None:
+        """Add a part of the structure."""
+        _add(self.structure, kind=kind, name=name, **fields)
+
+
+def _add(entries: list[dict[str, Any]], **fields: Any) -> None:
+    entries.append({key: v.parameter() if isinstance(v, Known) else v for key, v in fields.items()})

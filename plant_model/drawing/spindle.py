@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 from math import cos, pi
+from typing import Any
 
 from plant_model.drawing.cells import Cell, overlap
 from plant_model.drawing.class_values import CLASS_VALUES
@@ -58,10 +59,10 @@ def _along(sheet: Sheet, cells: tuple[Cell, Cell], nodes: tuple[str, str], share
     ]
     (material, here), (other, there) = halves
     if material == other:
-        path = sheet.path_in(material, share / (here + there))
+        path: Known | dict[str, Any] = sheet.path_in(material, share / (here + there))
     else:
         both = here / material.conductivity.value + there / other.conductivity.value
-        path = within(0.2, share / both, "W/K", "k A / L of both sections").parameter()
+        path = within(0.2, share / both, "W/K", "k A / L of both sections")
     sheet.link("conduction", *nodes, conductance=path)
 
 
@@ -114,9 +115,9 @@ def add_gap(
     sheet.link(
         "air_gap",
         *nodes,
-        area=within(0.05, area_m2, "m2", "page").parameter(),
-        radius=within(0.05, radius_mm, "mm", "page").parameter(),
-        gap=gap.parameter(),
+        area=within(0.05, area_m2, "m2", "page"),
+        radius=within(0.05, radius_mm, "mm", "page"),
+        gap=gap,
     )
 
 
@@ -181,7 +182,7 @@ def to_air(sheet: Sheet, node: str, air: str, area_m2: float, film: str, prefix:
         "convection",
         node,
         air,
-        area=within(BY_DATA_SHEET / 3.0, area_m2, "m2", "page").parameter(),
+        area=within(BY_DATA_SHEET / 3.0, area_m2, "m2", "page"),
         coefficient=sheet.tied(film, 1.0, "W/(m2 K)"),
         **called,
     )

@@ -65,7 +65,7 @@ def _jacket(sheet: Sheet, jacket: JacketForm) -> None:
     wetted, volume = _channel_area(sheet, jacket)
     fed_by = f"jacket_{jacket.after}" if jacket.after else jacket.inlet
     heat = within(0.15, 1e3 * volume * fluid.heat_per_litre, "J/K", "coolant in the channel")
-    sheet.node(node, heat.parameter())
+    sheet.node(node, heat)
     given = jacket.flow.known("l/min")
     said = "1 as the page says; data sheet of the cooling unit"
     known = Known(1.0, given.low / given.value, given.high / given.value, "1", said, given.free)
@@ -75,7 +75,7 @@ def _jacket(sheet: Sheet, jacket: JacketForm) -> None:
         node,
         fed_by,
         flow=sheet.tied(flow, jacket.flow.value, "l/min"),
-        heat_capacity=within(0.03, fluid.heat_per_litre, "J/(l K)", fluid.source).parameter(),
+        heat_capacity=within(0.03, fluid.heat_per_litre, "J/(l K)", fluid.source),
     )
     wall = _wall(fluid, wetted, jacket)
     name = sheet.number(f"{node}_wall", wall)
@@ -107,7 +107,7 @@ def _carrier(sheet: Sheet, carrier: CarrierForm) -> None:
     mass = carrier.mass.known("kg", free=False).scaled(made_of.heat.value / made_of.density)
     heat = replace(mass, unit="J/K", source=f"mass; {made_of.heat.source}")
     air = carrier.air or "ambient"
-    sheet.node(carrier.name, heat.parameter())
+    sheet.node(carrier.name, heat)
     if carrier.surface > 0.0:
         to_air(sheet, carrier.name, air, carrier.surface, still_film(sheet))
     if carrier.holds is not None:
@@ -119,18 +119,11 @@ def _carrier(sheet: Sheet, carrier: CarrierForm) -> None:
     if carrier.on is not None:
         given = carrier.joint if carrier.holds is None else None
         joint = stated(given, CLASS_VALUES["carrier_joint"], 0.5)
-        sheet.link("contact", carrier.name, carrier.on, conductance=joint.parameter())
+        sheet.link("contact", carrier.name, carrier.on, conductance=joint)
     if carrier.feed is not None:
         loss = stated(carrier.feed.loss, CLASS_VALUES["feed_loss"], 0.5)
-        sheet.sources.append(
-            {
-                "kind": "feed_axis",
-                "name": carrier.name,
-                "node": carrier.name,
-                "driven_by": carrier.feed.input,
-                "loss": loss.parameter(),
-            }
-        )
+        driver = carrier.feed.input
+        sheet.source("feed_axis", carrier.name, node=carrier.name, driven_by=driver, loss=loss)
 
 
 def _enclosure(sheet: Sheet) -> None:
@@ -139,7 +132,7 @@ def _enclosure(sheet: Sheet) -> None:
         return
     heat = enclosure.volume * AIR_HEAT + 0.5 * enclosure.wall * SHEET_HEAT
     capacity = within(0.4, heat, "J/K", CLASS + "air and half of 2 mm of sheet steel")
-    sheet.node("enclosure_air", capacity.parameter())
+    sheet.node("enclosure_air", capacity)
     film = stated(enclosure.film, CLASS_VALUES["enclosure_film"], 0.4)
     name = sheet.number("enclosure_film", film)
     to_air(sheet, "enclosure_air", "ambient", enclosure.wall, name)
@@ -155,6 +148,6 @@ def _tool(sheet: Sheet) -> None:
     sheet.node("tool", sheet.heat_of(made_of, volume))
     joint = stated(tool.joint, CLASS_VALUES["tool_joint"], 0.5)
     last = sheet.mesh.cell_of("shaft", gauge).name
-    sheet.link("contact", last, "tool", conductance=joint.parameter())
+    sheet.link("contact", last, "tool", conductance=joint)
     area = pi * tool.diameter * tool.length * 1e-6
     turning_in_air(sheet, "tool", (area, tool.diameter))
