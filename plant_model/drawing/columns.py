@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from measurement.errors import BadInput
 from measurement.rig import DirectRig, default_rig
@@ -69,7 +69,7 @@ SIDES = {
 """What a part of a column's name says of the side; which axis that is, is to be checked."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Columns:
     """The columns of a run by what they are.
 
@@ -99,15 +99,15 @@ class Columns:
     speed: str
     ambient: str
     coolant: str
-    torque: str
-    feeds: tuple[str, ...]
+    torque: str = ""
+    feeds: tuple[str, ...] = ()
     thermometers: dict[str, str]
-    sides: dict[str, str]
-    not_names: tuple[str, ...]
+    sides: dict[str, str] = field(default_factory=dict)
+    not_names: tuple[str, ...] = ()
     five_point: bool
-    axes: dict[str, tuple[str, int]]
-    highest_speed: float
-    highest_feed: float
+    axes: dict[str, tuple[str, int]] = field(default_factory=dict)
+    highest_speed: float = 0.0
+    highest_feed: float = 0.0
 
 
 def columns_of(run: Run, ambient: str | None = None, inlet: str | None = None) -> Columns:
@@ -149,18 +149,18 @@ def columns_of(run: Run, ambient: str | None = None, inlet: str | None = None) -
     axes = {} if five or not run.displacements else _axes(run)
     feeds = run.of_unit("mm_min")
     return Columns(
-        speeds[0] if speeds else "",
-        air,
-        inlet,
-        torques[0] if torques else "",
-        tuple(feeds),
-        _in_two(places),
-        {name: SIDES[word] for name in places for word in _words(name) if word in SIDES},
-        not_names,
-        five,
-        axes,
-        _highest(run, speeds[:1]),
-        _highest(run, feeds),
+        speed=speeds[0] if speeds else "",
+        ambient=air,
+        coolant=inlet,
+        torque=torques[0] if torques else "",
+        feeds=tuple(feeds),
+        thermometers=_in_two(places),
+        sides={name: SIDES[word] for name in places for word in _words(name) if word in SIDES},
+        not_names=not_names,
+        five_point=five,
+        axes=axes,
+        highest_speed=_highest(run, speeds[:1]),
+        highest_feed=_highest(run, feeds),
     )
 
 

@@ -86,32 +86,40 @@ class _Plan:
     """Where everything goes along the axis [mm]; 0 is the mounting face."""
 
     def __init__(self, answers: Answers) -> None:
-        bearing = answers.bearing
+        bearing, belt = answers.bearing, answers.drive == "belt"
         bore, width = bearing.bore, bearing.width
-        self.motor_end = round(40.0 + 100.0 + 6.0 * answers.power) if self._has(answers) else 0
-        behind = 0.0 if answers.drive == "belt" else self.motor_end + 2.0 * FREE
+        self.motor_end = 0 if belt else round(40.0 + 100.0 + 6.0 * answers.power)
+        behind = 0.0 if belt else self.motor_end + 2.0 * FREE
         self.front = round(behind + width + FREE)
         self.housing_end = round(self.front + width + FREE)
         self.gauge = self.housing_end + round(0.8 * bore)
         # A belt-driven spindle stands in its headstock, a motor spindle hangs in front of it.
-        self.rear = -round(3.5 * bore if answers.drive == "belt" else width + 2.0 * FREE)
+        self.rear = -round(3.5 * bore if belt else width + 2.0 * FREE)
         self.housing_start = round(self.rear - width - FREE)
-        self.shaft_start = self.housing_start - (70 if answers.drive == "belt" else 15)
+        self.shaft_start = self.housing_start - (70 if belt else 15)
 
-    def around_housing(self, answers: Answers) -> dict[str, float]:
+    def around_housing(self) -> dict[str, float]:
         """Return the places on the housing that names of thermometers tell [mm]."""
         measures: dict[str, float] = {
             "front": self.front,
             "rear": self.rear,
             "housing": round((self.front + self.rear) / 2.0),
         }
-        if self._has(answers):
+        if self.motor_end:
             measures["motor"] = max(20.0, self.motor_end / 2.0)
         return measures
 
-    @staticmethod
-    def _has(answers: Answers) -> bool:
-        return answers.drive == "built-in"
+
+def _usual_columns(answers: Answers) -> Columns:
+    """Return the columns of a page that is made without a run."""
+    motor = () if answers.drive == "belt" else ("motor",)
+    return Columns(
+        speed="speed_rpm",
+        ambient="ambient_degC",
+        coolant="coolant_inlet_degC",
+        thermometers={name: name for name in ("front", "headstock", "column", *motor)},
+        five_point=answers.rig == "five_point",
+    )
 
 
 def page_text(answers: Answers, columns: Columns | None, running: Mapping[str, float]) -> str:
@@ -129,10 +137,11 @@ def page_text(answers: Answers, columns: Columns | None, running: Mapping[str, f
         trim_blocks=True, keep_trailing_newline=True, undefined=jinja2.StrictUndefined
     )
     environment.filters |= {"g": "{:g}".format, "g3": "{:.3g}".format}
+    columns = columns or _usual_columns(answers)
     plan, bore = _Plan(answers), answers.bearing.bore
     carriers = _carrier_names(columns)
     belt = answers.drive == "belt"
-    axes = (columns.axes if columns else {}) or {"disp_y": ("Y", 1), "disp_z": ("Z", 1)}
+    axes = columns.axes or {"disp_y": ("Y", 1), "disp_z": ("Z", 1)}
     page = environment.from_string(PAGE.read_text(encoding="utf-8"))
     return page.render(
         said=answers,
@@ -143,7 +152,7 @@ def page_text(answers: Answers, columns: Columns | None, running: Mapping[str, f
         nose=NOSE * bore,
         rotor=ROTOR * bore,
         housing=_housing(plan, answers),
-        thermometers=_rows(plan, answers, columns),
+        thermometers=_rows(plan, columns),
         inputs=_inputs(answers, columns),
         # The class's loss in proportion to the motor's power.
         belt=CLASS_VALUES["belt_loss"].scaled(answers.power / BELT_KW),
@@ -152,7 +161,7 @@ def page_text(answers: Answers, columns: Columns | None, running: Mapping[str, f
         air='air = "enclosure"\n' if "enclosure" in carriers else "",
         mass=round(4.5 * bore),
         holds=(plan.housing_start, 0) if belt else (0, plan.motor_end),
-        five_point=columns.five_point if columns else answers.rig == "five_point",
+        five_point=columns.five_point,
         axes=", ".join(
             f'{name} = {{ axis = "{axis}", sign = {sign} }}' for name, (axis, sign) in axes.items()
         ),
@@ -168,20 +177,14 @@ def unplaced(answers: Answers, columns: Columns) -> list[str]:
     columns : Columns
         Of the run.
     """
-    return [name for name, row in _rows(_Plan(answers), answers, columns).items() if not row.where]
+    return [name for name, row in _rows(_Plan(answers), columns).items() if not row.where]
 
 
-def _rows(plan: _Plan, answers: Answers, columns: Columns | None) -> dict[str, _Row]:
+def _rows(plan: _Plan, columns: Columns) -> dict[str, _Row]:
     """Return where each thermometer sits, no two around the housing on one spot."""
     rows: dict[str, _Row] = {}
-    if columns is None:
-        motor = () if answers.drive == "belt" else ("motor",)
-        places = {name: name for name in ("front", "headstock", "column", *motor)}
-    else:
-        places = columns.thermometers
-    sides = columns.sides if columns else {}
-    around = plan.around_housing(answers)
-    carriers = _carrier_names(columns)
+    places, sides = columns.thermometers, columns.sides
+    around, carriers = plan.around_housing(), _carrier_names(columns)
     free = {place: list(ALL_SIDES) for place in around}
     # One whose name says no side comes first, those that sit beside it next.
     first = {place: name for name, place in reversed(places.items()) if name not in sides}
@@ -201,15 +204,12 @@ def _rows(plan: _Plan, answers: Answers, columns: Columns | None) -> dict[str, _
     return {name: rows[name] for name in places}
 
 
-def _carrier_names(columns: Columns | None) -> dict[str, str]:
+def _carrier_names(columns: Columns) -> dict[str, str]:
     """Return the parts that are one temperature each, by what thermometers' places call them."""
     parts = {"headstock": "headstock", "column": "column"}
-    places = set(columns.thermometers.values()) if columns else set()
-    if "column_top" in places:
-        parts["column_top"] = "column_top"
-    if "enclosure" in places:
-        parts["enclosure"] = "enclosure"
-    if columns and "nut" in places and columns.feeds:
+    places = set(columns.thermometers.values())
+    parts |= {name: name for name in ("column_top", "enclosure") if name in places}
+    if "nut" in places and columns.feeds:
         parts["nut"] = f"{_feed(columns)[1]}_nut"
     return parts
 
@@ -227,24 +227,22 @@ def _feed(columns: Columns) -> tuple[str, str]:
     return column, axis if axis in AXES else "z"
 
 
-def _inputs(
-    answers: Answers, columns: Columns | None
-) -> list[tuple[str, str, str, float, float, str]]:
+def _inputs(answers: Answers, columns: Columns) -> list[tuple[str, str, str, float, float, str]]:
     """Return name, unit, column, range and what else is said of each input."""
-    has = columns
-    top = max(answers.speed, has.highest_speed if has else 0.0)
+    top = max(answers.speed, columns.highest_speed)
     rows = [
-        ("speed", "rpm", (has and has.speed) or "speed_rpm", 0.0, top, ""),
-        ("ambient", "degC", (has and has.ambient) or "ambient_degC", -20.0, 60.0, ""),
+        ("speed", "rpm", columns.speed or "speed_rpm", 0.0, top, ""),
+        ("ambient", "degC", columns.ambient, -20.0, 60.0, ""),
     ]
     if answers.coolant != "none":
-        column = (has and has.coolant) or "coolant_inlet_degC"
-        rows.append(("coolant_inlet", "degC", column, 0.0, 60.0, ""))
-    if has and has.torque:
-        rows.append(("torque", "Nm", has.torque, -1000.0, 1000.0, ", default = 0.0"))
-    if has and has.feeds:
-        high = max(USUAL_FEED, has.highest_feed)
-        rows.append(("feed", "mm_min", _feed(has)[0], 0.0, high, ", default = 0.0"))
+        rows.append(
+            ("coolant_inlet", "degC", columns.coolant or "coolant_inlet_degC", 0.0, 60.0, "")
+        )
+    if columns.torque:
+        rows.append(("torque", "Nm", columns.torque, -1000.0, 1000.0, ", default = 0.0"))
+    if columns.feeds:
+        high = max(USUAL_FEED, columns.highest_feed)
+        rows.append(("feed", "mm_min", _feed(columns)[0], 0.0, high, ", default = 0.0"))
     return rows
 
 
