@@ -11,7 +11,6 @@ import contextlib
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
-from functools import partial
 from math import isfinite
 from typing import Any
 
@@ -151,7 +150,12 @@ class CanOpenNode(Participant):
         self._network.add_node(self._node)
         self._node.add_read_callback(self._read)
         self._raw: dict[tuple[int, int], int] = {}
-        self._places = _places(dictionary, database)
+        pdos = layout([n for n, signal in database.named.items() if signal.unit == "degC"])
+        self._places = {
+            entry.name: ((entry.index, entry.sub), database.signal(entry.name))
+            for pdo in pdos
+            for entry in pdo.entries
+        }
         self._say = say
         self._beaten_at = float("-inf")
         self._emergency = (NO_ERROR, 0, 0, 0)
@@ -161,10 +165,10 @@ class CanOpenNode(Participant):
         self._wrong: dict[int, int] = {}
         self._lengths: deque[tuple[int, int]] = deque(maxlen=100)
         self._network.subscribe(0x700 + node_id, self._hear_node)
-        for pdo in layout(temperatures_of(database)):
+        for pdo in pdos:
             if pdo.way == RECEIVE:
-                size = sum(entry.bits for entry in pdo.entries) // 8
-                self._network.subscribe(pdo.cob_id(node_id), self._weigher(pdo.number, size))
+                weigh = self._weigher(pdo.number, pdo.size)
+                self._network.subscribe(pdo.cob_id(node_id), weigh)
         until = time.monotonic() + (2e-3 * heartbeat_ms() if listen_s is None else listen_s)
         while time.monotonic() < until and not self._heard:
             time.sleep(0.02)
@@ -197,9 +201,9 @@ class CanOpenNode(Participant):
         """Show what was sent and heard last; send a heartbeat or an EMCY if one is due."""
         found = report()
         answer, given = found.answer, found.given
-        for name, (place, raw) in self._places.items():
+        for name, (place, signal) in self._places.items():
             value = answer.get(name, given.get(name, float("nan")))
-            self._raw[place] = raw(value)
+            self._raw[place] = _raw(signal, value)
         nmt = self._node.nmt
         with contextlib.suppress(can.CanError, OSError):
             if found.state["gateway_state"] != "reconnecting":
@@ -260,23 +264,6 @@ class CanOpenNode(Participant):
         """Leave the bus."""
         with contextlib.suppress(can.CanError, OSError, RuntimeError):
             self._network.disconnect()
-
-
-def temperatures_of(database: Database) -> list[str]:
-    """Return the names of the signals that are temperatures."""
-    return [name for name, signal in database.named.items() if signal.unit == "degC"]
-
-
-def _places(
-    dictionary: canopen.ObjectDictionary, database: Database
-) -> dict[str, tuple[tuple[int, int], Callable[[Value], int]]]:
-    """Return where each signal of a PDO stands, and what makes its raw value."""
-    found: dict[str, tuple[tuple[int, int], Callable[[Value], int]]] = {}
-    for pdo in layout(temperatures_of(database)):
-        for entry in pdo.entries:
-            place = entry.index, entry.sub
-            found[entry.name] = place, partial(_raw, database.signal(entry.name))
-    return found
 
 
 def _raw(signal: Signal, value: Value) -> int:

@@ -88,6 +88,11 @@ class Pdo:
     way: str
     entries: tuple[Entry, ...]
 
+    @property
+    def size(self) -> int:
+        """Its bytes."""
+        return sum(entry.bits for entry in self.entries) // 8
+
     def cob_id(self, node_id: int) -> int:
         """Return the identifier by the predefined connection set."""
         return (0x100 if self.way == RECEIVE else 0x80) + 0x100 * self.number + node_id
@@ -201,9 +206,8 @@ def node_mapping(node_id: int, fmu: Path) -> Mapping:
 def _dbc(node_id: int, pdos: Sequence[Pdo]) -> str:
     lines = ['VERSION ""', "", "NS_ :", "", "BS_:", "", "BU_: MASTER GATEWAY", ""]
     for pdo in pdos:
-        size = sum(entry.bits for entry in pdo.entries) // 8
         sender = "MASTER" if pdo.way == RECEIVE else "GATEWAY"
-        lines.append(f"BO_ {pdo.cob_id(node_id)} {pdo.name}: {size} {sender}")
+        lines.append(f"BO_ {pdo.cob_id(node_id)} {pdo.name}: {pdo.size} {sender}")
         start = 0
         for entry in pdo.entries:
             sign = "+" if entry.kind == "u8" else "-"

@@ -221,21 +221,20 @@ class Service:
 
     def _save(self, node: GatewayNode, store: StateFile, saver: Background) -> None:
         state = self.unit.slave.saved()
-        taken = (store.now(), self.unit.time_s, node.stepper.machine_time_at(self.clock()))
-        saver.do(lambda: self._write(store, *taken, state))
+        machine_time_s = node.stepper.machine_time_at(self.clock())
+        taken = (store.now(), self.unit.time_s, machine_time_s, state)
 
-    def _write(
-        self, store: StateFile, taken: float, time_s: float, machine_time_s: float, state: bytes
-    ) -> None:
-        """Write the state; a full disk does not stop the gateway."""
-        try:
-            store.write(taken, time_s, machine_time_s, state)
-        except BadInput as error:
-            if not self._unsaved:
-                self.say(f"{error}; the gateway goes on without saving")
-            self._unsaved = True
-        else:
-            self._unsaved = False
+        def write() -> None:
+            try:
+                store.write(*taken)
+            except BadInput as error:  # a full disk does not stop the gateway
+                if not self._unsaved:
+                    self.say(f"{error}; the gateway goes on without saving")
+                self._unsaved = True
+            else:
+                self._unsaved = False
+
+        saver.do(write)
 
     def _notice(self, node: GatewayNode) -> None:
         """Report a change of the compensator's status."""

@@ -211,23 +211,20 @@ def _after_each_other(chain: Sequence[Table]) -> Log:
         if float(after.frame[TIME].iloc[0]) <= float(before.frame[TIME].iloc[-1]):
             problem = f"overlaps {before.paths[0].name} in time, with the same columns"
             raise BadInput(after.paths[0], "", problem)
-    frame = pd.concat([log.frame for log in logs], ignore_index=True)
-    paths = tuple(path for log in logs for path in log.paths)
-    sources = {name: header for log in logs for name, header in log.sources.items()}
-    return Log(logs[0].name, frame, logs[0].absolute, sources, paths)
+    return _as_one(logs, pd.concat([log.frame for log in logs], ignore_index=True))
 
 
 def _beside(logs: Sequence[Log]) -> Log:
     """Return logs of different columns as one, on the union of their times."""
     if len(logs) == 1:
         return logs[0]
-    sources: dict[str, str] = {}
+    before = set[str]()
     for log in logs:
         for name, header in log.sources.items():
-            if name in sources:
+            if name in before:
                 problem = f"{name} is in another table, too: rename one in the mapping file"
                 raise BadInput(log.paths[0], f"column {header}", problem)
-            sources[name] = header
+            before.add(name)
     _overlapping(logs)
     every = np.unique(np.concatenate([log.frame[TIME].to_numpy() for log in logs]))
     fresh = np.diff(every, prepend=-np.inf) > SAME_S
@@ -239,8 +236,13 @@ def _beside(logs: Sequence[Log]) -> Log:
             values = np.full(len(times), np.nan)
             values[rows] = log.frame[name].to_numpy()
             frame[name] = values
+    return _as_one(logs, frame)
+
+
+def _as_one(logs: Sequence[Log], frame: pd.DataFrame) -> Log:
+    sources = {name: header for log in logs for name, header in log.sources.items()}
     paths = tuple(path for log in logs for path in log.paths)
-    return Log(logs[0].name, frame, logs[0].absolute, sources, paths)
+    return replace(logs[0], frame=frame, sources=sources, paths=paths)
 
 
 def _overlapping(logs: Sequence[Log]) -> None:

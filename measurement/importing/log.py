@@ -99,10 +99,9 @@ def import_files(
         For the first thing that cannot be used; or if no column could be placed.
     """
     mapping, units, axes = mapping or Mapping(), units or {}, axes or {}
-    paths = _once(paths)
     tables = [
         table_of(part, mapping, units, axes)
-        for path in paths
+        for path in _once(paths)
         for sheet in read_sheets(path)
         for part in by_clock(sheet, mapping.time.columns)
     ]
@@ -115,6 +114,7 @@ def import_files(
     if mapping.time.columns:
         _need_header(tables, "time", mapping.time.columns)
     logs, lonely = joined([table for table in tables if len(table.frame.columns)])
+    sources = {column: header for log in logs for column, header in log.sources.items()}
     pieces: list[Piece] = []
     folders: list[str] = []
     notes = [f"{table.where}: {note}" for table in tables for note in _said(table)] + lonely
@@ -123,37 +123,30 @@ def import_files(
         pieces += found
         folders += len(found) * [log.paths[0].resolve().parent.name]
         notes += [*left_out, *_sparse(log, found, mapping)]
-    notes += _speeds({column: header for log in logs for column, header in log.sources.items()})
+    notes += _speeds(sources)
     placed = {header for table in tables for header in table.rules.keys() - table.hints.keys()}
-    hints = {
-        header: text
-        for table in tables
-        for header, text in table.hints.items()
-        if header not in placed
-    }
-    notes += [
-        f"{table.where}: column {header} {text}"
-        for table in tables
-        for header, text in table.hints.items()
-        if header in placed
-    ]
+    hints: dict[str, str] = {}
+    asks: dict[str, str] = {}
+    for table in tables:
+        for header, text in table.hints.items():
+            if header in placed:
+                notes.append(f"{table.where}: column {header} {text}")
+            else:
+                hints[header] = text
+        rules = {name: rule for name, rule in table.rules.items() if name not in table.hints}
+        for header in axes_to_ask(rules):
+            says = f"--axis '{header}=X' says it (or Y, Z; -X if it rises towards -X)"
+            asks[header] = f"which axis? {says}"
     names = distinct([piece.run.name for piece in pieces], folders)
     runs = [replace(piece.run, name=name) for piece, name in zip(pieces, names, strict=True)]
-    pieces = [replace(piece, run=run) for piece, run in zip(pieces, runs, strict=True)]
     return Imported(
-        tuple(pieces),
+        tuple(replace(piece, run=run) for piece, run in zip(pieces, runs, strict=True)),
         _decided(tables, mapping),
         hints,
         tuple(doubts(runs)),
         tuple(notes),
-        {column: header for log in logs for column, header in log.sources.items()},
-        {
-            header: f"which axis? --axis '{header}=X' says it (or Y, Z; -X if it rises towards -X)"
-            for table in tables
-            for header in axes_to_ask(
-                {name: rule for name, rule in table.rules.items() if name not in table.hints}
-            )
-        },
+        sources,
+        asks,
     )
 
 

@@ -141,15 +141,10 @@ def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
     columns: list[list[Cell]] = [
         [row[at] if at < len(row) else None for _, row in kept] for at in range(width)
     ]
-    empty = [
-        at
-        for at in range(width)
-        if not named[at].text and all(is_missing(cell) for cell in columns[at])
-    ]
     for at, entry in enumerate(named):
-        if not entry.text and at not in empty:
+        if not entry.text and not all(map(is_missing, columns[at])):
             raise _nameless(path, f"{place}row {first}, column {at + 1}", named)
-    left = [at for at in range(width) if at not in empty]
+    left = [at for at, entry in enumerate(named) if entry.text]
     texts = ([cell for cell in cells[:HEAD_LINES] if isinstance(cell, str)] for cells in columns)
     return Sheet(
         path,
