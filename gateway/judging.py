@@ -7,43 +7,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from math import inf, isnan, nan
 
 import can
 
 from gateway.codec import CountedTime, Finding, decode, name_of
-from gateway.database import MACHINE, Database, Frame, key_of
+from gateway.database import MACHINE, NOT_AVAILABLE, Database, Frame, key_of
 from gateway.proof import Challenges
 from gateway.reception import Cycle
 from gateway.timebase import Timebase
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """Whether a cycle can be used, and why not.
-
-    Attributes
-    ----------
-    usable, proven : bool
-        Whether it can be, and whether it is proven to be fresh.
-    finding : Finding or None
-        What is wrong.
-    machine_state : str
-        What the machine says that it does.
-    unseen_s : float
-        Time that the machine's clock has seen go by and this computer's has not, by the latter's
-        rate [s].
-    in_time : bool
-        Both of these clocks have seen as much time go by since the cycle before.
-    """
-
-    usable: bool
-    finding: Finding | None
-    machine_state: str
-    proven: bool = False
-    unseen_s: float = 0.0
-    in_time: bool = False
 
 
 class Judge:
@@ -67,6 +39,15 @@ class Judge:
         How the machine counts its time.
     time_s : float
         Its time, as the newest cycle carries it [s].
+    machine_state : str
+        What the machine says in the newest cycle that it does.
+    proven : bool
+        That cycle is proven to be fresh.
+    unseen_s : float
+        Time that the machine's clock has seen go by and this computer's has not, by the latter's
+        rate [s].
+    in_time : bool
+        Both of these clocks have seen as much time go by since the cycle before.
     """
 
     def __init__(
@@ -85,14 +66,15 @@ class Judge:
             tolerance_s = timeout_s if self._proof is None else challenges.young_s
             self._timebase = Timebase(self.time.count, self.time.scale, speed_up, tolerance_s)
         self._expected_s: float | None = None
-        self.time_s = 0.0
+        self.time_s = self.unseen_s = 0.0
+        self.machine_state, self.proven, self.in_time = NOT_AVAILABLE, False, False
 
     def forget(self) -> None:
         """Expect no particular time next: cycles were lost."""
         self._expected_s = None
 
-    def judge(self, cycle: Cycle, arrived: float, now: float) -> Verdict:
-        """Judge a cycle.
+    def judge(self, cycle: Cycle, arrived: float, now: float) -> tuple[bool, Finding | None]:
+        """Return whether a cycle can be used, and what is wrong.
 
         Parameters
         ----------
@@ -101,56 +83,46 @@ class Judge:
         arrived, now : float
             When its last frame arrived, and the present [s].
         """
-        state = "running"
+        said, state = cycle.heartbeat.get("machine_state", nan), "running"
         if self._states is not None:
-            state = name_of(self._states, cycle.heartbeat.get("machine_state", nan))
-        proven = self._proven(cycle, arrived)
+            state = name_of(self._states, said)
+        self.machine_state, self.proven = state, self._is_proven(cycle, arrived)
         if not isnan(time_s := cycle.heartbeat.get("machine_time", nan)):
             self.time_s = time_s
+        if self._timebase:
+            self._timebase.tell_nothing()
         # What may be old says nothing of the machine's clock.
-        telling = proven or self._proof is None
-        wrong = (
-            self._time_fault(cycle.heartbeat, arrived, state, proven=proven) if telling else None
-        )
-        finding = cycle.finding
-        usable = cycle.usable and state == "running"
+        telling = self.proven or self._proof is None
+        wrong = self._time_fault(cycle.heartbeat, arrived) if telling else None
+        if self._timebase:
+            self.unseen_s, self.in_time = self._timebase.unseen_s, self._timebase.in_time
         if not cycle.usable:
-            pass
-        elif now - arrived > self._timeout_s:
-            usable, finding = False, self._found("stale", f"waited {now - arrived:.3f} s")
-        elif self._proof is not None and not proven:
-            text = "does not prove that its cycle is fresh"
-            usable, finding = False, Finding("not_fresh", self._proof, f"{self._proof.name} {text}")
-        elif wrong is not None and state == "running":
-            usable, finding = False, wrong
-        elif not usable and (self._state_is_known(cycle) or finding is None):
-            text = f"the machine is {state.replace('_', ' ')}"
-            finding = Finding("machine_not_running", self._closing, text)
-        seen = (
-            (self._timebase.unseen_s, self._timebase.in_time) if telling and self._timebase else ()
-        )
-        return Verdict(usable, finding, state, proven, *seen)
+            return False, cycle.finding
+        if now - arrived > self._timeout_s:
+            return False, self._found("stale", f"waited {now - arrived:.3f} s")
+        if self._proof is not None and not self.proven:
+            text = f"{self._proof.name} does not prove that its cycle is fresh"
+            return False, Finding("not_fresh", self._proof, text)
+        if state == "running":
+            return wrong is None, wrong or cycle.finding
+        if isnan(said) and cycle.finding is not None:
+            return False, cycle.finding
+        text = f"the machine is {state.replace('_', ' ')}"
+        return False, Finding("machine_not_running", self._closing, text)
 
-    def _proven(self, cycle: Cycle, arrived: float) -> bool:
+    def _is_proven(self, cycle: Cycle, arrived: float) -> bool:
         if self._proof is None or self._proof.key not in cycle.frames:
             return False
         proof = decode(self._proof, cycle.frames[self._proof.key]).values
         others = [data for key, data in sorted(cycle.frames.items()) if key != self._proof.key]
         return self._challenges.proven(proof, others, arrived)
 
-    def _state_is_known(self, cycle: Cycle) -> bool:
-        return not isnan(cycle.heartbeat.get("machine_state", nan))
-
     def _found(self, fault: str, text: str) -> Finding:
         return Finding(fault, self._closing, f"{self._closing.name} {text}")
 
-    def _time_fault(
-        self, beat: Mapping[str, float], arrived: float, state: str, *, proven: bool
-    ) -> Finding | None:
+    def _time_fault(self, beat: Mapping[str, float], arrived: float) -> Finding | None:
         """Judge the machine's time: by what was announced, and by this computer's clock."""
-        timebase = self._timebase
-        if timebase:
-            timebase.tell_nothing()
+        timebase, state, proven = self._timebase, self.machine_state, self.proven
         if not self.time or not beat:
             return None
         jump = self._jump(beat, self.time)

@@ -170,7 +170,6 @@ class GatewayNode:
         self._late_start = False
         self._said: dict[tuple[str, ...], float] = {}
         self._without: set[tuple[str, ...]] = set()
-        self._proven = False
         self.answer: Mapping[str, Value] = {}
         self.given: Mapping[str, float] = {}
 
@@ -281,18 +280,16 @@ class GatewayNode:
     # One cycle
 
     def _on_cycle(self, cycle: Cycle, arrived: float, now: float) -> None:
-        verdict = self._judge.judge(cycle, arrived, now)
+        usable, finding = self._judge.judge(cycle, arrived, now)
+        proven = self._judge.proven
         # A time of day that was set shows by two clocks that agree: the machine's and this one.
-        set_ahead = verdict.usable and verdict.in_time
-        own_s = self._unseen_s(now, believed=not set_ahead)
-        unseen_s = max(verdict.unseen_s * self._settings.speed_up, own_s)
-        self._proven = verdict.proven
-        if verdict.proven or not self._proves:
+        own_s = self._unseen_s(now, believed=not (usable and self._judge.in_time))
+        unseen_s = max(self._judge.unseen_s * self._settings.speed_up, own_s)
+        if proven or not self._proves:
             self.stepper.hear(cycle.heartbeat, now, sampled=self._every_s is not None)
-            self.machine_off = verdict.machine_state == "off"
-        if verdict.proven:
+            self.machine_off = self._judge.machine_state == "off"
+        if proven:
             self.reception.renew()
-        usable = verdict.usable
         if usable and self._restored is not None:
             shown_s = cycle.heartbeat.get("machine_time", nan)
             why = self.stepper.too_old(self._restored, shown_s, self._judge.time, now)
@@ -302,7 +299,7 @@ class GatewayNode:
         self.given = self._substitution.fill(cycle.values, now) if usable else {}
         if cycle.usable:
             self._tell_signals(cycle.wrong, now)
-        idle = verdict.finding is not None and verdict.finding.fault == "machine_not_running"
+        idle = finding is not None and finding.fault == "machine_not_running"
         if not self.begun and (usable or idle):
             self._look_for_reference(cycle, now)
         if self.begun or (usable and self.reference.known):
@@ -315,7 +312,7 @@ class GatewayNode:
         elif cycle.usable and not usable:
             # In touch, and the machine has not begun: nothing to compensate yet.
             self.state, self._late_start = READY, False
-        self._answer(verdict.finding, arrived, now, usable=usable, ready=cycle.usable)
+        self._answer(finding, arrived, now, usable=usable, ready=cycle.usable)
 
     def _look_for_reference(self, cycle: Cycle, now: float) -> None:
         elapsed_s = (now - self._usable_at) * self._settings.speed_up
@@ -373,7 +370,7 @@ class GatewayNode:
             "bus_fault_frame": kept.frame.frame_id & 0xFF if kept else 0.0,
             "answered_time": answered_s,
             CHALLENGE: float(self._challenges.issue(issued)),
-            FRESHNESS: PROVEN if self._proven and usable else NOT_PROVEN,
+            FRESHNESS: PROVEN if self._judge.proven and usable else NOT_PROVEN,
             "trust": float(self._trust),
             "probes_taken": float(self.probes.taken % COUNTED),
             **half_widths(outputs, known=known),
