@@ -23,8 +23,10 @@ from gateway.database import (
     Frame,
     Signal,
 )
+from gateway.mapcheck import LAST, NEEDED
 from gateway.mapped_signals import named
 from gateway.node import GatewaySettings
+from gateway.probes import TAKEN
 from gateway.proof import CHALLENGE, ECHO, FRESHNESS, LARGEST_ECHO, NOT_PROVEN, PROOF, PROVEN
 from gateway.protection import COUNTERS
 from gateway.reference import COLD_FOR_S
@@ -32,27 +34,9 @@ from measurement.errors import BadInput
 from measurement.rig import AXES
 from scenarios.wiring import PROBED
 
-ROLES = (
-    "valid",
-    "gateway_state",
-    "status",
-    "bus_fault",
-    "bus_fault_frame",
-    "answered_time",
-    CHALLENGE,
-    FRESHNESS,
-    "probes_taken",
-)
+ROLES = (*NEEDED[COMPENSATOR], LAST[COMPENSATOR], CHALLENGE, FRESHNESS, TAKEN)
 """What the node itself says, by the names of the signals; tables for each axis come after."""
-HEARD = (
-    "machine_state",
-    "machine_time",
-    "machine_step",
-    "thermal_state",
-    "tool_length",
-    ECHO,
-    PROOF,
-)
+HEARD = (*NEEDED[MACHINE], "tool_length", ECHO, PROOF)
 """What it takes from the machine besides the compensator's inputs."""
 NONE = "NONE"
 HEAD = "/* Made by spindle-drift from a DBC file; not to be edited. */\n"
