@@ -74,9 +74,10 @@ class FrameLog:
             message.channel = 0  # these forms number channels, and not so far
         self._thread.do(lambda: self._write(message))
 
-    def reopen(self) -> None:
-        """Begin a file of the log's name anew, where the old one was renamed."""
+    def reopen(self) -> bool:
+        """Begin a file of the name anew, where the old one was renamed; return that it will."""
         self._reopen = True
+        return True
 
     def close(self) -> None:
         """Write what is left and close the file; a file that hangs is given up."""

@@ -166,12 +166,6 @@ class Link:
         else:
             self._say(f"{self.name}: back")
 
-    def reopen_log(self) -> bool:
-        """Begin the log's file anew where it was renamed; return whether there is a log."""
-        if self._log is not None:
-            self._log.reopen()
-        return self._log is not None
-
     def trust(self) -> None:
         """Note that the bus works: the next loss starts with the shortest wait again."""
         self._wait_s = FIRST_WAIT_S

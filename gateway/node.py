@@ -18,9 +18,10 @@ from math import inf, nan
 
 import can
 
+from fmu_compensator.runtime.fmi_slave import HALF_WIDTHS
 from gateway.clocks import Stepper
 from gateway.codec import CountedTime, Finding, Sender, Value
-from gateway.database import COMPENSATOR, FAREWELLS, MACHINE, TRUST, Database, key_of
+from gateway.database import COMPENSATOR, FAREWELLS, MACHINE, OFFSETS, TRUST, Database, key_of
 from gateway.judging import Judge, Rival
 from gateway.probes import COUNTED, LATEST_STEPS, ProbeReceiver
 from gateway.proof import CHALLENGE, FRESHNESS, NOT_PROVEN, PROVEN, Challenges
@@ -157,9 +158,7 @@ class GatewayNode:
         self._usable_at = now
         self._restored = warm  # until it has been held against the machine's time
         self._lost_track = False
-        self._own_offsets = [
-            database.signal(f"d{axis}") for axis in AXES if database.has(f"d{axis}")
-        ]
+        self._own_offsets = [database.signal(name) for name in OFFSETS if database.has(name)]
         self.begun = warm is not None
         self.state = STARTING
         self.machine_off = False
@@ -453,6 +452,5 @@ def half_widths(outputs: Mapping[str, float], *, known: bool) -> dict[str, Value
     known : bool
         Whether it is known what the drift is counted from.
     """
-    names = [f"d{axis}_uncertainty" for axis in AXES]
-    widths = {name: outputs.get(name, nan) if known else nan for name in names}
+    widths = {name: outputs.get(name, nan) if known else nan for name in HALF_WIDTHS}
     return {name: width if width >= 0.0 else nan for name, width in widths.items()}

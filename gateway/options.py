@@ -169,17 +169,18 @@ def on_bus(
         What takes a line for people, the link, and what returns whether the program should end.
     """
     with teller(name, args) as say, contextlib.ExitStack() as stack:
+        log = args.log and FrameLog(args.log, say, args.log_size)
         link = Link(
             args.interface,
             args.channel,
             # A gateway also hears whether there is another one.
             [frame.key for frame in database.frames if frame.sender in (other, COMPENSATOR)],
-            args.log and FrameLog(args.log, say, args.log_size),
+            log,
             say,
             options=({"fd": True} if database.fd else {}) | options_of(args.option),
         )
         stack.callback(link.close)
-        stopped = stack.enter_context(stop_flag(link.reopen_log))
+        stopped = stack.enter_context(stop_flag(log.reopen if log else lambda: False))
         link.open(patience_s)
         yield say, link, stopped
 

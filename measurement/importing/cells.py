@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import datetime as dt
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from measurement.importing.headers import Heading
@@ -52,6 +53,17 @@ class Sheet:
     def where(self) -> str:
         """How a message names the table."""
         return f"{self.path}, {self.title}" if self.title else str(self.path)
+
+    def part(self, name: str, columns: Sequence[int], rows: Sequence[int], *, first: bool) -> Sheet:
+        """Return some columns and rows, by their places, as a sheet; the first keeps the notes."""
+        return replace(
+            self,
+            title=f"{self.title}, {name}" if self.title else name,
+            headings=tuple(self.headings[at] for at in columns),
+            columns=[[self.columns[at][row] for row in rows] for at in columns],
+            rows=[self.rows[row] for row in rows],
+            notes=self.notes if first else (),
+        )
 
 
 def is_missing(cell: Cell) -> bool:

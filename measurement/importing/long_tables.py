@@ -49,14 +49,6 @@ def by_signal(sheet: Sheet) -> list[Sheet]:
     named = headings(list(rows), [unit or sheet.headings[values[0]].unit for unit in said])
     found: list[Sheet] = []
     for (name, kept), value in zip(rows.items(), named, strict=True):
-        found.append(
-            replace(
-                sheet,
-                title=f"{sheet.title}, {name}" if sheet.title else name,
-                headings=(*(sheet.headings[at] for at in clock), value),
-                columns=[[sheet.columns[at][row] for row in kept] for at in (*clock, values[0])],
-                rows=[sheet.rows[row] for row in kept],
-                notes=sheet.notes if not found else (),
-            )
-        )
+        part = sheet.part(name, (*clock, values[0]), kept, first=not found)
+        found.append(replace(part, headings=(*part.headings[:-1], value)))
     return found

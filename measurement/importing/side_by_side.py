@@ -56,18 +56,6 @@ def _kind(sheet: Sheet, at: int, clocks: Sequence[str]) -> str:
 
 def _block(sheet: Sheet, start: int, end: int) -> Sheet:
     """Return some columns of a sheet, without the rows that are empty there."""
-    columns = sheet.columns[start:end]
-    filled = [
-        row
-        for row, cells in enumerate(zip(*columns, strict=True))
-        if not all(map(is_missing, cells))
-    ]
-    title = f"columns {start + 1} to {end}"
-    return replace(
-        sheet,
-        title=f"{sheet.title}, {title}" if sheet.title else title,
-        headings=sheet.headings[start:end],
-        columns=[[cells[row] for row in filled] for cells in columns],
-        rows=[sheet.rows[row] for row in filled],
-        notes=sheet.notes if not start else (),
-    )
+    rows = enumerate(zip(*sheet.columns[start:end], strict=True))
+    filled = [row for row, cells in rows if not all(map(is_missing, cells))]
+    return sheet.part(f"columns {start + 1} to {end}", range(start, end), filled, first=not start)
