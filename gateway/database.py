@@ -201,8 +201,6 @@ class Database:
         What stands for inputs without a value; also for those that no frame carries.
     when_invalid : dict of str to float
         What is sent in place of outputs while they are not valid.
-    axes : tuple of str or None
-        The axes that the machine has; None: all.
     """
 
     path: Path
@@ -211,7 +209,6 @@ class Database:
     every_s: float | None = None
     substitutes: dict[str, Substitute] = field(default_factory=dict)
     when_invalid: dict[str, float] = field(default_factory=dict)
-    axes: tuple[str, ...] | None = None
 
     @property
     def fd(self) -> bool:

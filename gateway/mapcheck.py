@@ -39,7 +39,7 @@ def check_frames(mapping: Mapping) -> None:
         unsaid = name in form.outputs and form.outputs[name].when_invalid is None
         if unsaid and "valid" not in form.outputs:
             mapping.say(f"outputs.{name}", "needs when_invalid, because no signal carries valid")
-    problems = _of_cycles(database) if database.every_s is None else _of_samples(mapping)
+    problems = _of_cycles(mapping) if database.every_s is None else _of_samples(mapping)
     if database.every_s is not None or not mapping.problems:  # one thing would lead to another
         for place, problem in problems:
             mapping.say(place, problem)
@@ -58,12 +58,12 @@ def _of_samples(mapping: Mapping) -> Iterator[Problem]:
         yield "inputs", "no frame of the machine is left"
 
 
-def _of_cycles(database: Database) -> Iterator[Problem]:
+def _of_cycles(mapping: Mapping) -> Iterator[Problem]:
     """Yield why frames cannot make cycles."""
-    lost = False
+    database, lost = mapping.database, False
     for node, names in NEEDED.items():
         sent = {signal.name for _, signal in database.signals(node)}
-        offsets = OFFSETS if node == COMPENSATOR and database.axes is None else ()
+        offsets = OFFSETS if node == COMPENSATOR and mapping.form.axes is None else ()
         if missing := [name for name in (*names, *offsets) if name not in sent]:
             lost = True
             yield node, f"sends no signal {', '.join(missing)}"

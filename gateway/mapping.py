@@ -185,8 +185,7 @@ class _Reader:
         self.messages = {message.name: message for message in dbc.messages}
         self.every_s = form.cycle.every_ms and form.cycle.every_ms / 1e3
         rate = form.bit_rate or int(attribute(dbc.dbc, "Baudrate", 500_000))
-        axes = tuple(form.axes) if form.axes is not None else None
-        self.found = Mapping(path, form, Database(dbc_path, (), rate, self.every_s, axes=axes))
+        self.found = Mapping(path, form, Database(dbc_path, (), rate, self.every_s))
         self.say = self.found.say
         self._used: dict[str, str] = {}
         self._signals: dict[str, tuple[str, dict[str, Signal]]] = {}

@@ -66,12 +66,9 @@ def checked(kind: type[M], table: dict[str, Any], source: str | Path, within: st
         first = error.errors(include_url=False)[0]
     place = ".".join([within] * bool(within) + [str(step) for step in first["loc"]])
     message = first["msg"].removeprefix("Value error, ")
-    if first["type"] in {"missing", "extra_forbidden"}:
-        problem = {"missing": "is missing", "extra_forbidden": "is not a known field"}[
-            first["type"]
-        ]
-    else:
-        problem = f"{shown(first['input'])} is not allowed: {message[0].lower()}{message[1:]}"
+    problem = f"{shown(first['input'])} is not allowed: {message[0].lower()}{message[1:]}"
+    told = {"missing": "is missing", "extra_forbidden": "is not a known field"}
+    problem = told.get(first["type"], problem)
     raise BadInput(source, place, problem) from None
 
 

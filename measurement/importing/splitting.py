@@ -92,10 +92,8 @@ def split(log: Log, mapping: Mapping) -> tuple[list[Piece], list[str]]:
     for part, name, rest, state in zip(kept, names, rests, warm, strict=True):
         frame = log.frame.iloc[part].reset_index(drop=True)
         frame[TIME] = np.round(frame[TIME].to_numpy() - time[part[0]], 6)
-        run = Run(name, frame)
         if mapping.every_s:
-            run = run.resampled(mapping.every_s)
-        frame = run.frame
+            frame = Run(name, frame).resampled(mapping.every_s).frame
         if state is not None:
             frame = frame.assign(**{WARM_START: float(state)})
         pieces.append(Piece(Run(name, frame), _at(log, time[part[0]]), rest, state))
