@@ -108,12 +108,6 @@ def quick_fmu(shared: Path) -> Path:
     return once(shared / "quick", make) / "compensator.fmu"
 
 
-@pytest.fixture(scope="session")
-def fmu_folder(shipped: Path) -> Path:
-    """The shipped compensator and plant, under their usual names."""
-    return shipped
-
-
 @pytest.fixture
 def unit(quick_fmu: Path) -> Iterator[CompensatorUnit]:
     """The quick compensator, loaded."""

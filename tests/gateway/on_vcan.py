@@ -19,10 +19,6 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT))
-
-from tests.gateway.amx import CannotBuildError, preload  # noqa: E402
-
 MODULES = Path("/usr/lib/uml/modules")
 NEEDED = ("linux.uml", "insmod", "ip", "cangen", "cansend")
 TIME_S = float(os.environ.get("ON_VCAN_S", "600"))
@@ -80,12 +76,23 @@ def main(command: list[str]) -> int:
     with tempfile.TemporaryDirectory(prefix="spindle-drift-vcan-") as name:
         folders = [Path(name) / str(number) for number in range(len(commands))]
         try:
-            environment = preload(Path(name))
-        except CannotBuildError as error:
-            return _cannot(f"no vcan0 here, and {error}")
+            environment = _preload(Path(name))
+        except (OSError, subprocess.CalledProcessError) as error:
+            why = "a processor with AMX needs a library to boot user-mode-linux"
+            return _cannot(f"no vcan0 here, and {why}: {error}")
         environment = os.environ | {"PATH": SYSTEM_PATH} | environment
         with ThreadPoolExecutor() as pool:
             return max(pool.map(_in_guest, commands, folders, [environment] * len(commands)))
+
+
+def _preload(folder: Path) -> dict[str, str]:
+    """Return what the guest's environment needs; ``amx_ptrace.c`` says why."""
+    if "amx_tile" not in Path("/proc/cpuinfo").read_text(errors="replace").split():
+        return {}
+    library = folder / "amx_ptrace.so"
+    source = Path(__file__).with_name("amx_ptrace.c")
+    subprocess.run(["gcc", "-O2", "-shared", "-fPIC", "-o", library, source], check=True)
+    return {"LD_PRELOAD": str(library)}
 
 
 def _cannot(what: str) -> int:

@@ -120,6 +120,15 @@ def pair(wire: Wire, fmu: Path) -> Iterator[tuple[Master, Service]]:
         yield master, service
 
 
+@contextlib.contextmanager
+def at_work(wire: Wire, fmu: Path) -> Iterator[tuple[Master, Service]]:
+    """The same, once the offsets are valid."""
+    with pair(wire, fmu) as (master, service):
+        master.start()
+        master.until_valid()
+        yield master, service
+
+
 def test_a_master_starts_it_and_gets_offsets(wire, quick_fmu):
     with pair(wire, quick_fmu) as (master, service):
         master.node.nmt.wait_for_heartbeat(PATIENCE_S)
@@ -224,9 +233,7 @@ def test_what_the_sdo_server_cannot_do_it_aborts_or_does_in_segments(quick_fmu):
 
 def test_an_rpdo_of_another_length_is_told_and_a_longer_one_is_used(quick_fmu):
     wire = new_wire("virtual")
-    with pair(wire, quick_fmu) as (master, service), wire.open() as bus:
-        master.start()
-        master.until_valid()
+    with at_work(wire, quick_fmu) as (master, service), wire.open() as bus:
         frame = next(frame for frame in service.database.of(MACHINE) if frame.size < 8)
         counts = service.node.reception.counts
         for more, code in ((-1, 0x8210), (1, 0x8220)):
@@ -244,7 +251,7 @@ def test_an_rpdo_of_another_length_is_told_and_a_longer_one_is_used(quick_fmu):
 
 def test_a_second_node_of_the_same_number_is_noticed(quick_fmu):
     wire = new_wire("virtual")
-    with pair(wire, quick_fmu) as (master, service), wire.open() as bus:
+    with at_work(wire, quick_fmu) as (master, service), wire.open() as bus:
         mapping = node_mapping(NODE, quick_fmu)
         other = {"interface": wire.interface, "channel": wire.channel}
         with pytest.raises(BadInput, match="another node"):
@@ -252,8 +259,6 @@ def test_a_second_node_of_the_same_number_is_noticed(quick_fmu):
                 *(NODE, node_dictionary(NODE, quick_fmu), mapping.database, other),
                 listen_s=PATIENCE_S,
             )
-        master.start()
-        master.until_valid()
         beat = can.Message(arbitration_id=0x700 + NODE, data=b"\x05", is_extended_id=False)
         bus.send(beat)
         until(lambda: not service.participants[0].operational)
@@ -265,8 +270,7 @@ def test_a_master_is_heard_again_after_the_bus_was_lost(quick_fmu):
     def down(timeout):
         raise can.CanOperationError("Network is down")
 
-    with pair(new_wire("virtual"), quick_fmu) as (master, service):
-        master.start()
+    with at_work(new_wire("virtual"), quick_fmu) as (master, service):
         node = service.participants[0]
         until(lambda: node.operational)
         node._network.bus.recv = down

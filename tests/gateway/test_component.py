@@ -36,104 +36,93 @@ class Control:
         self.pins |= {"alive": True, "enable": True, "coord": True, "teleop": False, "status": 0}
         self.pins |= {f"counts-{name}": 0 for name in NAMES}
         self.pins |= {f"offset-{name}": 0.0 for name in NAMES}
+        self.restart()
 
-    def component(self) -> ControlPins:
-        return ControlPins(
+    def restart(self) -> None:
+        """Begin with a new component."""
+        self.component = ControlPins(
             *(self.pins, [], CYCLE_S, CYCLE_S, SLEW), external=True, clock=lambda: self.now
         )
+        self.component.follower = OffsetFollower(1.0)
+        self.component.follower.use = FOLLOWING
 
-    def cycle(self, component: ControlPins, offsets: dict[str, float], times: int = 1) -> None:
+    def cycle(self, offsets: dict[str, float], times: int = 1) -> None:
         for _ in range(times):
             self.now += CYCLE_S
             for name, axis in self.axes.items():
                 self.pins[f"request-{name}"] = axis.request_um / 1e3
                 self.pins[f"command-{name}"] = axis.command_mm
                 self.pins |= {"on": axis.on, "homed": axis.homed}
-            component.step(offsets)
+            self.component.step(offsets)
             for name, axis in self.axes.items():
                 if self.pins["running"]:
                     axis.give(self.pins[f"counts-{name}"])
                 axis.counts = self.pins[f"counts-{name}"]
 
 
-def following() -> OffsetFollower:
-    follower = OffsetFollower(1.0)
-    follower.use = FOLLOWING
-    return follower
+@pytest.fixture
+def control() -> Control:
+    return Control()
 
 
 WANTED = dict(zip(OFFSETS, (-2.0, 3.0, 10.0), strict=True))
 
 
-def test_the_feed_waits_until_an_offset_that_is_followed_is_in_force():
-    control = Control()
-    component = control.component()
-    component.follower = following()
-    control.cycle(component, WANTED, 5)
+def test_the_feed_waits_until_an_offset_that_is_followed_is_in_force(control):
+    control.cycle(WANTED, 5)
     assert control.pins["wait"]
-    control.cycle(component, WANTED, 30)
+    control.cycle(WANTED, 30)
     assert not control.pins["wait"]
     assert [axis.moved_um for axis in control.axes.values()] == pytest.approx([-2.0, 3.0, 10.0])
 
 
-def test_offsets_that_fade_hold_up_nothing():
-    control = Control()
-    component = control.component()
-    component.follower = following()
-    control.cycle(component, WANTED, 40)
-    component.follower.use = HOLDING
-    control.cycle(component, dict.fromkeys(OFFSETS, 0.0), 5)
+def test_offsets_that_fade_hold_up_nothing(control):
+    control.cycle(WANTED, 40)
+    control.component.follower.use = HOLDING
+    control.cycle(dict.fromkeys(OFFSETS, 0.0), 5)
     assert not control.pins["wait"]
     assert control.axes["z"].moved_um == pytest.approx(10.0 - 5 * CYCLE_S * SLEW)
 
 
-def test_homing_is_allowed_once_the_offsets_are_cleared():
-    control = Control()
-    component = control.component()
-    control.cycle(component, WANTED, 40)
+def test_homing_is_allowed_once_the_offsets_are_cleared(control):
+    control.cycle(WANTED, 40)
     assert control.pins["moved"]
     control.pins["clear"] = True
-    control.cycle(component, WANTED, 40)
+    control.cycle(WANTED, 40)
     assert not control.pins["moved"]
     assert all(abs(axis.motor_um) < 1e-6 for axis in control.axes.values())
 
 
-def test_a_component_that_waited_moves_no_axis_further_than_in_one_cycle():
-    control = Control()
-    component = control.component()
-    control.cycle(component, WANTED, 4)
+def test_a_component_that_waited_moves_no_axis_further_than_in_one_cycle(control):
+    control.cycle(WANTED, 4)
     before = control.axes["z"].moved_um
     control.now += 0.3
-    control.cycle(component, WANTED)
+    control.cycle(WANTED)
     assert 0.0 < control.axes["z"].moved_um - before <= CYCLE_S * SLEW + 1e-9
 
 
-def test_a_watchdog_that_barked_may_look_again_and_nothing_moves_before():
-    control = Control()
-    component = control.component()
-    control.cycle(component, WANTED, 10)
+def test_a_watchdog_that_barked_may_look_again_and_nothing_moves_before(control):
+    control.cycle(WANTED, 10)
     before = control.axes["z"].moved_um
     control.pins["alive"] = False
-    control.cycle(component, WANTED)
+    control.cycle(WANTED)
     assert not control.pins["running"]
     assert control.axes["z"].moved_um == before
     control.pins["alive"] = True
-    control.cycle(component, WANTED)
+    control.cycle(WANTED)
     assert control.pins["running"]
     assert control.axes["z"].moved_um > before
 
 
-def test_a_new_component_moves_nothing_before_it_has_taken_up_what_is_in_force():
-    control = Control()
-    first = control.component()
-    control.cycle(first, WANTED, 40)
+def test_a_new_component_moves_nothing_before_it_has_taken_up_what_is_in_force(control):
+    control.cycle(WANTED, 40)
     # The pins of a new component begin at 0; while it does not run, the control drops the change.
     control.pins |= {f"counts-{name}": 0 for name in NAMES} | {"running": False}
     for axis in control.axes.values():
         axis.counts = 0
-    second = control.component()
+    control.restart()
     for _ in range(4):
-        control.cycle(second, WANTED)
+        control.cycle(WANTED)
         assert control.axes["z"].moved_um == pytest.approx(10.0, abs=0.02)
 
 

@@ -182,8 +182,8 @@ def test_the_table_names_every_frame_and_signal(database, capsys, tmp_path):
         (["machine", "--replay", "x.log", "--out", "y.csv"], "--out"),
     ],
 )
-def test_bad_input_is_told_in_one_line(arguments, word, capsys, fmu_folder):
-    assert main([*arguments, "--fmu-dir", str(fmu_folder)]) == 2
+def test_bad_input_is_told_in_one_line(arguments, word, capsys, shipped):
+    assert main([*arguments, "--fmu-dir", str(shipped)]) == 2
     lines = capsys.readouterr().err.strip().splitlines()
     assert len([line for line in lines if "error" in line]) == 1
     assert word in lines[-1]

@@ -234,6 +234,16 @@ def test_the_wrap_of_the_machines_time_is_no_fault(database, unit, machine_clock
 # Age
 
 
+def test_a_cycle_that_waited_to_be_read_is_not_valid(bench):
+    bench.settle(WARM)
+    messages = bench.frames(WARM)
+    bench.now += 0.4
+    for message in messages:
+        bench.node.handle(message, bench.now, waited_s=0.3)
+    assert bench.last["valid"] == "invalid"
+    assert bench.last["bus_fault"] == "stale"
+
+
 def test_an_answer_that_took_long_is_not_valid(bench):
     bench.settle(WARM)
     step = bench.unit.step

@@ -1,6 +1,8 @@
 """The bus that goes and comes: back-off, error frames, queues that are full, logs."""
 
+import contextlib
 import errno
+from copy import copy
 from typing import Any
 
 import can
@@ -9,6 +11,7 @@ import pytest
 from gateway import link as module
 from gateway.codec import Sender
 from gateway.database import MACHINE
+from gateway.framelog import FrameLog
 from gateway.link import FIRST_WAIT_S, LONGEST_WAIT_S, Link
 from gateway.replay import recorded
 from measurement.errors import BadInput
@@ -163,6 +166,17 @@ def test_a_full_queue_is_borne_for_a_while(garage):
         link.send([MESSAGE])
         garage.now += FIRST_WAIT_S
     assert link.lost == "interface_lost"
+
+
+def test_what_comes_and_goes_is_logged(garage, tmp_path):
+    log = FrameLog(tmp_path / "frames.log")
+    with contextlib.closing(Link("fake", "one", [0x210], log)) as link:
+        link.open()
+        garage.opened[0].incoming.append(copy(MESSAGE))
+        link.receive(0.1)
+        link.send([copy(MESSAGE)])
+    with can.LogReader(tmp_path / "frames.log") as reader:
+        assert [message.is_rx for message in reader] == [True, False]
 
 
 def test_an_interface_that_appears_late_is_waited_for(garage):

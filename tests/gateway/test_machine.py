@@ -87,9 +87,9 @@ def test_the_machines_clock_goes_on_while_its_computer_is_busy(database):
 
 
 @pytest.mark.parametrize(("recorded", "rows"), [(False, 0), (True, 21)])
-def test_a_machine_without_a_table_does_not_grow(fmu_folder, recorded, rows):
+def test_a_machine_without_a_table_does_not_grow(shipped, recorded, rows):
     case = read_scenario("step_speed", [("duration_s", 20), ("record_s", 1)]).cases[0]
-    plant = MachinePlant(fmu_folder / "plant.fmu", case, recorded=recorded)
+    plant = MachinePlant(shipped / "plant.fmu", case, recorded=recorded)
     try:
         plant.start()
         offsets = dict.fromkeys(("dX", "dY", "dZ"), 0.0)
@@ -116,7 +116,7 @@ def test_a_long_pause_in_a_log_is_cut_out(database, monkeypatch):
 
 
 @pytest.mark.parametrize("speed_up", ["7.5", "60", "400"])
-def test_any_speed_that_the_frames_can_carry_is_taken(speed_up, capsys, fmu_folder):
+def test_any_speed_that_the_frames_can_carry_is_taken(speed_up, capsys, shipped):
     arguments = ["--speed-up", speed_up, "--channel", "nocan7", "--wait", "0"]
-    assert main(["machine", "step_speed", *arguments, "--fmu-dir", str(fmu_folder)]) == 2
+    assert main(["machine", "step_speed", *arguments, "--fmu-dir", str(shipped)]) == 2
     assert "nocan7" in capsys.readouterr().err

@@ -207,11 +207,11 @@ def _until(
     raise AssertionError(f"not seen; the last answer is {offsets}")
 
 
-def test_both_ends_run_by_a_map(builder, fmu_folder, tmp_path, quick_fmu):
+def test_both_ends_run_by_a_map(builder, shipped, tmp_path, quick_fmu):
     wire, run, said = new_wire("virtual"), tmp_path / "run.csv", list[str]()
     settings = GatewaySettings(proof=Proof(said=True), speed_up=10.0)
     with gateway_thread(wire, builder, quick_fmu, settings, said=said):
-        command = ["machine", "step_speed", *wire.arguments(), "--fmu-dir", str(fmu_folder)]
+        command = ["machine", "step_speed", *wire.arguments(), "--fmu-dir", str(shipped)]
         command += ["--map", "machine_builder", "--speed-up", "10", "--out", str(run)]
         assert main([*command, "--set", "duration_s=40", "--set", "signals.speed=9000"]) == 0
     table = read_run(run).frame
@@ -332,9 +332,9 @@ def test_a_machine_without_an_axis_says_so(edited, quick_fmu):
 
 
 @pytest.mark.parametrize("name", ["machine_builder", "spindle_drift"])
-def test_a_shipped_map_fits_the_shipped_compensator(name, fmu_folder):
+def test_a_shipped_map_fits_the_shipped_compensator(name, shipped):
     mapping = read_mapping(MAPS / f"{name}.toml")
-    assert problems_of(mapping, fmu_folder / "compensator.fmu") == []
+    assert problems_of(mapping, shipped / "compensator.fmu") == []
 
 
 def test_an_answer_says_how_far_its_inputs_are_protected(builder):

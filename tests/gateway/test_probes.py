@@ -17,7 +17,7 @@ from measurement.runs import read_run
 from scenarios.cli import main
 from scenarios.cosimulation import simulate
 from scenarios.scenario import read_scenario
-from tests.gateway.bench import WARM, Bench
+from tests.gateway.bench import Bench
 from tests.gateway.bus import gateway_thread
 from tests.gateway.conftest import new_wire
 
@@ -28,9 +28,9 @@ Change = Callable[[list[can.Message]], list[can.Message]]
 
 
 @pytest.fixture
-def probed(database: Database, fmu_folder: Path) -> Iterator[Bench]:
+def probed(database: Database, shipped: Path) -> Iterator[Bench]:
     """A gateway with the shipped compensator, which takes probes."""
-    with contextlib.closing(CompensatorUnit(fmu_folder / "compensator.fmu")) as unit:
+    with contextlib.closing(CompensatorUnit(shipped / "compensator.fmu")) as unit:
         bench = Bench(database, unit)
         for _ in range(3):
             bench.give(bench.frames(state="starting"))
@@ -129,21 +129,13 @@ def test_nobody_takes_it_and_the_control_gives_up(database):
     assert sent == [True] * MOST_TRIES + [False] * 5
 
 
-def test_without_a_reference_nothing_bounds_the_drift(bench):
-    for _ in range(20):
-        bench.cycle(WARM | {"thermal_state": "warm"})
-    for axis in "XYZ":
-        assert bench.last[f"d{axis}_uncertainty"] == "not_available"
-    assert bench.last["status"] == "reference_unknown"
-
-
-def test_the_machine_probes_as_the_co_simulation_does(database, fmu_folder, tmp_path):
+def test_the_machine_probes_as_the_co_simulation_does(database, shipped, tmp_path):
     wire, run = new_wire("virtual"), tmp_path / "run.csv"
     settings = {"duration_s": 120.0, "signals.speed": 9000, "compensator.probe.when_um": 0.5}
     clock = GatewaySettings(machine_clock=True, timeout_s=10.0)
-    plant, compensator = fmu_folder / "plant.fmu", fmu_folder / "compensator.fmu"
+    plant, compensator = shipped / "plant.fmu", shipped / "compensator.fmu"
     with gateway_thread(wire, database, compensator, clock) as service:
-        command = ["machine", "step_speed", *wire.arguments(), "--fmu-dir", str(fmu_folder)]
+        command = ["machine", "step_speed", *wire.arguments(), "--fmu-dir", str(shipped)]
         command += ["--timeout", "10000", "--speed-up", "max", "--out", str(run)]
         assert main([*command, *(f"--set={name}={value}" for name, value in settings.items())]) == 0
     case = read_scenario("step_speed", [*settings.items(), ("record_s", 1.0)]).cases[0]

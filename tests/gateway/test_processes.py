@@ -42,11 +42,9 @@ def answers_of(log: Path, database: Database) -> dict[float, tuple[object, ...]]
     return found
 
 
-def test_the_loop_of_two_processes_and_its_replay(
-    shared_wire, database, fmu_folder, tmp_path, start
-):
+def test_the_loop_of_two_processes_and_its_replay(shared_wire, database, shipped, tmp_path, start):
     """The offsets are the co-simulation's; the recorded log gives the same ones again."""
-    bus = [*shared_wire.arguments(), "--fmu-dir", fmu_folder]
+    bus = [*shared_wire.arguments(), "--fmu-dir", shipped]
     run, log, again = tmp_path / "run.csv", tmp_path / "first.log", tmp_path / "again.log"
     gateway = start("gateway", *bus, *LOCKSTEP, "--until-off", "--json", "--log", log)
     machine = start(
@@ -62,9 +60,7 @@ def test_the_loop_of_two_processes_and_its_replay(
 
     overrides = [("duration_s", LONG_S), ("signals.speed", 9000)]
     case = read_scenario("step_speed", overrides).cases[0]
-    direct = simulate(
-        case, fmu_folder / "plant.fmu", fmu_folder / "compensator.fmu", quiet=True
-    ).frame
+    direct = simulate(case, shipped / "plant.fmu", shipped / "compensator.fmu", quiet=True).frame
     over_can = read_run(run).frame
     for axis in "XYZ":
         difference = direct[f"d{axis}_um"].to_numpy() - over_can[f"d{axis}_um"].to_numpy()
@@ -122,8 +118,8 @@ def test_a_killed_gateway_comes_back_where_it_was(
 
 
 @pytest.mark.long
-def test_a_killed_machine_comes_back(shared_wire, quick_fmu, fmu_folder, tmp_path, start):
-    bus = [*shared_wire.arguments(), "--fmu-dir", fmu_folder]
+def test_a_killed_machine_comes_back(shared_wire, quick_fmu, shipped, tmp_path, start):
+    bus = [*shared_wire.arguments(), "--fmu-dir", shipped]
     state = tmp_path / "plant.json"
     machine_arguments = (
         *("machine", "step_speed", *bus, "--speed-up", 10, "--state", state),
@@ -152,10 +148,10 @@ def test_a_killed_machine_comes_back(shared_wire, quick_fmu, fmu_folder, tmp_pat
     assert gateway.stop() == 0, gateway.text()
 
 
-def test_a_machine_without_a_gateway_runs_all_the_same(fmu_folder, tmp_path, capsys):
+def test_a_machine_without_a_gateway_runs_all_the_same(shipped, tmp_path, capsys):
     run = tmp_path / "alone.csv"
     command = ["machine", "step_speed", *new_wire("virtual").arguments(), "--json", "--quiet"]
-    command += ["--fmu-dir", str(fmu_folder), "--speed-up", "10", "--wait", "0.2"]
+    command += ["--fmu-dir", str(shipped), "--speed-up", "10", "--wait", "0.2"]
     assert main([*command, "--set", "duration_s=10", "--out", str(run)]) == 0
     summary = json.loads(capsys.readouterr().out)
     assert (summary["answered"], summary["steps"]) == (0, 10)
