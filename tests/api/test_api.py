@@ -4,7 +4,6 @@ import ast
 import doctest
 import inspect
 import json
-import subprocess
 import sys
 from pathlib import Path
 from typing import TypeGuard
@@ -19,6 +18,7 @@ from scenarios.cli import main
 from scenarios.fmu_files import build_compensator
 from scenarios.replay import model_of, replay, rig_of_model
 from spindle_drift._inputs import as_runs
+from tests.running import output_of
 
 FUNCTIONS = [
     "read_run", "import_log", "summary", "points", "fit", "compare", "Compensator", "Machine",
@@ -65,8 +65,7 @@ def is_for_checkers(part: ast.stmt) -> TypeGuard[ast.If]:
 
 def test_the_import_alone_loads_nothing_heavy():
     code = "import sys, spindle_drift; print(sorted({'numpy', 'pandas', 'scipy'} & {*sys.modules}))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == "[]\n"
+    assert output_of(sys.executable, "-c", code) == "[]\n"
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)

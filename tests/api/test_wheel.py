@@ -1,6 +1,5 @@
 """An installed wheel, far from the checkout, is whole: commands, FMUs, scenarios, the API."""
 
-import os
 import shutil
 import subprocess
 import sys
@@ -10,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import ROOMS, ROOT
+from tests.running import python
 
 CODE = """
 import sys
@@ -48,20 +48,6 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return work / "site"
 
 
-def run(installed: Path, folder: Path, *argv: str) -> str:
-    # What is on PYTHONPATH comes before the checkout that the environment knows.
-    done = subprocess.run(
-        [sys.executable, *argv],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(installed)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
-
-
 @pytest.mark.long
 def test_it_holds_the_rooms_and_nothing_else(installed):
     tops = {path.name for path in installed.iterdir() if not path.name.endswith(".dist-info")}
@@ -71,17 +57,19 @@ def test_it_holds_the_rooms_and_nothing_else(installed):
 
 @pytest.mark.long
 def test_it_fits_builds_an_fmu_and_runs_a_scenario(installed, tmp_path):
-    code = ("-W", "error", "-c", CODE, str(installed), *ROOMS)
-    assert run(installed, tmp_path, *code).startswith("version ")
+    code = ("-c", CODE, str(installed), *ROOMS)
+    assert python(*code, folder=tmp_path, path=str(installed)).startswith("version ")
     assert {path.name for path in tmp_path.iterdir()} == {"mine", "out", "dist"}
 
 
 @pytest.mark.long
 def test_its_command_lists_scenarios_and_imports(installed, tmp_path):
-    assert "step_speed" in run(installed, tmp_path, "-m", "scenarios.cli", "list")
+    assert "step_speed" in python(
+        "-m", "scenarios.cli", "list", folder=tmp_path, path=str(installed)
+    )
     (tmp_path / "log.csv").write_text("t [s];T1 [K]\n0;293,15\n1;293,2\n2;293,3\n")
     argv = ["-m", "scenarios.cli", "import", "log.csv", "-o", "runs"]
-    assert "log.csv" in run(installed, tmp_path, *argv)
+    assert "log.csv" in python(*argv, folder=tmp_path, path=str(installed))
     assert (tmp_path / "runs" / "log.csv").read_text().splitlines()[1] == "0.0,20.0"
 
 

@@ -1,11 +1,8 @@
 """The worked examples of CONTRIBUTING: each is put into a copy of the project and runs there."""
 
 import json
-import os
 import shutil
 import socket
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +11,7 @@ import pytest
 
 from tests.conftest import ROOMS, ROOT
 from tests.docs.test_docs import FENCE
+from tests.running import python
 
 
 @pytest.fixture(scope="module")
@@ -36,27 +34,18 @@ def copied(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def python(folder: Path, *argv: str) -> str:
-    done = subprocess.run(
-        [sys.executable, *argv],
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(folder)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+def run_in(folder: Path, *argv: str) -> str:
+    return python(*argv, folder=folder, path=str(folder))
 
 
 def test_an_error_model(copied):
     fit = ["fit", "run0.csv", "run1.csv", "--model", "mean", "--points", "T1,T2", "-o", "mean.json"]
-    python(copied, "-m", "scenarios.cli", *fit)
+    run_in(copied, "-m", "scenarios.cli", *fit)
     assert json.loads((copied / "mean.json").read_text())["error_model"]["kind"] == "mean"
 
 
 def test_a_check_for_broken_sensors(copied):
-    shown = python(copied, "-m", "scenarios.cli", "summary", "run0.csv", "run1.csv", "run2.csv")
+    shown = run_in(copied, "-m", "scenarios.cli", "summary", "run0.csv", "run1.csv", "run2.csv")
     assert "run2, T3_degC, 0 to 39 min: moves by 2.9 K from one reading to the next" in shown
     assert "run1, T3_degC" not in shown
 
@@ -76,17 +65,17 @@ at_work.close()
 
 
 def test_a_protocol_of_the_gateway(copied):
-    assert "--udp PORT" in python(copied, "-m", "scenarios.cli", "gateway", "--help")
+    assert "--udp PORT" in run_in(copied, "-m", "scenarios.cli", "gateway", "--help")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as control:
         control.bind(("127.0.0.1", 0))
         control.settimeout(30.0)
-        python(copied, "-c", PROTOCOL, str(control.getsockname()[1]))
+        run_in(copied, "-c", PROTOCOL, str(control.getsockname()[1]))
         assert control.recv(200) == b"dX=1.5000 dZ=-2.2500"
 
 
 def test_a_report(copied):
     command = ["warmth", "run0.csv", "run1.csv", "-o", "warmth.html"]
-    python(copied, "-m", "scenarios.cli", *command)
+    run_in(copied, "-m", "scenarios.cli", *command)
     page = (copied / "warmth.html").read_text(encoding="utf-8")
     assert page.count("Plotly.newPlot") == 2
     assert "T2_degC" in page

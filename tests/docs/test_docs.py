@@ -19,7 +19,6 @@ import build_fmu
 from benchmarks.results_page import BLOCK, PAGE
 from docs import make_tables
 from fmu_compensator.runtime.modelfile import parse_model
-from fmu_packaging.variables import Variable
 from measurement.rig import default_rig
 from measurement.runs import read_run
 from plant_model.checks import check_sheet
@@ -208,15 +207,12 @@ def test_the_compensator_example_reads():
 def test_the_scenario_example_reads():
     scenario = scenario_from_text(example("scenario.toml"), Path("scenario.toml"))
     assert [case.name for case in scenario.cases] == ["compensated", "without"]
-    declared = {entry.name: entry for entry in plant_variables()}
+    variables = make_tables.plant_slave.variables(read_machine(make_tables.DEFAULT_MACHINE))
+    declared = {entry.name: entry for entry in variables}
     for case in scenario.cases:
         assert set(case.signals) <= declared.keys()
         for name, value in case.settings.plant.parameters.items():
             assert declared[name].refusal(value) == ""
-
-
-def plant_variables() -> list[Variable]:
-    return make_tables.plant_slave.variables(read_machine(make_tables.DEFAULT_MACHINE))
 
 
 def test_the_effects_example_fits_the_shipped_machine():

@@ -1,12 +1,11 @@
 """Runs a piece of Python in a fresh process that knows nothing of this project."""
 
 import json
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
-from tests.patience import PATIENCE_S
+from tests.running import output_of
 
 PRELUDE = """
 import json, os, sys
@@ -79,16 +78,9 @@ def apart(code: str, *arguments: object, before: str = "", path: Path | None = N
 
     The process must end well: a crash in the binary is a failure of the test.
     """
-    flags = ["-P", "-E"]
     where = f"import sys; sys.path.insert(0, {str(path)!r})\n" if path else ""
-    done = subprocess.run(
-        [sys.executable, *flags, "-c", where + before + PRELUDE + code, *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE_S,
-        check=False,
-    )
-    assert done.returncode == 0, f"exit code {done.returncode}\n{done.stderr}\n{done.stdout}"
-    lines = [line for line in done.stdout.splitlines() if line.startswith("RESULT")]
-    assert lines, done.stderr + done.stdout
+    code = where + before + PRELUDE + code
+    shown = output_of(sys.executable, "-P", "-E", "-c", code, *arguments)
+    lines = [line for line in shown.splitlines() if line.startswith("RESULT")]
+    assert lines, shown
     return json.loads(lines[-1].removeprefix("RESULT"))

@@ -1,12 +1,12 @@
 """Which modules travel, and how their imports change."""
 
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
 from fmu_packaging.bundle import BundleError, collect, rewritten
+from tests.running import output_of
 
 OURS = ("ours", "more")
 
@@ -87,10 +87,7 @@ def test_what_is_bundled_runs_without_the_original(packages, tmp_path):
         "from root.ours.start import late, X\nprint(late(), X)\n"
         "assert not any(name == 'ours' or name.startswith('ours.') for name in sys.modules)\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True
-    )
-    assert done.stdout.split() == ["5", "3.141592653589793"]
+    assert output_of(sys.executable, "-P", "-c", code).split() == ["5", "3.141592653589793"]
 
 
 def test_refuses_what_the_host_may_not_have(packages):

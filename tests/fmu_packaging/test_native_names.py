@@ -1,11 +1,10 @@
 """Sources of several FMUs in one program: the standard's prefix is on everything they define."""
 
-import subprocess
-
 import pytest
 
 from fmu_packaging.native.compilers import STRICT, c_files, run_compiler, write_sources
 from tests.fmu_packaging.conftest import KINDS, sources
+from tests.running import output_of
 
 
 @pytest.mark.parametrize("version", [2, 3])
@@ -19,13 +18,8 @@ def test_two_fmus_link_into_one_program(version, compiler, tmp_path):
         run_compiler([*compiler, *flags, *c_files(texts)], folder)
         objects = sorted(path.name for path in folder.glob("*.o"))
         run_compiler(["ld", "-r", "-o", f"../{kind}.o", *objects], folder)
-        listed = subprocess.run(
-            ["nm", "--defined-only", "-g", str(tmp_path / f"{kind}.o")],
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        names = [line.split()[-1] for line in listed.stdout.splitlines() if line]
+        listed = output_of("nm", "--defined-only", "-g", tmp_path / f"{kind}.o")
+        names = [line.split()[-1] for line in listed.splitlines() if line]
         assert len(names) > 50
         assert [name for name in names if not name.startswith(f"{kind}_")] == []
     main = tmp_path / "main.c"
@@ -38,4 +32,4 @@ def test_two_fmus_link_into_one_program(version, compiler, tmp_path):
     )
     linked = ["-no-pie", "-o", "both", "main.c", "plant.o", "compensator.o", "-lm"]
     run_compiler([*compiler, *linked], tmp_path)
-    assert subprocess.run([str(tmp_path / "both")], check=False).returncode == 0
+    output_of(tmp_path / "both")

@@ -1,6 +1,5 @@
 """The sources with NO_HEAP: nothing of the heap is in them, and they give the same numbers."""
 
-import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -9,6 +8,7 @@ import pytest
 from fmu_packaging.native.build import MEASURE, front, memory_size
 from fmu_packaging.native.compilers import STRICT, Compiler, c_files, run_compiler, write_sources
 from tests.fmu_packaging.conftest import KINDS, sources
+from tests.running import output_of
 
 HOST = Path(__file__).resolve().with_name("no_heap_host.c")
 HEAP = {"malloc", "calloc", "realloc", "free", "strdup", "aligned_alloc", "posix_memalign"}
@@ -21,12 +21,9 @@ def symbols_of(
     run_compiler(
         [*compiler.command, *STRICT, "-O0", "-I.", "-fno-pie", "-c", *more, *files], folder
     )
-    objects = [f"{Path(file).stem}.o" for file in files]
-    listed = subprocess.run(
-        ["nm", "-A", *objects], cwd=folder, capture_output=True, text=True, check=True
-    )
+    listed = output_of("nm", "-A", *(f"{Path(file).stem}.o" for file in files), folder=folder)
     kinds: dict[str, set[str]] = {}
-    for line in listed.stdout.splitlines():
+    for line in listed.splitlines():
         *place, kind, name = line.split()
         kinds.setdefault(f"{place[0].partition(':')[0]} {name}", set()).add(kind)
     return kinds
@@ -92,10 +89,7 @@ def test_the_same_numbers_without_a_heap(kind, c_compiler, tmp_path):
         flags = [f"-D{define}" for define in defines]
         files = ["memory.c", f"{Path(main).stem}.o", *objects]
         run_compiler([*command, *flags, "-o", "program", *files, "-lm"], tmp_path)
-        done = subprocess.run(
-            [str(tmp_path / "program")], capture_output=True, text=True, check=True
-        )
-        return done.stdout.splitlines()
+        return output_of(tmp_path / "program").splitlines()
 
     enough = (f"MEMORY_OF_INSTANCE={1 << 24}", f"MEMORY_OF_STATE={1 << 16}", "NO_HEAP_STATES=1")
     instance, state = map(int, run(MEASURE.name, "NO_HEAP", *enough)[0].split())

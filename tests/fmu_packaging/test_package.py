@@ -4,8 +4,6 @@ import hashlib
 import io
 import os
 import posixpath
-import subprocess
-import sys
 import zipfile
 from xml.etree import ElementTree as ET
 
@@ -13,17 +11,12 @@ import pytest
 
 from fmu_packaging.package import Package, build
 from fmu_packaging.publish import PublishError, Reference, publish
+from tests.fmu_packaging.apart import apart
 from tests.fmu_packaging.conftest import tiny_recipe
 
 
 def _description(package: Package) -> ET.Element:
     return ET.fromstring(package.files["modelDescription.xml"])
-
-
-def test_the_same_content_gives_the_same_bytes(tiny):
-    again = build(tiny_recipe())
-    assert again.guid == tiny.guid
-    assert again.zipped() == tiny.zipped()
 
 
 def test_other_content_gives_another_guid_and_other_modules(tiny):
@@ -138,6 +131,17 @@ def test_a_disk_that_is_full_changes_nothing_in_the_folder(tiny, tmp_path, monke
     assert {entry.name: entry.read_bytes() for entry in tmp_path.iterdir()} == before
 
 
+DEVIATION = """
+from fmpy.util import read_csv
+fmu, given, wanted, stop, step = sys.argv[1:]
+wanted = read_csv(wanted)
+names = wanted.dtype.names
+found = fmpy.simulate_fmu(fmu, stop_time=float(stop), output_interval=float(step),
+                          input=read_csv(given), output=names[1:])
+show(float(max(abs(found[name] - wanted[name]).max() for name in names)))
+"""
+
+
 def test_an_fmu_carries_its_reference_run(tiny, tmp_path):
     path, _ = publish(tiny, tmp_path, REFERENCE)
     with zipfile.ZipFile(path) as archive:
@@ -159,21 +163,6 @@ def test_an_fmu_carries_its_reference_run(tiny, tmp_path):
     assert list(parts) == ["TransientSimulation", "Stimuli", "References"]
     for tag in ("Stimuli", "References"):
         (tmp_path / tag).write_bytes(files[f"{folder}/{parts[tag]['source']}"])
-    code = (
-        "import sys, fmpy\n"
-        "from fmpy.util import read_csv\n"
-        "fmu, given, wanted, stop, step = sys.argv[1:]\n"
-        "wanted = read_csv(wanted)\n"
-        "found = fmpy.simulate_fmu(fmu, stop_time=float(stop), output_interval=float(step),\n"
-        "    input=read_csv(given), output=[*wanted.dtype.names[1:]])\n"
-        "print(max(abs(found[name] - wanted[name]).max() for name in wanted.dtype.names))\n"
-    )
     times = parts["TransientSimulation"]
-    arguments = [path, tmp_path / "Stimuli", tmp_path / "References"]
-    done = subprocess.run(
-        [sys.executable, "-c", code, *arguments, times["stopTime"], times["stepSize"]],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert float(done.stdout.splitlines()[-1]) < 1e-6
+    tables = (tmp_path / "Stimuli", tmp_path / "References")
+    assert apart(DEVIATION, path, *tables, times["stopTime"], times["stepSize"]) < 1e-6

@@ -1,5 +1,7 @@
-"""Compensator files made by hand for these tests."""
+"""Compensator files made by hand for these tests, and a run of their FMUs."""
 
+import inspect
+import math
 from typing import Any
 
 from fmu_compensator.runtime.modelfile import model_text
@@ -64,3 +66,33 @@ def five_point_table(sensors: int = 11, gain: float = 1.0) -> dict[str, Any]:
 def five_point_text(sensors: int = 11, gain: float = 1.0) -> str:
     """Return the file's text."""
     return model_text(five_point_table(sensors, gain))
+
+
+def inputs(k: int) -> list[float]:
+    """Return what all sensors, the speed and the tool length are in a step, some of it wrong."""
+    values = [20.0 + (n + 1) * 0.01 * k for n in range(11)]
+    if 40 <= k < 80:
+        values[3] = math.nan
+    if k == 100:
+        values[0] = math.inf
+    return [*values, 3000.0, 120.0 if k < 140 else 1e300]
+
+
+RUN = f"""
+import math
+{inspect.getsource(inputs)}
+
+def row(fmu):
+    (text,) = fmu.getString([fmu.refs["status_text"]])
+    return [*fmu.get(fmu.outs), *fmu.whole([fmu.refs["status"], fmu.refs["status_sensor"]]),
+            *fmu.getBoolean([fmu.refs["valid"]]), text.decode() if fmu.two else text]
+
+def steps(fmu, first, count):
+    rows = []
+    for k in range(first, first + count):
+        fmu.put(fmu.ins, inputs(k))
+        fmu.doStep(float(k), 1.0)
+        rows.append(row(fmu))
+    return rows
+"""
+"""For `apart`."""

@@ -14,8 +14,8 @@ import pytest
 from scenarios.cli import main
 from scenarios.cosimulation import simulate
 from scenarios.scenario import read_scenario
+from tests import running
 from tests.conftest import ROOT
-from tests.patience import PATIENCE_S
 
 EXAMPLES = ROOT / "docs" / "examples"
 SCENARIO, VARIANT = "step_speed", "long_tool"
@@ -29,27 +29,18 @@ TOLERANCE = 1e-9
 could differ; a value that comes one step late is off by up to 1 um."""
 
 
-def needs(*distributions: str) -> None:
-    """Skip a test whose master is not installed; in continuous integration, fail."""
+def needs(*distributions: str) -> pytest.MarkDecorator:
+    """Return the mark that skips a test without its master, but not in CI, where it fails."""
     lost = [
         name for name in distributions if not next(metadata.Distribution.discover(name=name), None)
     ]
-    if lost:
-        problem = f"{', '.join(lost)} is not installed: pip install --editable '.[masters]'"
-        pytest.fail(problem) if os.environ.get("CI") else pytest.skip(problem)
+    reason = f"{', '.join(lost)} is not installed: pip install --editable '.[masters]'"
+    return pytest.mark.skipif(bool(lost) and not os.environ.get("CI"), reason=reason)
 
 
 def run(*command: object, folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
-    """Run a program in a fresh process, in *folder*, where it also unpacks what it unpacks."""
-    return subprocess.run(
-        [str(part) for part in command],
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE_S,
-        cwd=folder,
-        env={**os.environ, "TMPDIR": str(folder), **environment},
-        check=False,
-    )
+    """Run a program in *folder*, where it also unpacks what it unpacks."""
+    return running.run(*command, folder=folder, TMPDIR=str(folder), **environment)
 
 
 def example(name: str, *arguments: object, folder: Path) -> pd.DataFrame:

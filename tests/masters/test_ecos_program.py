@@ -11,15 +11,11 @@ import pytest
 
 from tests.masters.conftest import EXAMPLES, STEP_S, STOP_S, agree, needs, run
 
+pytestmark = needs("ecospy", "tbb")
+
 WANTED = ("error_X", "error_Y", "error_Z", "drift_Z", "T1")
 SIX_DIGITS = 5.1e-7
 """[um] The program writes six digits behind the point."""
-
-
-@pytest.fixture(autouse=True)
-def installed() -> None:
-    """Skip, or fail, where it is missing."""
-    needs("ecospy", "tbb")
 
 
 def table(path: Path) -> pd.DataFrame:

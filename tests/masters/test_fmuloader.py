@@ -9,13 +9,9 @@ from fmpy import simulate_fmu
 
 from tests.masters.conftest import example, needs
 
+pytestmark = needs("fmuloader")
+
 WITHIN = 1e-6  # [um, degC] Both solve what is linear; SciPy's method is told 1e-8.
-
-
-@pytest.fixture(autouse=True)
-def installed() -> None:
-    """Skip, or fail, where it is missing."""
-    needs("fmuloader")
 
 
 @pytest.mark.parametrize("version", [2, pytest.param(3, marks=pytest.mark.long)])

@@ -7,14 +7,10 @@ import pytest
 
 from tests.masters.conftest import needs, run
 
+pytestmark = needs("fmu-manipulation-toolbox")
+
 CLEAN = "No semantic error against the FMI-"
 KINDS = ("compensator", "plant")
-
-
-@pytest.fixture(autouse=True)
-def installed() -> None:
-    """Skip, or fail, where it is missing."""
-    needs("fmu-manipulation-toolbox")
 
 
 def said(fmu: Path, folder: Path) -> tuple[str, list[str]]:

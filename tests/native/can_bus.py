@@ -26,7 +26,8 @@ from gateway.mapping import read_database
 from gateway.node import GatewayNode, GatewaySettings
 from gateway.proof import LARGEST_ECHO
 from gateway.unit import CompensatorUnit
-from tests.masters.conftest import needs, run
+from tests.gateway.bench import told_by_machine
+from tests.masters.conftest import run
 
 TRANSMIT, CONFIRM, FORMAT_ERROR, CONFIGURATION = 0x10, 0x20, 0x01, 0x40
 CHANGED = 2
@@ -75,7 +76,6 @@ def opened(path: Path, folder: Path) -> tuple[Any, FMU3Slave]:
 
 def log_of_two(fmu: Path, folder: Path, *link: str) -> Path:
     """Let another tool link an FMU with itself, by two names, and simulate both; return its log."""
-    needs("fmu-manipulation-toolbox")
     for name in ("a.fmu", "b.fmu"):
         shutil.copy(fmu, folder / name)
     start, end = link
@@ -196,35 +196,37 @@ class Machine:
     def values(self, time_s: float) -> dict[str, float | str]:
         warm = 1.0 - exp(-time_s / 900.0)
         rises = {f"T{n}": 20.0 + n * warm + 0.3 * sin(time_s / 40.0 + n) for n in range(1, 12)}
-        return {
+        return told_by_machine("running", time_s, self.cycle_s) | {
             **rises,
             "speed": 6000.0 if time_s > 2.0 else 0.0,
             "tool_length": 150.0 + 50.0 * (time_s % 60.0 > 30.0),
-            "machine_state": "running",
             "thermal_state": "cold" if time_s < 1.0 else "warm",
-            "machine_time": time_s,
-            "machine_step": self.cycle_s,
-            "offset_use": "following",
         }
 
     def cycle(self, time_s: float, changed: Mapping[str, float | str]) -> list[can.Message]:
         return self.sender.messages({**self.values(time_s), **changed}, self.heard)
 
 
-class Bench:
+class Gateway:
+    """The gateway's own node with an FMU's compensator, and the machine that both hear."""
+
+    def __init__(self, database: Database, compensator: Path) -> None:
+        self.database, self.unit = database, CompensatorUnit(compensator)
+        self.unit.start()
+        self.cycle_s = database.closing(MACHINE).cycle_s
+        self.machine = Machine(database, self.cycle_s)
+        self.expected: list[can.Message] = []
+        settings = GatewaySettings(machine_clock=True)
+        self.gateway = GatewayNode(database, self.unit, self.expected.extend, settings, 0.0)
+        self.gateway._challenges._new = challenges()
+
+
+class Bench(Gateway):
     """The FMU and the gateway on one bus with a machine."""
 
     def __init__(self, node: BusNode, compensator: Path, dbc: Path = DBC) -> None:
-        self.database = read_database(dbc)
-        self.node, self.unit = node, CompensatorUnit(compensator)
-        self.unit.start()
-        self.cycle_s = self.database.closing(MACHINE).cycle_s
-        self.machine = Machine(self.database, self.cycle_s)
-        self.expected: list[can.Message] = []
-        self.gateway = GatewayNode(
-            self.database, self.unit, self.expected.extend, GatewaySettings(machine_clock=True), 0.0
-        )
-        self.gateway._challenges._new = challenges()
+        super().__init__(read_database(dbc), compensator)
+        self.node = node
         self._names = {frame.frame_id: frame for frame in self.database.of(COMPENSATOR)}
         self.frames, self.answers = 0, 0
         self.seen: set[tuple[float, float]] = set()

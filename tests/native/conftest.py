@@ -1,6 +1,5 @@
 """The C program under the sanitizers, compiled once, and linked with the data of any model."""
 
-import subprocess
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -15,7 +14,7 @@ from fmu_packaging.native.build import front
 from fmu_packaging.native.compilers import STRICT, c_files, run_compiler, write_sources
 from tests.conftest import built, once
 from tests.fmus.models import five_point_text
-from tests.patience import PATIENCE_S
+from tests.running import output_of
 
 HERE = Path(__file__).resolve().parent
 SANITIZED = ("-g", "-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
@@ -49,16 +48,8 @@ class Driver:
 
     def run(self, lines: Sequence[str]) -> list[list[str]]:
         """Return what each line shows, part by part; the last part is the text."""
-        done = subprocess.run(
-            [str(self.path)],
-            input="\n".join(lines) + "\n",
-            capture_output=True,
-            text=True,
-            timeout=PATIENCE_S,
-            check=False,
-        )
-        assert done.returncode == 0, done.stderr
-        return [line.split("|", 10) for line in done.stdout.splitlines()]
+        shown = output_of(self.path, given="\n".join(lines) + "\n")
+        return [line.split("|", 10) for line in shown.splitlines()]
 
 
 @pytest.fixture(scope="session")

@@ -8,6 +8,7 @@ from random import Random
 from typing import Any
 
 from fmu_compensator.runtime.modelfile import Model, parse_model
+from tests.fmus.models import five_point_table
 
 FIVE = ("elongation", "yaw", "pitch", "near_x", "near_y")
 INF, NAN = float("inf"), float("nan")
@@ -196,12 +197,9 @@ def made_model(kind: str, seed: int) -> Model:
     sensors = 6 if seed in SIX else random.randint(1, 5)
     chosen = random.sample(range(sensors), sensors if seed in SIX else random.randint(1, sensors))
     geometry, targets = _geometry(random, direct=seed % 3 == 0)
-    table = {
-        "format": 3,
-        "kind": "spindle-drift compensator",
+    table = five_point_table() | {
         "name": f"made_{kind}_{seed}",
         "title": "Random numbers",
-        "created": None,
         "sensors": [_sensor(random, number) for number in range(sensors)],
         "chosen": [f"T{place + 1}" for place in chosen],
         "input_form": ("rise", "absolute", "level")[seed % 3],
@@ -219,7 +217,6 @@ def made_model(kind: str, seed: int) -> Model:
             "tool_length_mm": random.choice([[0.0, 260.0], [100.0, 100.0]]),
             **random.choice([{}, {"share": random.uniform(0.5, 1.0)}]),
         },
-        "provenance": {"runs": [], "options": {}, "figures": {}, "notes": []},
     }
     fixed = seed % 4 == 0 if seed in SIX else random.random() < 0.3
     inputs, outputs = len(chosen), len(targets)

@@ -4,7 +4,6 @@ import importlib.util
 import os
 import re
 import struct
-import subprocess
 import zipfile
 from pathlib import Path
 
@@ -25,8 +24,8 @@ from fmu_packaging.native.compilers import (
 from fmu_packaging.package import Package
 from scenarios.building import native_of
 from tests.fmu_packaging.apart import apart
-from tests.fmus.models import five_point_text
-from tests.native.test_fmu import RUN
+from tests.fmus.models import RUN, five_point_text
+from tests.running import output_of
 
 SOURCES = {"one.c": '__attribute__((visibility("default"))) double one(void) { return 1.0; }\n'}
 KINDS = {
@@ -87,9 +86,8 @@ def test_the_library_for_linux_runs_with_an_old_c_library(for_all, tmp_path):
         if len(found) == 1:
             with zipfile.ZipFile(path) as archive:
                 library = archive.extract("binaries/linux64/compensator_native.so", tmp_path)
-            command = ["objdump", "-T", library]
-            listed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-            needed = {tuple(map(int, v.split("."))) for v in re.findall(r"GLIBC_([\d.]+)", listed)}
+            listed = re.findall(r"GLIBC_([\d.]+)", output_of("objdump", "-T", library))
+            needed = {tuple(map(int, version.split("."))) for version in listed}
             assert max(needed) <= tuple(map(int, OLDEST_GLIBC.split(".")))
     for one, other in zip(*found, strict=True):
         assert one[9:] == other[9:]

@@ -6,7 +6,6 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 from zipfile import ZipFile
 
-import can
 import fmpy
 import pandas as pd
 import pytest
@@ -14,13 +13,12 @@ from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
 
 import build_fmu
-from gateway.codec import Sender, Value, decode
+from gateway.codec import Value, decode
 from gateway.database import COMPENSATOR, MACHINE
 from gateway.dbc import DBC
 from gateway.mapping import read_database
-from gateway.node import GatewayNode, GatewaySettings
-from gateway.unit import CompensatorUnit
-from tests.native.can_bus import Machine, challenges, log_of_two, opened
+from tests.masters.conftest import needs
+from tests.native.can_bus import Gateway, log_of_two, opened
 
 BUS = "spindle_drift"
 ALL = read_database(DBC)
@@ -82,18 +80,12 @@ class SignalNode:
         return float(self.fmu.getFloat64([self.refs[name]])[0])
 
 
-class Bench:
-    """The FMU and the gateway's own node; what they send must be the same."""
+class Bench(Gateway):
+    """The FMU beside the gateway; what they send must be the same."""
 
     def __init__(self, folder: Path, extracted: Path) -> None:
+        super().__init__(FRAMES, folder / "compensator_native.fmu")
         self.node = SignalNode(folder / "compensator_can_high.fmu", extracted)
-        self.unit = CompensatorUnit(folder / "compensator_native.fmu")
-        self.unit.start()
-        self.machine, self.sender = Machine(FRAMES, CYCLE_S), Sender(FRAMES, MACHINE)
-        self.expected: list[can.Message] = []
-        settings = GatewaySettings(machine_clock=True)
-        self.gateway = GatewayNode(FRAMES, self.unit, self.expected.extend, settings, 0.0)
-        self.gateway._challenges._new = challenges()
         self.faults: set[float] = set()
         self.gateway.tick(0.0)
         self.compare(self.node.sent)
@@ -117,7 +109,7 @@ class Bench:
         """One of the machine, without a frame or with other values."""
         time_s = count * CYCLE_S
         values = {**self.machine.values(time_s), **changed}
-        messages = self.sender.messages(values)
+        messages = self.machine.sender.messages(values)
         numbers = {
             name: float(signal.codes[value]) if isinstance(value, str) else value
             for name, value in values.items()
@@ -168,6 +160,7 @@ def test_it_sends_what_the_gateway_sends_also_of_what_is_missing_out_of_range_or
     assert len(bench.faults) > 5
 
 
+@needs("fmu-manipulation-toolbox")
 def test_another_tool_asks_for_its_clocks(by_hand, tmp_path):
     clocks = (f"{BUS}.{DOWN}_Clock", f"{BUS}.MachineHeartbeat_Clock")
     log = pd.read_csv(log_of_two(by_hand / "compensator_can_high.fmu", tmp_path, *clocks))

@@ -6,7 +6,7 @@ from xml.etree import ElementTree as ET
 import fmpy
 
 from tests.fmu_packaging.apart import apart
-from tests.native.test_fmu import RUN
+from tests.fmus.models import RUN
 
 
 def test_variables_keep_their_value_references_and_the_time_comes_last(by_hand):

@@ -2,7 +2,6 @@
 
 import json
 import shutil
-import subprocess
 import sys
 import zipfile
 from dataclasses import dataclass
@@ -20,29 +19,8 @@ from fmu_packaging.native.compilers import compilers
 from scenarios.building import native_of
 from tests.fmu_packaging.apart import apart
 from tests.fmu_packaging.test_slave import LIFE
-from tests.fmus.models import five_point_text
-
-RUN = """
-import math
-def inputs(k):
-    values = [20.0 + (n + 1) * 0.01 * k for n in range(11)]
-    if 40 <= k < 80: values[3] = math.nan
-    if k == 100: values[0] = math.inf
-    return [*values, 3000.0, 120.0 if k < 140 else 1e300]
-
-def row(fmu):
-    (text,) = fmu.getString([fmu.refs["status_text"]])
-    return [*fmu.get(fmu.outs), *fmu.whole([fmu.refs["status"], fmu.refs["status_sensor"]]),
-            *fmu.getBoolean([fmu.refs["valid"]]), text.decode() if fmu.two else text]
-
-def steps(fmu, first, count):
-    rows = []
-    for k in range(first, first + count):
-        fmu.put(fmu.ins, inputs(k))
-        fmu.doStep(float(k), 1.0)
-        rows.append(row(fmu))
-    return rows
-"""
+from tests.fmus.models import RUN, five_point_text
+from tests.running import output_of
 
 
 @dataclass(frozen=True)
@@ -205,8 +183,7 @@ def test_builds_in_two_processes_give_the_same_bytes(both, every_compiler, tmp_p
     arguments = ["--native", "--only", "compensator", "--model", str(both.model), "--json"]
     for name in ("one", "other"):
         command = [sys.executable, build_fmu.__file__, *arguments, "--out", str(tmp_path / name)]
-        done = subprocess.run(command, capture_output=True, text=True, check=True)
-        assert json.loads(done.stdout)[0]["written"]
+        assert json.loads(output_of(*command))[0]["written"]
     one, other = (tmp_path / name / both.native.name for name in ("one", "other"))
     assert one.read_bytes() == other.read_bytes()
     with zipfile.ZipFile(one) as archive:
@@ -223,20 +200,13 @@ def test_fmpy_compiles_the_sources_into_the_same_numbers(by_hand, version, tmp_p
         for name in given.namelist():
             if not name.startswith("binaries/"):
                 bare.writestr(name, given.read(name))
-    command = [sys.executable, "-m", "fmpy", "compile", str(path)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
+    output_of(sys.executable, "-m", "fmpy", "compile", path, folder=tmp_path)
     with zipfile.ZipFile(path) as archive:
         ending = fmpy.sharedLibraryExtension
         library = next(name for name in archive.namelist() if name.endswith(ending))
         archive.extract(library, tmp_path)
-    listed = subprocess.run(
-        ["nm", "-D", "--defined-only", str(tmp_path / library)],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    shown = [line.split()[-1] for line in listed.stdout.splitlines()]
+    listed = output_of("nm", "-D", "--defined-only", tmp_path / library)
+    shown = [line.split()[-1] for line in listed.splitlines()]
     assert f"fmi{version}DoStep" in shown
     assert [name for name in shown if not name.startswith(f"fmi{version}")] == []
     code = "show(steps(started(opened(sys.argv[1])), 0, 60))"

@@ -2,7 +2,6 @@
 
 import os
 import shutil
-import subprocess
 from pathlib import Path
 from random import Random
 
@@ -18,6 +17,7 @@ from scenarios.building import native_of
 from tests.conftest import ROOT
 from tests.fmus.models import five_point_table
 from tests.native.made import gaussian
+from tests.running import output_of
 
 pytestmark = [pytest.mark.long, pytest.mark.usefixtures("every_compiler")]
 COMPENSATOR_HOST = Path(__file__).with_name("printing_host.c")
@@ -49,16 +49,8 @@ def printed(recipe: Recipe, host: Path, compiler: Compiler, folder: Path, *more:
     flags = [*STRICT, f"-I{HEADERS}", "-o", "host.exe", str(host), *needs, "-lm"]
     run_compiler([*compiler.command, *flags], folder)
     start = [*RUN_BY.get(compiler.platform, []), "./host.exe", f"./{library}", package.guid]
-    done = subprocess.run(
-        [*start, *map(str, more)],
-        cwd=folder,
-        env={**os.environ, "PATH": PATH, "WINEPREFIX": str(folder / "wine"), "WINEDEBUG": "-all"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    wine = {"PATH": PATH, "WINEPREFIX": str(folder / "wine"), "WINEDEBUG": "-all"}
+    return output_of(*start, *more, folder=folder, **wine)
 
 
 @pytest.mark.parametrize("platform", RUN_BY)

@@ -3,7 +3,6 @@
 import json
 import os
 import shutil
-import subprocess
 import sys
 import tomllib
 import zipfile
@@ -30,6 +29,7 @@ from plant_model.machine_file import read_machine
 from plant_model.plugins import plugged_effects
 from scenarios.plugged import effect_files
 from tests.conftest import ROOT
+from tests.running import python
 
 EXAMPLE = Path(__file__).parent / "example"
 
@@ -65,22 +65,8 @@ def broken(folder: Path, group: str, entry: str, code: str = "") -> Path:
     return folder
 
 
-def run(site: Path, folder: Path, *argv: str) -> subprocess.CompletedProcess[str]:
-    path = os.pathsep.join([str(site), str(ROOT)])
-    return subprocess.run(
-        [sys.executable, "-W", "error", *argv],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": path},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-
-
 def good(site: Path, folder: Path, *argv: str) -> str:
-    done = run(site, folder, *argv)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    return python(*argv, folder=folder, path=os.pathsep.join([str(site), str(ROOT)]))
 
 
 @pytest.fixture(scope="module")
@@ -194,7 +180,9 @@ def test_an_error_model_in_one_file_is_fitted_and_goes_into_fmus(site, compiler,
     assert levels > 1
 
 
-EFFECT = """
+def effect(name: str = "odd", also: str = "math", amplitude: str = "power") -> str:
+    """Return the code of an effect."""
+    return f"""
 from typing import ClassVar
 import {also}
 from plant_model.effects.base import Effect
@@ -231,19 +219,11 @@ def seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
         ("odd = not_there:Odd", "", "No module named 'not_there'"),
         ("odd = odd_kit:Odd", "", "has no attribute 'Odd'"),
         ("odd = odd_kit:Odd", "Odd = 3", "is no subclass of plant_model.effects.base.Effect"),
-        (
-            "odd = odd_kit:Odd",
-            EFFECT.format(also="math", name="even", amplitude="power"),
-            "is called even",
-        ),
-        (
-            "odd = odd_kit:Odd",
-            EFFECT.format(also="math", name="odd", amplitude="size"),
-            "the amplitude size is none of its parameters",
-        ),
+        ("odd = odd_kit:Odd", effect("even"), "is called even"),
+        ("odd = odd_kit:Odd", effect(amplitude="size"), "size is none of its parameters"),
         (
             "windage = odd_kit:Odd",
-            EFFECT.format(also="math", name="windage", amplitude="power"),
+            effect("windage"),
             "windage is a name that the project itself has",
         ),
     ],
@@ -259,8 +239,7 @@ def test_a_broken_plug_in_is_one_line_that_names_it(entry, code, said, seen):
 
 
 def test_two_plug_ins_of_one_name_are_refused(seen):
-    entry = "odd = odd_kit:Odd"
-    broken(seen, "effects", entry, EFFECT.format(also="math", name="odd", amplitude="power"))
+    broken(seen, "effects", "odd = odd_kit:Odd", effect())
     lay_down(seen, "other-kit", "1.0", {"spindle_drift.effects": {"odd": "odd_kit:Odd"}})
     with pytest.raises(
         BadInput, match=r"other-kit 1\.0.*odd is a name that plug-in odd of odd-kit"
@@ -326,12 +305,7 @@ def test_a_reader_that_fails_is_one_line(code, said, seen, tmp_path, monkeypatch
 
 
 def test_what_cannot_go_into_an_fmu_is_said_in_one_line(seen, monkeypatch):
-    broken(
-        seen,
-        "effects",
-        "odd = odd_kit:Odd",
-        EFFECT.format(also="scipy", name="odd", amplitude="power"),
-    )
+    broken(seen, "effects", "odd = odd_kit:Odd", effect(also="scipy"))
     machine = read_machine("jig_borer_lumps")
     grown = replace(machine, effects={**machine.effects, "odd": {}})
     monkeypatch.setattr(scenarios.plugged, "plugged_effects", plugged_effects.__wrapped__)
