@@ -6,6 +6,7 @@ import pytest
 
 from gateway.database import MACHINE
 from gateway.node import GatewaySettings
+from gateway.state import Saved
 from tests.gateway.bench import WARM, Bench, with_bytes
 from tests.gateway.conftest import HOLD_S, RECOVER_S, SLEW_UM_PER_S
 from tests.gateway.faults import (
@@ -266,6 +267,16 @@ def test_the_own_clock_steps_by_the_time_gone_by(database, unit, speed_up):
     for after_s in (0.1, 0.12, 0.07, 0.2):
         bench.give(bench.frames(), after_s=after_s)
     assert unit.time_s - reached == pytest.approx(0.49 * speed_up)
+
+
+def test_a_restart_with_the_state_goes_on_after_the_time_in_between(bench, database, new_unit):
+    bench.settle(WARM)
+    saved = Saved(bench.unit.time_s, bench.time_s, 1.5, bench.unit.slave.saved())
+    again = Bench(database, new_unit(), warm=saved)
+    again.sender, again.time_s = bench.sender, bench.time_s
+    again.cycle(WARM)
+    assert (again.last["valid"], again.offsets) == ("invalid", bench.offsets)
+    assert again.unit.time_s == pytest.approx(saved.time_s + 1.5, abs=0.2)
 
 
 def test_the_farewell_takes_every_offset_back(bench):

@@ -57,6 +57,19 @@ class Probe:
         return self.bench.cycle({}, lambda m: [*self.frames(measured, late_s), *m])
 
 
+def test_a_probe_reaches_the_compensator(probed):
+    given, step = [], probed.unit.step
+
+    def watched(values: dict[str, float], step_s: float) -> dict[str, float]:
+        given.append({name: value for name, value in values.items() if name in MEASURED})
+        return step(values, step_s)
+
+    probed.unit.step = watched
+    Probe(probed).cycle(MEASURED)
+    probed.cycle()
+    assert [values for values in given if values] == [pytest.approx(MEASURED, abs=0.01)]
+
+
 def test_one_probe_counts_once_however_often_it_comes(probed):
     sender = ProbeSender(probed.database.events(MACHINE))
     sender.start(MEASURED, 0.0)
