@@ -192,3 +192,13 @@ def test_the_measured_runs_tell_their_axes(lathe_runs, electric_spindle_run):
     assert isinstance(rig, DirectRig)
     # It grows as it warms: the nose goes towards -Z.
     assert rig.drift(spindle.frame)["drift_Z_um"].iloc[-1] < -10.0
+
+
+@given(st.lists(st.floats(-60, 60), min_size=5, max_size=5))
+def test_the_small_angle_form_agrees_to_a_nanoradian(values):
+    # 60 um at each sensor is beyond what the studies' spindles do in any run.
+    rig = five_point()
+    near_x, near_y, distal_x, distal_y, _ = values
+    small = 1e3 / rig.spacing_mm * np.array([distal_x - near_x, distal_y - near_y])
+    exact = rig.pose(readings(*values))[["yaw_urad", "pitch_urad"]].to_numpy()[0]
+    npt.assert_allclose(small, exact, rtol=0, atol=1e-3)  # urad

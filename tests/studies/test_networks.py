@@ -9,6 +9,7 @@ from scipy.optimize import least_squares
 from measurement.errors import BadInput
 from studies.fit.bp import BackPropagation, Samples
 from studies.fit.ga_bp import GeneticBackPropagation
+from studies.fit.genetic import GeneticSettings, evolve
 from studies.fit.network_training import Shape, levenberg_marquardt, nguyen_widrow
 from tests.fmu_compensator.models.made import run_of, task_of
 
@@ -154,3 +155,49 @@ def test_constant_columns_are_refused():
         BackPropagation.fit(task_of([run_of(x, x[:, :1])]))
     with pytest.raises(BadInput, match="y0: never changes"):
         BackPropagation.fit(task_of([run_of(x[:, :1], np.ones((80, 1)))]))
+
+
+def test_a_4_10_3_network_has_83_genes():
+    # 4 x 10 + 10 x 3 weights and 10 + 3 thresholds; the study's own sum says 110.
+    assert Shape((4, 10, 3)).size == 70 + 13
+
+
+def test_training_only_goes_down_and_notes_the_goal():
+    shape, random = Shape((1, 6, 1)), np.random.default_rng(3)
+    x = np.linspace(-1, 1, 60)[:, None]
+    y = np.sin(3 * x)
+    found = levenberg_marquardt(
+        shape,
+        nguyen_widrow(shape, random),
+        x,
+        y,
+        np.full(60, 1 / 60),
+        iterations=200,
+        goal=1e-4,
+        decay=0.0,
+    )
+    assert all(b <= a for a, b in pairwise(found.curve))
+    assert found.curve[-1] < 1e-4
+    assert found.reached is not None
+    assert found.curve[found.reached] <= 1e-4 < found.curve[found.reached - 1]
+    assert np.mean((shape.outputs(found.theta, x) - y) ** 2) == pytest.approx(found.curve[-1])
+
+
+def test_two_hidden_layers_as_in_the_time_series_study():
+    fitted = BackPropagation.fit(bent_task(), hidden=(5, 5), iterations=3)
+    assert fitted.report()["nodes"] == [4, 5, 5, 3]
+    assert fitted.report()["weights_and_thresholds"] == 4 * 5 + 5 + 5 * 5 + 5 + 5 * 3 + 3
+
+
+def test_evolution_finds_a_peak_and_keeps_the_best():
+    random = np.random.default_rng(0)
+    target = np.array([0.5, -0.25, 0.75])
+
+    def fitness(people):
+        return 1.0 / (1e-6 + np.sum((people - target) ** 2, axis=1))
+
+    first = random.uniform(-1, 1, (40, 3))
+    best, history = evolve(first, fitness, -1.0, 1.0, GeneticSettings(40, 150), random)
+    assert best == pytest.approx(target, abs=0.1)
+    assert all(b >= a for a, b in pairwise(history))
+    assert history[-1] > 5 * history[0]

@@ -108,3 +108,15 @@ def test_laws_of_films_and_friction(jig_borer):
     slow = 1.047e-4 * 50.0 * 2 * (160e-7 * 0.5 * 70.0**3 + 17.5)
     assert friction_heat(50.0, numbers) == pytest.approx(slow, rel=1e-6)
     assert friction_heat(-50.0, numbers) == friction_heat(50.0, numbers)
+
+
+def test_a_bar_cools_with_its_own_time_constant(bar):
+    """A small Biot number: T decays with C / (h A)."""
+    time_s = np.linspace(0.0, 7200.0, 121)
+    hot = np.full(bar.heat.basis.N, 40.0)
+    run = bar.transient(time_s, np.zeros(121), start=hot)
+    capacity = np.pi * (0.04**2 - 0.02**2) * 0.2 * 7800.0 * 470.0
+    rate = still_film(0.08) * np.pi * 0.08 * 0.2 / capacity
+    assert run.temperatures.mean(axis=1) == pytest.approx(
+        20.0 + 20.0 * np.exp(-rate * time_s), abs=0.05
+    )
