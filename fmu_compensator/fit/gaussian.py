@@ -2,14 +2,14 @@ r"""The one Gaussian model of drift: its scales by marginal likelihood, its weig
 
 .. math::
     y(t) = a\,m(t) + \Phi(t) w + b(t) + e, \qquad
-    w \sim N(0, g \Sigma), \quad b \sim \text{random walk}, \quad e \sim N(0, \Sigma)
+    w \sim N(0, g_k \Sigma), \quad b \sim \text{random walk}, \quad e \sim N(0, \Sigma)
 
 m is the mean function (an error model, or nothing) and a the share of it that runs which it was not
 fitted to bear out, between 0 and 1 for each target. Phi holds the rises of the thermometers and
 their first-order lags, b starts at zero and grows by rho^2 Sigma an hour, times a size of its own
 in every run. All targets share g, rho and the sizes, so one number says how well known a sample is,
-and Sigma turns it into um and urad. Weights are those of independent Gaussians of one scale: no
-lag is chosen, all are averaged.
+and Sigma turns it into um and urad. The rises have a scale g_k, and each lag has one: weights are
+independent Gaussians, and how much of the drift comes late is for the runs to say.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cholesky, solve_triangular
-from scipy.optimize import minimize_scalar
+from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
+from scipy.optimize import minimize, minimize_scalar
 
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput
@@ -101,8 +101,8 @@ class Gaussian:
         Posterior mean of w [um/K, urad/K].
     covariance : array (p, p)
         Posterior covariance of w over Sigma, V [1/K^2].
-    scale : float
-        Its prior variance over Sigma, g [1/K^2].
+    scale : array (1 + lags,)
+        Its prior variance over Sigma, g, of the rises and of each lag [1/K^2].
     walk : float
         rho [1/sqrt(h)].
     spread : array (m, m)
@@ -115,7 +115,7 @@ class Gaussian:
 
     weights: Array
     covariance: Array
-    scale: float
+    scale: Array
     walk: float
     spread: Array
     rows: float
@@ -141,9 +141,10 @@ class Gaussian:
             raise BadInput("training runs", "", "no row has all temperatures and displacements")
         sizes = np.ones(len(samples))
         likely = np.zeros(samples[0].targets.shape[1])
+        evidence = None
         for _ in range(ROUNDS):
-            evidence = _Evidence.best(samples, sizes, likely if share is None else share)
-            found = evidence.posterior()
+            evidence = _Evidence.best(samples, sizes, likely if share is None else share, evidence)
+            found = evidence.model()
             likely = evidence.likely_share()
             sizes = np.array([found.size_of(sample) for sample in samples])
         return found
@@ -185,7 +186,7 @@ class Gaussian:
 
 @dataclass(frozen=True)
 class _Evidence:
-    """What all runs say at one size of the walk: the rest is in closed form.
+    """What all runs say at one size of the walk: the weights and Sigma are in closed form.
 
     The last columns of ``cross`` and ``squares`` are the mean function's, the first the targets'.
     """
@@ -197,21 +198,31 @@ class _Evidence:
     squares: Array
     rows: int
     determinant: float
+    start: Array
 
     @classmethod
-    def best(cls, samples: Sequence[Sample], sizes: Array, share: Array) -> _Evidence:
-        """Return that of the walk at which the marginal likelihood is largest."""
+    def best(
+        cls, samples: Sequence[Sample], sizes: Array, share: Array, before: _Evidence | None
+    ) -> _Evidence:
+        """Return that of the walk at which the marginal likelihood is largest.
+
+        *before* has scales to start from.
+        """
         known: dict[float, _Evidence] = {}
+        start = np.zeros(1 + len(LAGS_S)) if before is None else before.log_scales
 
         def cost(log_walk: float) -> float:
-            found = known[log_walk] = cls.of(samples, sizes, share, float(np.exp(log_walk)))
-            return found.cost(found.log_scale)
+            found = cls.of(samples, sizes, share, float(np.exp(log_walk)), start)
+            known[log_walk] = found
+            return found.cost(found.log_scales)[0]
 
         best = minimize_scalar(cost, bounds=(-4.0, 6.0), method="bounded", options={"xatol": 0.05})
         return known[float(best.x)]
 
     @classmethod
-    def of(cls, samples: Sequence[Sample], sizes: Array, share: Array, walk: float) -> _Evidence:
+    def of(
+        cls, samples: Sequence[Sample], sizes: Array, share: Array, walk: float, start: Array
+    ) -> _Evidence:
         """Return the sums over the whitened runs."""
         width, columns = samples[0].features.shape[1], 2 * len(share)
         gram, cross = np.zeros((width, width)), np.zeros((width, columns))
@@ -224,68 +235,97 @@ class _Evidence:
             squares += both.T @ both
             determinant += more
         rows = sum(len(sample.hours) for sample in samples)
-        return cls(walk, share, gram, cross, squares, rows, determinant)
-
-    @cached_property
-    def eigen(self) -> tuple[Array, Array]:
-        """Eigenvalues and -vectors of the features' normal matrix."""
-        values, vectors = np.linalg.eigh(self.gram)
-        return np.maximum(values, 0.0), vectors
+        return cls(walk, share, gram, cross, squares, rows, determinant, start)
 
     @cached_property
     def less_mean(self) -> Array:
         """What takes the mean function's share from the targets, shape (2 m, m)."""
         return np.vstack([np.eye(len(self.share)), -np.diag(self.share)])
 
-    def unexplained(self, scale: float) -> Array:
-        """Return the squares that the weights leave, of targets and mean function, (2 m, 2 m)."""
-        values, vectors = self.eigen
-        along = vectors.T @ self.cross
-        return np.asarray(
-            self.squares - along.T @ (along * (scale / (1.0 + scale * values))[:, None])
-        )
+    def posterior(self, scale: Array) -> tuple[Array, Array, float]:
+        """Return what the runs say of the weights.
 
-    def spread(self, scale: float) -> Array:
-        """Return Sigma, most likely at a prior variance of the weights."""
-        found = self.less_mean.T @ self.unexplained(scale) @ self.less_mean / self.rows
+        Returns
+        -------
+        covariance : array (p, p)
+            Over Sigma [1/K^2].
+        weights : array (p, 2 m)
+            Of targets and mean function.
+        determinant : float
+            Log of the prior covariance's over this one's.
+        """
+        prior = np.sqrt(by_feature(scale, len(self.gram)))
+        inside = np.eye(len(prior)) + prior[:, None] * self.gram * prior
+        factor = cho_factor(inside, check_finite=False)
+        inverse = cho_solve(factor, np.eye(len(prior)), check_finite=False)
+        covariance = prior[:, None] * (inverse + inverse.T) / 2.0 * prior
+        determinant = 2.0 * float(np.log(np.diag(factor[0])).sum())
+        return covariance, covariance @ self.cross, determinant
+
+    def unexplained(self, scale: Array, weights: Array) -> Array:
+        """Return the squares that the weights leave, of targets and mean function, (2 m, 2 m).
+
+        At the least of them, where what the weights are off by counts squared.
+        """
+        inside = self.gram + np.diag(1.0 / by_feature(scale, len(self.gram)))
+        along = weights.T @ self.cross
+        return np.asarray(self.squares - along - along.T + weights.T @ inside @ weights)
+
+    def spread(self, scale: Array, weights: Array) -> Array:
+        """Return Sigma, most likely at these weights."""
+        found = self.less_mean.T @ self.unexplained(scale, weights) @ self.less_mean / self.rows
         return np.asarray(found + SMALLEST_NOISE**2 * np.eye(len(found)))
 
     def likely_share(self) -> Array:
         """Return the mean function's most likely share of each target, shape (m,); 0 of none."""
-        left, count = self.unexplained(float(np.exp(self.log_scale))), len(self.share)
+        scale = np.exp(self.log_scales)
+        left, count = self.unexplained(scale, self.posterior(scale)[1]), len(self.share)
         of_mean = np.diag(left)[count:]
         return np.clip(np.diag(left[:count, count:]) / np.where(of_mean > 0.0, of_mean, 1.0), 0, 1)
 
-    def cost(self, log_scale: float) -> float:
-        """Return minus the log marginal likelihood, Sigma profiled out, with the weak prior."""
-        scale = float(np.exp(log_scale))
-        noise = np.diag(self.spread(scale))
-        weight = 0.5 * (log_scale + np.log(noise)) - np.log(USUAL_UM_PER_K)
-        values = np.log1p(scale * self.eigen[0]).sum() + self.determinant
-        fit = 0.5 * len(noise) * values + 0.5 * self.rows * np.log(noise).sum()
-        return float(fit + 0.5 * np.sum((weight / SPREAD_OF_USUAL) ** 2))
+    def cost(self, log_scales: Array) -> tuple[float, Array]:
+        """Return minus the log marginal likelihood with the weak prior, and its gradient.
+
+        Sigma is profiled out.
+        """
+        scale = np.exp(log_scales)
+        prior = by_feature(scale, len(self.gram))
+        covariance, told, determinant = self.posterior(scale)
+        noise, weights = np.diag(self.spread(scale, told)), told @ self.less_mean
+        size = 0.5 * (log_scales[:, None] + np.log(noise)) - np.log(USUAL_UM_PER_K)
+        fit = 0.5 * len(noise) * (determinant + self.determinant)
+        fit += 0.5 * self.rows * np.log(noise).sum()
+        cost = fit + 0.5 * np.sum((size / SPREAD_OF_USUAL) ** 2)
+        pulls = size / SPREAD_OF_USUAL**2
+        determined = len(noise) * (1.0 - np.diag(covariance) / prior)
+        by_noise = 0.5 * self.rows + 0.5 * pulls.sum(axis=0)
+        explained = (weights**2 / prior[:, None]) @ (by_noise / (self.rows * noise))
+        by_weight = 0.5 * determined - explained
+        gradient = by_weight.reshape(len(log_scales), -1).sum(axis=1) + 0.5 * pulls.sum(axis=1)
+        return float(cost), np.asarray(gradient)
 
     @cached_property
-    def log_scale(self) -> float:
-        """The most likely prior variance of the weights."""
-        found = minimize_scalar(
-            self.cost, bounds=(-12.0, 18.0), method="bounded", options={"xatol": 0.02}
-        )
-        return float(found.x)
+    def log_scales(self) -> Array:
+        """The most likely prior variances of the weights."""
+        bounds = [(-14.0, 18.0)] * len(self.start)
+        found = minimize(self.cost, self.start, jac=True, method="L-BFGS-B", bounds=bounds)
+        return np.asarray(found.x)
 
-    def posterior(self) -> Gaussian:
+    def model(self) -> Gaussian:
         """Return the model at its most likely scales."""
-        scale = float(np.exp(self.log_scale))
-        values, vectors = self.eigen
-        shrunk = scale / (1.0 + scale * values)
-        weights = vectors @ (shrunk[:, None] * (vectors.T @ self.cross @ self.less_mean))
-        covariance, rows = (vectors * shrunk) @ vectors.T, float(self.rows)
-        spread = self.spread(scale)
+        scale = np.exp(self.log_scales)
+        covariance, told, _ = self.posterior(scale)
+        weights, spread, rows = told @ self.less_mean, self.spread(scale, told), float(self.rows)
         return Gaussian(weights, covariance, scale, self.walk, spread, rows, self.share)
 
 
+def by_feature(scale: Array, features: int) -> Array:
+    """Return the scale of each feature, shape (p,): the rises come first, then lag by lag."""
+    return np.repeat(scale, features // len(scale))
+
+
 def directions(model: Gaussian, samples: Sequence[Sample]) -> Array:
-    """Return D, shape (q, p): V is nearly g I - D' D, and never larger than that.
+    """Return D, shape (q, p): V is nearly G - D' D with G of the scales, and never larger.
 
     As many of the directions that the runs determine as are needed for `LOST`.
 
@@ -296,15 +336,16 @@ def directions(model: Gaussian, samples: Sequence[Sample]) -> Array:
         Of runs like those of its training.
     """
     size = len(model.weights)
-    values, vectors = np.linalg.eigh(model.scale * np.eye(size) - model.covariance)
-    order = np.argsort(-values)
-    rows = (vectors[:, order] * np.sqrt(np.maximum(values[order], 0.0))).T
+    values, vectors = np.linalg.eigh(np.diag(by_feature(model.scale, size)) - model.covariance)
+    known = vectors * np.sqrt(np.maximum(values, 0.0))
     features = np.vstack([sample.features for sample in samples])
     hours = np.concatenate([sample.hours for sample in samples])
-    explained = np.cumsum(((features @ rows.T) ** 2).mean(axis=0))
+    # Those first that explain most of the runs.
+    _, lengths, turned = np.linalg.svd(features @ known, full_matrices=False)
+    explained = np.cumsum(lengths**2) / len(features)
     usual = 1.0 + model.walk**2 * hours.mean() + model.novelty(features).mean()
     enough = explained[-1] - explained <= LOST * usual
-    return np.asarray(rows[: int(np.argmax(enough)) + 1])
+    return np.asarray((turned @ known.T)[: int(np.argmax(enough)) + 1])
 
 
 def rises_and_lags(time_s: Array, rises: Array) -> Array:

@@ -19,6 +19,7 @@ from fmu_compensator.fit.gaussian import (
     LAGS_S,
     Gaussian,
     Sample,
+    by_feature,
     directions,
     rises_and_lags,
     sample_of,
@@ -165,7 +166,8 @@ class Installed:
         mean = self.fitted.predict(rows)
         hours = self.settled_h + (rows.time_s - rows.time_s[:1]) / 3600.0
         along = features @ self.seen.T
-        novelty = self.gaussian.scale * (features**2).sum(axis=1) - (along**2).sum(axis=1)
+        prior = by_feature(self.gaussian.scale, features.shape[1])
+        novelty = features**2 @ prior - (along**2).sum(axis=1)
         variance = 1.0 + self.gaussian.walk**2 * hours + np.maximum(novelty, 0.0)
         spread = np.sqrt(np.diag(self.gaussian.spread))
         half_width = DEVIATIONS * np.sqrt(variance)[:, None] * spread

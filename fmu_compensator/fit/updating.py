@@ -11,7 +11,7 @@ import numpy as np
 
 from fmu_compensator.fit.data import Prepared, PreparedRun, left_out, prepare
 from fmu_compensator.fit.error_models.base import predicted
-from fmu_compensator.fit.gaussian import Gaussian, Sample, directions, sample_of
+from fmu_compensator.fit.gaussian import Gaussian, Sample, by_feature, directions, sample_of
 from fmu_compensator.fit.installed import listed, rises_of
 from fmu_compensator.fit.promise import FEWEST_ROWS, RunLeft, followed, judge_runs
 from fmu_compensator.fit.ranges import limits_table, sensor_table
@@ -199,10 +199,11 @@ def gaussian_of(table: Mapping[str, Any]) -> Gaussian:
     table : mapping
     """
     seen = np.array(table["seen"]).reshape(-1, len(table["weights"][0]))
+    scale = np.array(table["scale"])
     return Gaussian(
         np.array(table["weights"]).T,
-        table["scale"] * np.eye(seen.shape[1]) - seen.T @ seen,
-        table["scale"],
+        np.diag(by_feature(scale, seen.shape[1])) - seen.T @ seen,
+        scale,
         float(np.sqrt(table["walk_per_h"])),
         np.diag(np.square(table["spread"])),
         table["rows"],

@@ -230,12 +230,15 @@ def _gaussian(table: Mapping[str, Any], tree: _Tree) -> str:
     seen = [[*row, 0.0] for row in table["seen"]]
     tables = [seen[at : at + MOST_PROBES] for at in range(0, len(seen), MOST_PROBES)]
     values: dict[str, object] = {
-        key: float(table[key]) for key in ("settled_h", "scale", "walk_per_h", "deviations")
+        key: float(table[key]) for key in ("settled_h", "walk_per_h", "deviations")
     }
-    values |= {"lags": len(table["lags_s"]), "width": len(table["weights"][0])}
+    width = len(table["weights"][0])
+    inputs = width // len(table["scale"])
+    values |= {"lags": len(table["lags_s"]), "width": width}
     rows = {
         "usual": table["usual"] if table["reference"] == OF_FIXED else [],
         "lags_s": table["lags_s"],
+        "prior": [value for value in table["scale"] for _ in range(inputs)],
         "spread": table["spread"],
         "mean_share": table.get("mean_share", [1.0] * len(constant)),
         "weights": _in_lanes([[*row, constant] for row, constant in weights]),

@@ -27,13 +27,13 @@ class Gaussian:
 
     .. math::
         y = a m + W x + b, \qquad
-        \mathrm{var}(y) = \Sigma\,(1 + \rho^2 t + g\,|x|^2 - \sum_i (d_i \cdot x^+)^2)
+        \mathrm{var}(y) = \Sigma\,(1 + \rho^2 t + \sum_k g_k |x_k|^2 - \sum_i (d_i \cdot x^+)^2)
 
     m is the error model's prediction, a its share of each target, x the rises and their first-order
     lags, b a random walk since the start, and x+ = (x, 1) with b's place last. Rows d of training
     end in 0. A measurement adds one row and moves W and b: the Kalman update of both. The novelty
-    is the part of the variance that is the weights', g |x|^2 less what training saw of it; inputs
-    are new where it is the larger part.
+    is the part of the variance that is the weights', g_k |x_k|^2 of the rises and of each lag less
+    what training saw of them; inputs are new where it is the larger part.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class Gaussian:
         Time constants [s].
     weights : list of list of float, a row per target
         W, over: rises, then lag by lag [um/K, urad/K].
-    scale : float
+    scale : list of float, one for the rises and one per lag
         g [1/K^2].
     seen : list of list of float
         d of training [1/K].
@@ -74,7 +74,7 @@ class Gaussian:
         settled_h: float,
         lags_s: list[float],
         weights: list[list[float]],
-        scale: float,
+        scale: list[float],
         seen: list[list[float]],
         walk_per_h: float,
         spread: list[float],
@@ -85,9 +85,10 @@ class Gaussian:
         self.usual, self.spread, self.mean_share = usual, spread, mean_share
         self.deviations, self.coverage = deviations, coverage
         self._constant, self._settled_h = constant, settled_h
-        self._lags_s, self._learnt, self._scale, self._seen = lags_s, weights, scale, seen
+        self._lags_s, self._learnt, self._seen = lags_s, weights, seen
         self._walk_per_h = walk_per_h
         self._inputs = len(weights[0]) // (1 + len(lags_s))
+        self._prior = [value for value in scale for _ in range(self._inputs)]
         # With the weights learnt, which are those in use until a first measurement.
         rows = [*weights, *seen]
         self._sums = written_out([0.0] * len(rows), rows)
@@ -122,7 +123,7 @@ class Gaussian:
             fields.number("settled_h", 0.0, LARGEST),
             lags_s,
             fields.matrix("weights", targets, width),
-            fields.number("scale", 0.0, LARGEST),
+            fields.numbers("scale", 1 + len(lags_s), LARGEST, low=0.0),
             fields.matrix("seen", rows, width) if rows else [],
             fields.number("walk_per_h", 0.0, LARGEST),
             spread,
@@ -169,7 +170,7 @@ class Gaussian:
         features = [*rises, *[value + part * (rise - value) for value, part, rise in triples]]
         sums, targets = self._sums(features), len(self._bias)
         self._features, self._along = features, sums[targets:]
-        novelty = self._scale * sum(map(mul, features, features))
+        novelty = sum(map(mul, self._prior, map(mul, features, features)))
         for along in self._along:
             novelty -= along * along
         self.novelty = max(novelty, 0.0)
@@ -220,7 +221,7 @@ class Gaussian:
 
     def _condition(self, missed: Sequence[float]) -> None:
         features = self._features
-        column = [self._scale * value for value in features]
+        column = list(map(mul, self._prior, features))
         walk = self._walk_per_h * self._hours + self._leaps
         told = []
         for along, row in zip(self._along, self._seen, strict=True):
@@ -254,7 +255,7 @@ class Gaussian:
 
         As many as bring half of the novelty together, at most `NAMED`.
         """
-        shares = [self._scale * value for value in self._features]
+        shares = list(map(mul, self._prior, self._features))
         for along, row in zip(self._along, self._seen, strict=True):
             shares = [value - along * weight for value, weight in zip(shares, row, strict=True)]
         parts = [0.0] * self._inputs

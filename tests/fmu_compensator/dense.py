@@ -13,9 +13,12 @@ Array = npt.NDArray[np.float64]
 
 @dataclass
 class Dense:
-    """All rows that were measured: rises, a walk of each run, and noise, which is the unit."""
+    """All rows that were measured: rises, a walk of each run, and noise, which is the unit.
 
-    scale: float
+    *scale* is the prior variance of each feature's weight.
+    """
+
+    scale: Array
     walk: float
     runs: list[int] = field(default_factory=list)
     hours: list[float] = field(default_factory=list)
@@ -24,7 +27,7 @@ class Dense:
     targets: list[Array] = field(default_factory=list)
 
     @classmethod
-    def of(cls, scale: float, walk: float, samples: list[Sample]) -> Self:
+    def of(cls, scale: Array, walk: float, samples: list[Sample]) -> Self:
         found = cls(scale, walk)
         for run, one in enumerate(samples):
             for row in zip(one.hours, one.features, one.targets, strict=True):
@@ -43,7 +46,7 @@ class Dense:
     def _with(self, run: int, hour: float, features: Array, leap: float) -> Array:
         walked = self.walk**2 * np.minimum(self.hours, hour) + np.minimum(self.leaps, leap)
         same = np.array(self.runs) == run
-        return self.scale * np.array(self.features) @ features + np.where(same, walked, 0.0)
+        return np.array(self.features) @ (self.scale * features) + np.where(same, walked, 0.0)
 
     @property
     def covariance(self) -> Array:
@@ -59,7 +62,7 @@ class Dense:
             along = self._with(run, hour, features, leap)
             told = np.linalg.solve(self.covariance, along)
             mean, variance = told @ np.array(self.targets), -float(told @ along)
-        prior = self.scale * float(features @ features) + self.walk**2 * hour + leap
+        prior = float(features @ (self.scale * features)) + self.walk**2 * hour + leap
         return mean, variance + prior + 1.0
 
     def cost(self) -> float:

@@ -11,7 +11,7 @@ def knows_nothing(targets: int, inputs: int = 2) -> dict[str, Any]:
         "settled_h": 0.0,
         "lags_s": [],
         "weights": [[0.0] * inputs] * targets,
-        "scale": 0.0,
+        "scale": [0.0],
         "seen": [],
         "walk_per_h": 0.0,
         "spread": [1.0] * targets,
@@ -34,7 +34,7 @@ def learnt(table: dict[str, Any], lags_s: tuple[float, ...] = (600.0,)) -> dict[
         | {
             "lags_s": list(lags_s),
             "weights": [[1.0, 0.5, *([0.25, 0.125] * len(lags_s))]] * targets,
-            "scale": 0.5,
+            "scale": [0.5] * (1 + len(lags_s)),
             "seen": [[0.495**0.5 / 2**0.5, 0.495**0.5 / 2**0.5, *behind]],
             "walk_per_h": 0.25,
             "spread": [1.0, 4.0, 3.0, 2.0, 0.5][:targets],

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fmu_compensator.fit import gaussian as fitting
-from fmu_compensator.fit.gaussian import Gaussian, Sample, directions
+from fmu_compensator.fit.gaussian import Gaussian, Sample, by_feature, directions
 from fmu_compensator.runtime.fields import Fields, ModelFileError
 from fmu_compensator.runtime.gaussian import Gaussian as Installed
 from tests.fmu_compensator.dense import LAGS_S, Array, Dense, drawn
@@ -34,6 +34,10 @@ def known() -> Gaussian:
     return Gaussian.fit(SAMPLES)
 
 
+def prior(model: Gaussian) -> Array:
+    return by_feature(model.scale, WIDTH)
+
+
 def assert_alike(model: Gaussian, dense: Dense) -> None:
     for hour, features in zip(NEW.hours, NEW.features, strict=True):
         mean, variance = dense.predict(99, hour, features)
@@ -45,21 +49,23 @@ def assert_alike(model: Gaussian, dense: Dense) -> None:
 @pytest.mark.usefixtures("walks_alike")
 def test_the_posterior_is_regression_on_all_rows():
     model = known()
-    assert_alike(model, Dense.of(model.scale, model.walk, SAMPLES))
+    assert_alike(model, Dense.of(prior(model), model.walk, SAMPLES))
 
 
 @pytest.mark.usefixtures("walks_alike")
 def test_the_scales_are_the_likeliest():
     model = known()
 
-    def cost(scale: float, walk: float) -> float:
+    def cost(scale: Array, walk: float) -> float:
         # The weak prior: a weight is 1.5 um/K, give or take a factor of e.
-        usual = 0.5 * np.log(scale * np.diag(model.spread)) - np.log(1.5)
-        return Dense.of(scale, walk, SAMPLES).cost() + 0.5 * float(np.sum(usual**2))
+        usual = 0.5 * np.log(np.outer(scale, np.diag(model.spread))) - np.log(1.5)
+        dense = Dense.of(by_feature(scale, WIDTH), walk, SAMPLES)
+        return dense.cost() + 0.5 * float(np.sum(usual**2))
 
     best = cost(model.scale, model.walk)
-    for scale, walk in ((1.5, 1.0), (1 / 1.5, 1.0), (1.0, 1.3), (1.0, 1 / 1.3)):
-        assert cost(scale * model.scale, walk * model.walk) > best
+    for group in np.eye(len(model.scale)):
+        for scale, walk in ((2.0, 1.0), (0.5, 1.0), (1.0, 1.5), (1.0, 1 / 1.5)):
+            assert cost(scale**group * model.scale, walk * model.walk) > best
 
 
 def with_mean(sample: Sample, seed: int, *shares: float) -> Sample:
@@ -78,7 +84,7 @@ def test_a_mean_function_counts_as_far_as_runs_that_it_was_not_fitted_to_bear_it
 
     def cost(share: float) -> float:
         left = [replace(one, targets=one.targets - [share, 0.0] * one.mean) for one in runs]
-        return Dense.of(model.scale, model.walk, left).cost()
+        return Dense.of(prior(model), model.walk, left).cost()
 
     best = cost(model.share[0])
     assert best < cost(model.share[0] + 0.02)
@@ -103,12 +109,12 @@ def test_a_run_that_wanders_teaches_less(monkeypatch):
 def test_an_update_needs_no_old_run_and_no_order():
     model = known()
     whole = model.updated(FURTHER)
-    assert_alike(whole, Dense.of(model.scale, model.walk, [*SAMPLES, *FURTHER]))
+    assert_alike(whole, Dense.of(prior(model), model.walk, [*SAMPLES, *FURTHER]))
     in_turn = model
     for one in reversed(FURTHER):
         in_turn = in_turn.updated([one])
     assert in_turn.weights == pytest.approx(whole.weights, rel=1e-6, abs=1e-9)
-    assert in_turn.covariance == pytest.approx(whole.covariance, abs=1e-9 * model.scale)
+    assert in_turn.covariance == pytest.approx(whole.covariance, abs=1e-9 * model.scale.max())
     assert in_turn.spread == pytest.approx(whole.spread)
     anew = Gaussian.fit([*SAMPLES, *FURTHER])  # at scales of its own, which are nearly the same
     assert whole.spread == pytest.approx(anew.spread, rel=0.3, abs=0.1)
@@ -123,8 +129,8 @@ def test_directions_left_out_make_an_interval_wider_and_never_narrower():
     model = known()
     rows = directions(model, SAMPLES)
     assert 0 < len(rows) < WIDTH
-    kept = model.scale * np.eye(WIDTH) - rows.T @ rows
-    assert np.linalg.eigvalsh(kept - model.covariance).min() > -1e-9 * model.scale
+    kept = np.diag(prior(model)) - rows.T @ rows
+    assert np.linalg.eigvalsh(kept - model.covariance).min() > -1e-9 * model.scale.max()
     for one in SAMPLES:
         wide = np.einsum("ij,jk,ik->i", one.features, kept, one.features)
         usual = 1.0 + model.walk**2 * one.hours + model.novelty(one.features)
@@ -141,7 +147,7 @@ def installed(model: Gaussian) -> Installed:
         0.0,
         list(LAGS_S),
         model.weights.T.tolist(),
-        model.scale,
+        model.scale.tolist(),
         directions(model, SAMPLES).tolist(),
         model.walk**2,
         np.sqrt(np.diag(model.spread)).tolist(),
@@ -159,7 +165,7 @@ def step(works: Installed, row: int) -> Array:
 @pytest.mark.usefixtures("walks_alike")
 def test_probing_is_regression_on_the_measured_rows_too():
     model = known()
-    works, dense = installed(model), Dense.of(model.scale, model.walk, SAMPLES)
+    works, dense = installed(model), Dense.of(prior(model), model.walk, SAMPLES)
     works.step([0.0] * INPUTS, 0.0)
     for row, (hour, features) in enumerate(zip(NEW.hours, NEW.features, strict=True)):
         added = step(works, row)
@@ -200,7 +206,7 @@ def test_a_bad_probe_changes_nothing_until_the_next_one_confirms_it():
 @pytest.mark.usefixtures("walks_alike")
 def test_a_confirmed_leap_is_a_leap_of_the_walk():
     model = known()
-    works, dense = installed(model), Dense.of(model.scale, model.walk, SAMPLES)
+    works, dense = installed(model), Dense.of(prior(model), model.walk, SAMPLES)
     spread = np.sqrt(np.diag(model.spread))
     far = np.array([40.0, -30.0]) * spread
     for row in range(5):
@@ -232,7 +238,7 @@ def test_the_measurements_before_the_last_eight_only_narrow_less():
 
 def test_culprits_are_the_inputs_that_bring_most_of_the_novelty():
     model, works = known(), installed(known())
-    covariance = model.scale * np.eye(WIDTH) - (rows := directions(model, SAMPLES)).T @ rows
+    covariance = np.diag(prior(model)) - (rows := directions(model, SAMPLES)).T @ rows
     for row, features in enumerate(NEW.features):
         step(works, row)
         parts = (features * (covariance @ features)).reshape(-1, INPUTS).sum(axis=0)
@@ -304,7 +310,7 @@ def read(table: dict[str, Any]) -> Installed:
         ({"weights": [[0.0] * 2] * 3}, "gaussian.weights"),
         ({"lags_s": [600.0]}, "gaussian.weights.0"),
         ({"seen": [[1.0]]}, "gaussian.seen.0"),
-        ({"scale": -1.0}, "gaussian.scale"),
+        ({"scale": [-1.0]}, "gaussian.scale.0"),
         ({"walk_per_h": -1.0}, "gaussian.walk_per_h"),
         ({"coverage": 1.0}, "gaussian.coverage"),
         ({"rows": None}, "gaussian.rows"),

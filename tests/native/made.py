@@ -229,10 +229,10 @@ def made_model(kind: str, seed: int) -> Model:
 def gaussian(random: Random, inputs: int, targets: int, fixed: bool) -> Table:
     lags = random.sample([30.0, 600.0, 7200.0], random.randint(0, 3))
     width = inputs * (1 + len(lags))
-    scale = random.choice([0.01, 0.1, 3.0])
+    scale = [random.choice([0.01, 0.1, 3.0]) for _ in range(1 + len(lags))]
     # Of each direction that training saw some variance is left, at times less than none.
     count = random.choice([0, 1, 4, 9, 17])
-    size = (random.choice([0.9, 0.9, 3.0]) * scale / (width * max(count, 1))) ** 0.5
+    size = (random.choice([0.9, 0.9, 3.0]) * max(scale) / (width * max(count, 1))) ** 0.5
     return {
         "reference": "fixed" if fixed else "start",
         **({"usual": row(random, inputs, 18.0, 24.0)} if fixed else {}),

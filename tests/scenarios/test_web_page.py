@@ -150,8 +150,8 @@ def test_the_page_runs_and_shows_what_its_controls_do(page, browser, width):
     assert ran["state"] == STATES[0][0]
     assert ran["drift"] > 5.0
     assert ran["left"] < 0.3 * ran["drift"]
-    broken = shown(change("sensor", "T4") + "; page.advance(600)")
-    assert "T4" in broken["words"]
+    broken = shown(change("sensor", "T5") + "; page.advance(600)")
+    assert "T5" in broken["words"]
     assert broken["state"] == "without a sensor"
     assert broken["half"] > ran["half"]
     off = shown(

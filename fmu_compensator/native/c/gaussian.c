@@ -87,7 +87,10 @@ void gaussian_step(
     double along[LANES];
     state->hours += elapsed_s / 3600.0;
     make_features(self, state->features, rises, elapsed_s);
-    double novelty = model_gaussian.scale * dot(features, features, WIDTH);
+    double novelty = 0.0;
+    for (size_t i = 0; i < WIDTH; i++) {
+        novelty += model_gaussian.prior[i] * (features[i] * features[i]);
+    }
     for (size_t row = 0; row < model_gaussian.tables * LANES; row += LANES) {
         sums(model_gaussian.seen + row * PLACES, features, self->along + row);
     }
@@ -126,7 +129,7 @@ static void make_column(
     const struct gaussian *self, const struct gaussian_state *state, double walked)
 {
     for (size_t i = 0; i < WIDTH; i++) {
-        self->column[i] = model_gaussian.scale * state->features[i];
+        self->column[i] = model_gaussian.prior[i] * state->features[i];
     }
     self->column[WIDTH] = walked;
     for (size_t row = 0; row < model_gaussian.tables * LANES; row += LANES) {

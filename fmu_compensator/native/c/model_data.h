@@ -41,9 +41,10 @@ struct geometry_data {
 /* See gaussian.Gaussian. The last feature is 1: its weights are the constant drift. */
 struct gaussian_data {
     size_t lags, width, tables; /* width: of a sample's features without that */
-    double settled_h, scale, walk_per_h, deviations;
+    double settled_h, walk_per_h, deviations;
     const double *usual; /* NULL: rises count from the first reading */
     const double *lags_s, *spread;
+    const double *prior;      /* variance of each feature's weights over the noise's */
     const double *mean_share; /* of the error model's prediction [1] */
     const double *weights, *seen; /* in lanes: of the targets; tables of what training saw */
 };
