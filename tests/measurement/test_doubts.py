@@ -175,3 +175,16 @@ def run_of_day(number: int) -> Run:
     columns = {f"T{place}_degC": values for place, values in enumerate(temperatures.T)}
     lengths = {"x_um": drift[:, 0], "z_um": drift[:, 1]}
     return Run(f"day{number}", _frame({"time_s": clock_s(), **columns, **lengths}))
+
+
+def test_a_sensor_out_of_range_for_a_moment_is_no_other_unit(tmp_path):
+    values = signals(400)
+    values[150:156, 4] = -99999.9
+    assert doubted(tmp_path, values) == {}
+
+
+def test_tenths_of_a_degree_are_whole_numbers(tmp_path):
+    values = signals()
+    values[:, :3] = (10.0 * values[:, :3]).round()
+    found = doubted(tmp_path, values)
+    assert [text.rpartition("then ")[2] for text in found.values()] == 3 * ["its unit is 0.1 degC"]

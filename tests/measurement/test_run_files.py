@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from measurement import runs
 from measurement.errors import BadInput
 from measurement.runs import Run, read_run, write_run
 
@@ -197,3 +198,22 @@ def test_every_measured_run_is_read_whole(lathe_runs, electric_spindle_run):
         assert run.temperatures
         assert run.displacements
         assert not run.frame.isna().any().any()
+
+
+def test_a_large_file_is_read_by_pandas_and_not_cell_by_cell(tmp_path, monkeypatch):
+    rows = 30_000
+    random = np.random.default_rng(0)
+    columns = {f"T{i}_degC": random.normal(30.0, 1.0, rows).round(3) for i in range(29)}
+    frame = pd.DataFrame({"time_s": np.arange(rows, dtype=float), **columns})
+    path = write_run(frame, tmp_path / "large.csv")
+    cells: list[str] = []
+    plain = runs._number
+    monkeypatch.setattr(runs, "_number", lambda *given: (cells.append(given[0]), plain(*given))[1])
+    run = read_run(path)
+    pd.testing.assert_frame_equal(run.frame, frame)
+    assert cells == []
+    # What pandas would take for something else is read the slow way.
+    path.write_text("time_s,T1_degC\n0,1_0\n")
+    with pytest.raises(BadInput, match="T1_degC"):
+        read_run(path)
+    assert cells

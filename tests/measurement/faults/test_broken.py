@@ -118,3 +118,17 @@ def test_the_electric_spindle_s_rear_bearing_is_hot_and_not_broken(electric_spin
     later = Run("later", whole.frame.iloc[1500:])
     for run in (whole, later):
         assert not [one.line() for one in find_faults([run]) if one.is_gross or one.kind in LEVELS]
+
+
+def test_a_first_reading_before_a_switch_is_no_spike():
+    """At rest in the first sample, running in the second: centrifugal force moves the shaft."""
+    values = reading("disp_z_um")
+    values[0] -= 60.0
+    speed = np.where(TIME > 0.0, 3000.0, 0.0)
+    assert broken(disp_z_um=values, speed_rpm=speed) == []
+
+
+def test_a_machine_that_is_warm_from_the_first_sample_on_is_sound():
+    """Parts of a running spindle spread widely: the hottest is far from the middle for good."""
+    spread = {f"T{n}_degC": reading(f"T{n}_degC") + 5.0 * (n - 1) for n in range(1, 8)}
+    assert broken(**spread) == []

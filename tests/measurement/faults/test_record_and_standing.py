@@ -130,3 +130,17 @@ def test_the_known_faults_of_the_measured_runs(lathe_runs, electric_spindle_run)
     assert findings["20200615"] == findings["20200813"] == findings["20200817"] == []
     # Steps of 0.25 um and no more drift: at rest, not frozen.
     assert unusable(find_faults([read_run(electric_spindle_run)])) == []
+
+
+def test_a_short_standstill_and_an_offset_that_is_not_sent_are_no_findings():
+    short = warm_up()["S1_um"].to_numpy().copy()
+    short[30:45] = short[30]  # 14 min
+    assert found(warm_up(S1_um=short)) == []
+    assert found(warm_up(offset_X_um=0.0)) == []
+
+
+def test_missing_samples_within_a_standstill_do_not_hide_it():
+    frozen = warm_up()["S1_um"].to_numpy().copy()
+    frozen[30:60] = frozen[30]
+    frozen[40:42] = np.nan
+    assert found(warm_up(S1_um=frozen)) == [("frozen", "S1_um")]

@@ -488,3 +488,13 @@ def test_a_whole_number_that_no_double_holds_is_no_value(tmp_path):
     path.write_text("\n".join(rows), encoding="utf-8")
     (run,) = imported(path).runs
     assert np.flatnonzero(run.frame["T_degC"].isna()).tolist() == [2]
+
+
+def test_fahrenheit(tmp_path):
+    values = signals()
+    values[:, :3] = values[:, :3] * 1.8 + 32.0
+    header = [name.replace("°C", "°F").replace("degC", "degF") for name in HEADER]
+    path = tmp_path / "log.csv"
+    path.write_text(table(elapsed(), clock="t [s]", header=header, values=values), encoding="utf-8")
+    (run,) = imported(path).runs
+    np.testing.assert_allclose(run.frame[NAMES[1:]], signals(), atol=1e-3)
