@@ -308,7 +308,11 @@ class _Evidence:
     def log_scales(self) -> Array:
         """The most likely prior variances of the weights."""
         bounds = [(-14.0, 18.0)] * len(self.start)
-        found = minimize(self.cost, self.start, jac=True, method="L-BFGS-B", bounds=bounds)
+        # To the last digits, so that a file is the same wherever it is made.
+        exact = {"ftol": 0.0, "gtol": 1e-8}
+        found = minimize(
+            self.cost, self.start, jac=True, method="L-BFGS-B", bounds=bounds, options=exact
+        )
         return np.asarray(found.x)
 
     def model(self) -> Gaussian:
