@@ -75,7 +75,7 @@ def _mean(values: Sequence[float]) -> float:
 def main() -> int:
     """Draw, fit, judge and print."""
     parser = parser_of(__doc__)
-    parser.add_argument("--each", type=int, default=6, help="machines of each simulator")
+    parser.add_argument("--each", type=int, default=14, help="machines of each simulator")
     args = parser.parse_args()
     asked = [question for truth in TRUTHS for question in drawn(truth, args.each)]
     both = [(question, model) for question in asked for model in (CHOICE, PROTOTYPE)]
