@@ -6,7 +6,6 @@ compensator was set on.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -18,7 +17,9 @@ from benchmarks.gap.truths import TRUTHS
 from benchmarks.results_page import as_table, parser_of, tell
 from benchmarks.trust.judge import CHOICE, PROTOTYPE, judge
 from benchmarks.trust.questions import Question
-from measurement.rig import Rig, default_rig, rig_from_table
+from benchmarks.trust.tables import MUCH
+from measurement.files import toml_table
+from measurement.rig import default_rig
 from measurement.runs import Run
 from plant_model.machine_file import read_machine
 
@@ -36,19 +37,13 @@ HEAD = (
 
 def drawn(truth: str, each: int) -> Iterator[Question]:
     """Yield so many machines of a simulator, each with its runs."""
-    shop = TRUTHS[truth].shop
+    shop, jig_borer = TRUTHS[truth].shop, {"rig": read_machine("jig_borer").rig}
     for (planned,) in trials(SPLIT, each, kinds=("none",), truth=truth):
         *train, judged = [Run(run.name, run.frame) for run in shop.simulate(planned.case)[0]]
-        rig = read_machine("jig_borer").rig
-        if shop.file_of is not None:
-            rig = tomllib.loads(shop.owners_file(planned.case))["rig"]
-        yield Question(truth, planned.files, True, train, [judged], _rig(judged, rig, truth))
-
-
-def _rig(run: Run, table: dict[str, Any], truth: str) -> Rig:
-    if table["kind"] == "direct":
-        return default_rig(run, None)
-    return rig_from_table(table, truth)
+        owned = shop.file_of is not None
+        machine = toml_table(shop.owners_file(planned.case), truth) if owned else jig_borer
+        rig = default_rig(judged, machine["rig"])
+        yield Question(truth, planned.files, True, train, [judged], rig)
 
 
 def table(found: Sequence[dict[str, Any]]) -> str:
@@ -59,7 +54,7 @@ def table(found: Sequence[dict[str, Any]]) -> str:
             [one["axes"][axis] for one in found if one["data"] == data and one["model"] == model]
             for model in (CHOICE, PROTOTYPE)
         )
-        kept = sum(one["rmse"] <= 1.5 * one["promised"] for one in ours)
+        kept = sum(one["rmse"] <= MUCH * one["promised"] for one in ours)
         shares = (
             f"{_mean([one['rmse'] / one['none'] for one in some]):.1%}" for some in (ours, theirs)
         )
