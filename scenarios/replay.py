@@ -228,13 +228,13 @@ def _drive(
         slave.step(start_s, known_s - start_s)
         sent.get()
         codes.get()
+        table[k], status[k] = sent.values, codes.values[0]
+        code, sensor = codes.values.tolist()
+        notice(events, start_s, code, sensor, lambda: slave.text("status_text"))
         if measured is not None:
             probe.set(measured)
             slave.step(known_s, end_s - known_s)
             probe.set(None)
-        table[k], status[k] = sent.values, codes.values[0]
-        code, sensor = codes.values.tolist()
-        notice(events, float(time_s[k]), code, sensor, lambda: slave.text("status_text"))
     return dict(zip(sent.names, table.T, strict=True)), status, events
 
 
