@@ -29,6 +29,7 @@ from types import ModuleType
 from typing import Any
 
 from measurement.stops import LOOK_S
+from scenarios.entry import interrupted
 from scenarios.version import PROGRAM, version
 
 ROOMS = ("spindle_drift", "gateway")
@@ -80,7 +81,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             return _say("terminated: what was not finished is removed", TERMINATED)
         return int(end.code or 0)
     except KeyboardInterrupt:
-        return _say("interrupted: what was not finished is removed", 130)
+        return interrupted()
     except BrokenPipeError:
         # The reader of a pipe has gone; a second failure on closing must stay silent.
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115

@@ -7,6 +7,8 @@ import signal
 import subprocess
 import sys
 import time
+import tomllib
+from pathlib import Path
 
 import pytest
 
@@ -14,6 +16,9 @@ from scenarios import cli
 from scenarios.cli import main
 from scenarios.scenario import library
 from tests.patience import PATIENCE_S
+from tests.running import run
+
+PROJECT = Path(__file__).parents[2] / "pyproject.toml"
 
 
 def one_line(text: str) -> str:
@@ -110,6 +115,23 @@ def test_interruption_and_bugs(error, code, lines, monkeypatch, capsys):
     else:
         assert len(said.splitlines()) == lines
         assert "Traceback" not in said
+
+
+def test_an_interruption_while_modules_are_imported_is_one_line():
+    declared = tomllib.loads(PROJECT.read_text())["project"]["scripts"]["spindle-drift"]
+    module, _, function = declared.partition(":")
+    code = f"""if True:
+        import signal, sys
+        class Interrupting:
+            def find_spec(self, name, *_):
+                if name == "argparse":
+                    signal.raise_signal(signal.SIGINT)
+        sys.meta_path.insert(0, Interrupting())
+        from {module} import {function}
+        sys.exit({function}())"""
+    done = run(sys.executable, "-c", code)
+    assert done.returncode == 130
+    assert one_line(done.stderr).startswith("spindle-drift: error: interrupted")
 
 
 class Deleted:
