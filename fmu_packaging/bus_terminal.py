@@ -19,7 +19,7 @@ DESCRIPTION = (
     "Network Abstraction based level."
 )
 """As the schema of the manifest wants it, word for word."""
-LARGEST = 2048
+LARGEST_FRAME = 2048
 """Bytes of operations that are passed at once: given by ``bus.h``, where it was set on no data."""
 KIND = "org.fmi-ls-bus.network-terminal"
 MEMBERS = ("Rx_Clock", "Tx_Clock", "Rx_Data", "Tx_Data")
@@ -61,7 +61,7 @@ class BusTerminal:
                 "variability": "discrete",
                 "clocks": refs[f"{side}_Clock"],
                 "mimeType": f'application/{NAME}.{self.bus}; version="{VERSION}"',
-                "maxSize": str(LARGEST),
+                "maxSize": str(LARGEST_FRAME),
             }
             facts["initial"] = "exact" if side == "Rx" else "calculated"
             data.append(ET.Element("Binary", facts))

@@ -28,7 +28,7 @@ from gateway.mapping import Mapping, mapping_of, read_database
 from measurement.errors import BadInput, checked
 from measurement.files import sha256_of
 
-MISSING = -32768
+NO_READING = -32768
 """What a process value that is not known is sent as: the lowest INTEGER16, given by CiA 301."""
 MOST_TEMPERATURES = 12
 """Given by the PDOs: three of four values each."""
@@ -189,7 +189,7 @@ def node_mapping(node_id: int, fmu: Path) -> Mapping:
     for way in (RECEIVE, SEND):
         table[way] = {
             entry.name: {"signal": f"{pdo.name}.{entry.name}"}
-            | ({"missing_raw": MISSING} if entry.kind == "i16" else {})
+            | ({"missing_raw": NO_READING} if entry.kind == "i16" else {})
             for pdo in pdos
             if pdo.way == way
             for entry in pdo.entries
@@ -262,7 +262,7 @@ def node_dictionary(node_id: int, fmu: Path) -> canopen.ObjectDictionary:
     entries = [entry for pdo in pdos for entry in pdo.entries]
     groups = {OFFSETS: "AI input PV", TEMPERATURES: "Temperatures", UNCERTAINTY: "Uncertainty"}
     for index, title in groups.items():
-        names = dict.fromkeys((entry.name for entry in entries if entry.index == index), MISSING)
+        names = dict.fromkeys((entry.name for entry in entries if entry.index == index), NO_READING)
         if names:
             objects += [_record(title, index, od.INTEGER16, names, mappable=True)]
     for entry in entries:

@@ -28,7 +28,7 @@ LARGEST_MB = 100.0
 """A log of this size is put away and a new one begun [MB]: set on no data."""
 CHANNELS = 254
 """Of a log that numbers its buses in a byte: given by the formats."""
-KEPT = 9
+KEPT_LOGS = 9
 """Older logs that are kept beside the newest, of which FILE.1 is the newest: set on no data."""
 
 
@@ -191,7 +191,7 @@ class FrameLog:
             return False
 
     def _turn_over(self) -> None:
-        for number in range(KEPT, 0, -1):
+        for number in range(KEPT_LOGS, 0, -1):
             older = self.path.with_name(f"{self.path.stem}.{number}{self.path.suffix}")
             newer = self.path.with_name(f"{self.path.stem}.{number - 1}{self.path.suffix}")
             newer = self.path if number == 1 else newer

@@ -19,7 +19,7 @@ from measurement.errors import BadInput
 from measurement.files import read_bytes, write_atomically
 from scenarios.outputs import STATE_KIND, begins_as_state
 
-FORMAT = 1
+GATEWAY_STATE = 1
 """Of the state file: given by this version."""
 OLDEST_S = 3600.0
 """Oldest saved state that is restored [s]: set on no data."""
@@ -65,7 +65,7 @@ class StateFile:
         """
         table = {
             "kind": STATE_KIND,
-            "format": FORMAT,
+            "format": GATEWAY_STATE,
             "fmu": self._fmu,
             "pid": os.getpid(),
             "saved": taken,
@@ -97,7 +97,7 @@ class StateFile:
             raise BadInput(self.path, "", "is not a state of an FMU")
         try:
             table = json.loads(text)
-            if table["format"] != FORMAT:
+            if table["format"] != GATEWAY_STATE:
                 raise ValueError("it is of another version")
             state = base64.b64decode(table["state"], validate=True)
             saved, *times = (float(table[key]) for key in ("saved", "time_s", "machine_time_s"))

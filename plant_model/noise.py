@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from plant_model.parameters import FloatArray
 
-GAMMA, WORD = 0x9E3779B97F4A7C15, 2**64 - 1
+WEYL_STEP, WORD = 0x9E3779B97F4A7C15, 2**64 - 1
 """What is added each time, in words of 64 bits: given by SplitMix64."""
 LARGEST_SEED = 2**31 - 1
 """What an Integer holds, given by FMI."""
@@ -44,14 +44,14 @@ class NormalSequence:
 
     def __init__(self, seed: int, count: int) -> None:
         self.drawn = 0
-        start = np.array([seed * GAMMA & WORD], dtype=np.uint64)
+        start = np.array([seed * WEYL_STEP & WORD], dtype=np.uint64)
         self._begin = int(_mixed(start)[0])
-        self._places = np.arange(1, 2 * count + 1, dtype=np.uint64) * np.uint64(GAMMA)
+        self._places = np.arange(1, 2 * count + 1, dtype=np.uint64) * np.uint64(WEYL_STEP)
         self._count = count
 
     def draw(self) -> FloatArray:
         """Return the next numbers, shape (count,)."""
-        at = np.uint64((self._begin + 2 * self.drawn * GAMMA) & WORD)
+        at = np.uint64((self._begin + 2 * self.drawn * WEYL_STEP) & WORD)
         even = (_mixed(at + self._places) >> np.uint64(11)) * 2.0**-53
         self.drawn += self._count
         return np.asarray(

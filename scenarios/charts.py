@@ -19,7 +19,7 @@ SHOWN = 4
 """Of many runs, models, numbers or lags so many are drawn or named, the first or the farthest: more
 cannot be told apart. Set on no data."""
 
-WIDTH, PANEL = 900, 230
+CHART_WIDTH, PANEL = 900, 230
 """Of a chart and of each of its panels [px], a hundredth of an inch on paper: set on no data."""
 
 INTERVAL = "#9fb9d6"
@@ -130,7 +130,7 @@ def convergence_chart(curves: Mapping[str, Sequence[float]]) -> Chart:
     return Chart("convergence", title, "", (panel,), label, 1.0)
 
 
-def kept(values: FloatArray, most: int = WIDTH) -> npt.NDArray[np.intp]:
+def kept(values: FloatArray, most: int = CHART_WIDTH) -> npt.NDArray[np.intp]:
     """Return which samples a drawing needs: few, and no extreme lost.
 
     The samples are cut into equal stretches; of each the smallest, the largest and the first
@@ -171,6 +171,6 @@ def kept(values: FloatArray, most: int = WIDTH) -> npt.NDArray[np.intp]:
 def kept_steps(values: FloatArray) -> npt.NDArray[np.intp]:
     """Return which samples a drawing of a held value needs: each one that begins a new level."""
     changes = np.flatnonzero(np.diff(values) != 0.0) + 1
-    if len(changes) > WIDTH:
+    if len(changes) > CHART_WIDTH:
         return kept(values)
     return np.unique(np.concatenate(([0], changes, [len(values) - 1])))

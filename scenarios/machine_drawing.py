@@ -13,7 +13,7 @@ from plant_model.drawing.mesh import Mesh
 from plant_model.machine import Machine
 from scenarios.svg import INK, label, mixed, part, picture
 
-WIDTH, MARGIN, TOP = 1040.0, 50.0, 34.0
+DRAWING_WIDTH, BORDER, TOP = 1040.0, 50.0, 34.0
 """Of the picture, and what stays free beside and above the spindle [px]: set on no data."""
 SOFT, BLUE, RED = "#7a828d", "#2f6fb3", "#b3402f"
 SIDES = ((1.0, 90.0), (-1.0, 270.0))
@@ -53,14 +53,14 @@ class Canvas:
     def __post_init__(self) -> None:
         """Find the scales."""
         self.low, self.high = min(self.warm.values()), max(self.warm.values())
-        self.scale = (WIDTH - 2.0 * MARGIN) / (self.last - self.first)
+        self.scale = (DRAWING_WIDTH - 2.0 * BORDER) / (self.last - self.first)
         self.middle = TOP + self.reach * self.scale + 6.0
         self.height = 2.0 * self.middle + 26.0
         self.parts: list[str] = []
 
     def x(self, at: float) -> float:
         """Return where a place along the axis is [px]."""
-        return MARGIN + (at - self.first) * self.scale
+        return BORDER + (at - self.first) * self.scale
 
     def y(self, radius: float) -> float:
         """Return where a distance from the axis is [px]."""
@@ -197,13 +197,15 @@ def _bearing(canvas: Canvas, seat: Seat) -> None:
 def _lines(canvas: Canvas, drawing: Drawing) -> None:
     """Draw the axis, the mounting face, the gauge line and a length to measure by."""
     bottom = 2.0 * canvas.middle - TOP
-    canvas.line(MARGIN - 20, canvas.middle, WIDTH - MARGIN + 20, canvas.middle, SOFT, "12 3 2 3")
+    canvas.line(
+        BORDER - 20, canvas.middle, DRAWING_WIDTH - BORDER + 20, canvas.middle, SOFT, "12 3 2 3"
+    )
     marks = ((0.0, "mounting face"), (drawing.form.shaft.gauge_line, "gauge line"))
     for at, what in marks:
         canvas.line(canvas.x(at), TOP - 8.0, canvas.x(at), bottom, SOFT, "4 3")
         canvas.text(canvas.x(at), TOP - 14.0, what, fill=SOFT)
-    canvas.line(MARGIN, bottom + 14.0, MARGIN + 100.0 * canvas.scale, bottom + 14.0, INK)
-    canvas.text(MARGIN, bottom + 30.0, "100 mm", text_anchor="start")
+    canvas.line(BORDER, bottom + 14.0, BORDER + 100.0 * canvas.scale, bottom + 14.0, INK)
+    canvas.text(BORDER, bottom + 30.0, "100 mm", text_anchor="start")
 
 
 def _thermometers(canvas: Canvas, mesh: Mesh) -> None:
@@ -243,13 +245,13 @@ def _placed(mesh: Mesh) -> Iterator[tuple[str, float, float, str]]:
 
 def _with_key(canvas: Canvas, name: str) -> str:
     low, high = canvas.low, canvas.high
-    x, y = WIDTH - MARGIN - 160.0, canvas.height - 16.0
+    x, y = DRAWING_WIDTH - BORDER - 160.0, canvas.height - 16.0
     for k in range(16):
         shade = colour(low + (high - low) * k / 15.0, low, high)
         canvas.parts.append(part("rect", x=x + 5 * k, y=y - 9, width=5, height=9, fill=shade))
     canvas.text(x - 6.0, y, f"{low:.0f}", text_anchor="end")
     canvas.text(x + 86.0, y, f"{high:.0f} degC at full speed", text_anchor="start")
-    return picture(WIDTH, canvas.height, name, [HATCH, *canvas.parts])
+    return picture(DRAWING_WIDTH, canvas.height, name, [HATCH, *canvas.parts])
 
 
 def section_of_lumps(machine: Machine, warm: dict[str, float]) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from plant_model.checks import Part, part_of
 from plant_model.machine import Machine
-from scenarios.machine_drawing import MARGIN, WIDTH, colour
+from scenarios.machine_drawing import BORDER, DRAWING_WIDTH, colour
 from scenarios.svg import INK, label, part, picture
 
 STROKES = {"wall": "#8b929c", "air": "#c3a15a", "coolant": "#2f6fb3"}
@@ -62,7 +62,7 @@ def network_svg(
         square = {"x": x - 9, "y": y - 9, "width": 18, "height": 18}
         drawn.append(part("rect", "", name, **square, **looks))
         drawn.append(label(x, y - 13.0, name))
-    return picture(WIDTH, height, "Network of heat paths", drawn)
+    return picture(DRAWING_WIDTH, height, "Network of heat paths", drawn)
 
 
 def _used(name: str, links: dict[tuple[str, str], float]) -> bool:
@@ -108,6 +108,6 @@ def _placed(
     # The longest direction lies across the page.
     at = at @ np.linalg.svd(at, full_matrices=False)[2].T if len(names) > 2 else at
     across = max(float(np.ptp(at[:, 0])), 1e-9)
-    at = (at - at.min(axis=0)) / across * (WIDTH - 2.0 * MARGIN) + MARGIN
-    height = float(at[:, 1].max()) + MARGIN
+    at = (at - at.min(axis=0)) / across * (DRAWING_WIDTH - 2.0 * BORDER) + BORDER
+    height = float(at[:, 1].max()) + BORDER
     return {name: (float(x), float(y)) for name, (x, y) in zip(names, at, strict=True)}, height

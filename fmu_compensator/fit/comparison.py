@@ -17,7 +17,7 @@ from fmu_compensator.fit.contestants import NO_MODEL, ONE_STEP, Contestant, held
 from fmu_compensator.fit.data import Prepared, prepare
 from fmu_compensator.fit.fitting import USUAL_MODEL, as_json
 from fmu_compensator.fit.installed import COVERAGE, Installed
-from fmu_compensator.fit.promise import FEWEST_ROWS
+from fmu_compensator.fit.promise import FEWEST_JUDGED_ROWS
 from fmu_compensator.fit.splits import Split
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput
@@ -271,8 +271,8 @@ class _Bench:
                 problem = f"{missing}: in the training runs, but not in all judged ones"
                 raise BadInput("judged runs", "", problem)
             for run in validate.runs:
-                if run.history([]).known.sum() < FEWEST_ROWS:
-                    problem = f"has fewer than {FEWEST_ROWS} rows with all displacements"
+                if run.history([]).known.sum() < FEWEST_JUDGED_ROWS:
+                    problem = f"has fewer than {FEWEST_JUDGED_ROWS} rows with all displacements"
                     raise BadInput("judged runs", run.name, f"{problem}: leave it out")
             self._prepared[form] = train, validate
         return self._prepared[form]

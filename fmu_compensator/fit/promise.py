@@ -24,7 +24,7 @@ from fmu_compensator.runtime.modelfile import Model
 from measurement.rig import AXES, Rig
 from measurement.runs import Run
 
-FEWEST_ROWS = 3
+FEWEST_JUDGED_ROWS = 3
 """With fewer measurements a run says nothing of its drift [1]: set on no data."""
 
 
@@ -84,7 +84,7 @@ def left_of(driven: Driven, run: str) -> RunLeft:
     error, width = driven.error, driven.half_width
     for place, axis in enumerate(AXES):
         known = np.isfinite(error[:, place])
-        if known.sum() < FEWEST_ROWS:
+        if known.sum() < FEWEST_JUDGED_ROWS:
             continue
         missed, half = error[known, place], width[known, place]
         axes[axis] = AxisLeft(

@@ -13,7 +13,7 @@ from fmu_compensator.fit.data import Prepared, PreparedRun, left_out, prepare
 from fmu_compensator.fit.error_models.base import predicted
 from fmu_compensator.fit.gaussian import Gaussian, Sample, by_feature, directions, sample_of
 from fmu_compensator.fit.installed import listed, rises_of
-from fmu_compensator.fit.promise import FEWEST_ROWS, RunLeft, followed, judge_runs
+from fmu_compensator.fit.promise import FEWEST_JUDGED_ROWS, RunLeft, followed, judge_runs
 from fmu_compensator.fit.ranges import limits_table, sensor_table
 from fmu_compensator.fit.run_conditions import NAMES, ranges_of
 from fmu_compensator.runtime.modelfile import Model, model_text, parse_model
@@ -126,10 +126,10 @@ def _places(model: Model, prepared: Prepared) -> list[int]:
             raise BadInput("update", name, problem)
     chosen = [prepared.sensors.index(name) for name in used]
     for run in prepared.runs:
-        if run.complete(chosen).known.sum() < FEWEST_ROWS:
+        if run.complete(chosen).known.sum() < FEWEST_JUDGED_ROWS:
             problem = (
-                f"has fewer than {FEWEST_ROWS} rows with all displacements and all thermometers "
-                "in use: nothing can be learnt from it"
+                f"has fewer than {FEWEST_JUDGED_ROWS} rows with all displacements and all "
+                "thermometers in use: nothing can be learnt from it"
             )
             raise BadInput("update", run.name, problem)
     return chosen

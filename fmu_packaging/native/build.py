@@ -76,7 +76,7 @@ As in the standard, FMI2_FUNCTION_PREFIX stands before it where it is defined.
 
 MEASURED = "memory_size.h"
 MEASURE = Path(__file__).resolve().parent / "measure.c"
-ENOUGH = 1 << 26
+AMPLE_BYTES = 1 << 26
 """Bytes that no instance needs: set on no data."""
 
 
@@ -147,7 +147,7 @@ def memory_size(sources: Mapping[str, str], compiler: Compiler, fmi: Fmi) -> str
     CompileError
         If it refuses the sources, or what it makes does not run.
     """
-    flags = ["NO_HEAP", f"MEMORY_OF_INSTANCE={ENOUGH}", f"MEMORY_OF_STATE={ENOUGH}"]
+    flags = ["NO_HEAP", f"MEMORY_OF_INSTANCE={AMPLE_BYTES}", f"MEMORY_OF_STATE={AMPLE_BYTES}"]
     flags += ["NO_HEAP_STATES=1", f"MEASURE_FMI{fmi}"]
     texts = {**sources, MEASURE.name: MEASURE.read_text("utf-8")}
     printed = compiler.printed(texts, [f"-D{flag}" for flag in flags])

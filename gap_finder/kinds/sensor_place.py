@@ -27,7 +27,7 @@ from plant_model.effects.base import TIMES_USUAL
 from plant_model.machine import Machine, Node
 from plant_model.parameters import FloatArray
 
-SHARES = (0.1, 0.5)
+TIP_SHARES = (0.1, 0.5)
 """Usual shares, which are tried [1]; set on no data."""
 
 CONTACT_W_PER_K, TIP_J_PER_K, TIP_M2 = 0.01, 0.03, 1e-4
@@ -65,7 +65,7 @@ class SensorPlace(Change):
 
     def points(self) -> list[dict[str, float]]:
         """Return a small and a large share: the answer is in proportion to them."""
-        return [{self.amplitude: share} for share in SHARES]
+        return [{self.amplitude: share} for share in TIP_SHARES]
 
     def parameters(self) -> dict[str, str]:
         """Return the tip's contact with the other part."""
@@ -119,9 +119,9 @@ class SensorPlace(Change):
             sensor, other = change.place
             column = observed.channels.index(sensor)
             there = warm[:, index[other]] if other in index else shown.inputs[other][1:]
-            out = np.zeros((len(SHARES), len(observed.time_s), len(observed.channels)))
-            out[..., column] = np.outer(SHARES, there - warm[:, index[change.of]])
-            answers.append((out * observed.weights).reshape(len(SHARES), -1))
+            out = np.zeros((len(TIP_SHARES), len(observed.time_s), len(observed.channels)))
+            out[..., column] = np.outer(TIP_SHARES, there - warm[:, index[change.of]])
+            answers.append((out * observed.weights).reshape(len(TIP_SHARES), -1))
         return answers
 
 

@@ -22,7 +22,7 @@ from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import column_of, displacement_names
 
-SHARES = (0.5, 1.0)
+START_SHARES = (0.5, 1.0)
 """Shares of the way from the first boundary temperature to the thermometer's reading, tried;
 set on no data."""
 
@@ -63,7 +63,7 @@ class StartState(Change):
             for signal in (name for name in firsts[0] if all(name in first for first in firsts)):
                 shares = tuple(
                     share
-                    for share in (SHARES if signal != hall else SHARES[-1:])
+                    for share in (START_SHARES if signal != hall else START_SHARES[-1:])
                     if max(
                         float(np.abs(_target(first, hall, signal, share) - begin[at]).max())
                         for first, begin in zip(firsts, begins, strict=True)

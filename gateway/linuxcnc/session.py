@@ -18,7 +18,7 @@ HALCMD = "/usr/bin/halcmd"
 PATIENCE_S, END_S = 300.0, 30.0
 """How long LinuxCNC may take to do one thing, and to end, on a busy computer [s]: set on no
 data."""
-LOOK_S = 0.02
+STATUS_EVERY_S = 0.02
 """Between two looks at what it does [s]: set on no data."""
 
 
@@ -127,13 +127,13 @@ class Session:
         while not done():
             if time.monotonic() > until:
                 raise ControlError(text)
-            time.sleep(LOOK_S)
+            time.sleep(STATUS_EVERY_S)
 
     def sleep(self, seconds: float) -> None:
         """Wait until so much of the control's own time has gone by [s]."""
         until = self.now() + seconds
         while (left := until - self.now()) > 0.0:
-            time.sleep(max(left, LOOK_S))
+            time.sleep(max(left, STATUS_EVERY_S))
 
     def now(self) -> float:
         """Return the control's own time, of the thread that moves the axes [s]."""

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from measurement.doubts.readings import ASTRAY_PER_K
-from measurement.doubts.warming import FEWEST_RUNS, rises
+from measurement.doubts.warming import FEWEST_LIKE_RUNS, rises
 from measurement.resampling import FINEST_K, LAG_S, WARMS_K, WRONG, FloatArray
 from measurement.runs import Run
 
@@ -21,7 +21,7 @@ from measurement.runs import Run
 def swapped(runs: Sequence[Run]) -> list[tuple[str, str]]:
     """Return pairs of thermometers that are likelier in each other's place in some runs."""
     names = [name for name in runs[0].temperatures if all(_is_whole(run, name) for run in runs)]
-    if len(runs) < FEWEST_RUNS or len(names) < 3:
+    if len(runs) < FEWEST_LIKE_RUNS or len(names) < 3:
         return []
     moments = [_moments(run, names) for run in runs]
     found: dict[tuple[int, int], list[str]] = {}

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from measurement.doubts.warming import FEWEST_RUNS, rises
+from measurement.doubts.warming import FEWEST_LIKE_RUNS, rises
 from measurement.resampling import FINEST_K, WARMS_K, FloatArray
 from measurement.runs import Run
 
@@ -59,7 +59,7 @@ def flipped(runs: Sequence[Run], name: str) -> list[str]:
     doubted where the prediction, turned round, explains `EXPLAINED` of the measured squares.
     """
     shared = [column for column in runs[0].temperatures if all(column in run.frame for run in runs)]
-    if len(runs) < FEWEST_RUNS or not shared:
+    if len(runs) < FEWEST_LIKE_RUNS or not shared:
         return []
     risen = [rises(run, shared) for run in runs]
     usable = np.all([np.isfinite(part).all(axis=0) for part in risen], axis=0)

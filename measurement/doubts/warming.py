@@ -9,7 +9,7 @@ import numpy as np
 from measurement.resampling import FloatArray
 from measurement.runs import Run
 
-FEWEST_RUNS = 3
+FEWEST_LIKE_RUNS = 3
 """From so many runs on the others say what is usual, given by arithmetic: one against one is
 no majority."""
 

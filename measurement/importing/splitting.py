@@ -19,7 +19,7 @@ from measurement.resampling import WARMS_K, FloatArray
 from measurement.runs import TIME, Run
 from measurement.warm import WARM_START
 
-FEWEST_ROWS = 2
+FEWEST_PIECE_ROWS = 2
 """A run has a beginning and an end: given by arithmetic."""
 
 
@@ -72,7 +72,7 @@ def split(log: Log, mapping: Mapping) -> tuple[list[Piece], list[str]]:
     notes = [
         f"{log.name}: {len(part)} rows by themselves, {_at(log, time[part[0]])}, are left out"
         for part in parts
-        if len(part) < FEWEST_ROWS
+        if len(part) < FEWEST_PIECE_ROWS
     ]
     notes += [
         f"{log.name}: the pause from {_at(log, time[cut - 1])} may be no pause: clocks were put "
@@ -80,9 +80,9 @@ def split(log: Log, mapping: Mapping) -> tuple[list[Piece], list[str]]:
         for cut in cuts
         if log.absolute and not mapping.time.timezone and _is_put_forward(time, cut)
     ]
-    kept = [part for part in parts if len(part) >= FEWEST_ROWS]
+    kept = [part for part in parts if len(part) >= FEWEST_PIECE_ROWS]
     if not kept:
-        raise BadInput(log.name, "", f"has no run of {FEWEST_ROWS} rows or more")
+        raise BadInput(log.name, "", f"has no run of {FEWEST_PIECE_ROWS} rows or more")
     rests = [float("nan")] + [
         float(time[after[0]] - time[before[-1]]) for before, after in pairwise(kept)
     ]

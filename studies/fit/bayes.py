@@ -14,7 +14,7 @@ from studies.fit.evidence import SAMPLES_PER_RUN, posterior
 from studies.fit.lagged import blocks_of, learnt_from, start_range
 from studies.fit.thermal_states import ThermalStates, checked_lags
 
-LAGS_S = thermal_states.LAGS_S[::2]
+LAG_SETS_S = thermal_states.LAG_SETS_S[::2]
 """Sets of time constants, of which the evidence takes one [s]."""
 
 
@@ -46,7 +46,7 @@ class Bayes(ThermalStates):
         """
         refuse_unknown("bayes", options, ("lags_s",))
         refuse_poor(task)
-        sets = LAGS_S if lags_s is None else (checked_lags("bayes", lags_s),)
+        sets = LAG_SETS_S if lags_s is None else (checked_lags("bayes", lags_s),)
         inputs = len(task.input_names)
         solutions = []
         for lags in sets:

@@ -26,13 +26,13 @@ from studies.fit.network_training import (
     scaling,
 )
 
-MOST_ROWS = 800
+MOST_TRAINING_ROWS = 800
 """Rows are thinned to about so many: training time grows with their number, and neighbours in a
 slow drift say the same. The option ``rows`` sets another number; 0 keeps every row. Set on
 no data."""
 HIDDEN = (10,)
 """Given by the jig-borer study of GA-BP, whose network is 4-10-3."""
-ITERATIONS, GOAL, DECAY = 200, 1e-3, 1e-3
+TRAINING_ITERATIONS, GOAL, DECAY = 200, 1e-3, 1e-3
 """Set on no data; docs/studies.md has rows with DECAY and without."""
 
 
@@ -114,10 +114,10 @@ class BackPropagation(FittedModel):
         task: Task,
         *,
         hidden: Sequence[int] | int = HIDDEN,
-        iterations: int = ITERATIONS,
+        iterations: int = TRAINING_ITERATIONS,
         goal: float = GOAL,
         decay: float = DECAY,
-        rows: int = MOST_ROWS,
+        rows: int = MOST_TRAINING_ROWS,
         seed: int = 0,
         **options: Any,
     ) -> BackPropagation:

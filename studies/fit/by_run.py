@@ -21,7 +21,7 @@ FEWEST_TO_LEAVE_OUT, FEWEST_TO_DISTRUST = 3, 4
 """Runs of which one can be left out to choose by, and of which one can be told to be the odd one
 [1], given by arithmetic: two are left in the one case, and a majority in the other. Where leaving
 out trains something anew, as many parts of the runs take turns as the former, the fewest."""
-ROUNDS = 3
+TRUST_ROUNDS = 3
 """Of trust in the runs and solution in turn [1]: set on no data."""
 RIDGE = 1e-6
 """Weight of squared coefficients, of the mean of the diagonal, given by arithmetic: for rounding
@@ -143,7 +143,7 @@ class NormalEquations:
         count = len(gram)
         trust, rms = np.ones(count), np.full(count, np.nan)
         ridge = penalty * np.eye(gram.shape[1])
-        for last in (False,) * (ROUNDS - 1) + (True,) if count > 1 else ():
+        for last in (False,) * (TRUST_ROUNDS - 1) + (True,) if count > 1 else ():
             rms = self._left_out(target, gram, moment, trust, ridge)
             if last or not robust or count < FEWEST_TO_DISTRUST:
                 break

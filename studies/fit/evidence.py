@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmu_compensator.fit.training import Array
-from studies.fit.by_run import FEWEST_TO_DISTRUST, ROUNDS
+from studies.fit.by_run import FEWEST_TO_DISTRUST, TRUST_ROUNDS
 
 SAMPLES_PER_RUN = 4.0
 """Rows of one run are alike: heating up, settling, cooling down and one more are what it tells [1].
@@ -70,7 +70,7 @@ def posterior(features: Sequence[Array], targets: Sequence[Array]) -> Posterior:
     moment = np.array([x.T @ y / len(x) for x, y in zip(features, targets, strict=True)])
     power = np.array([np.mean(y**2, axis=0) for y in targets])
     trust = np.ones(len(gram))
-    rounds = ROUNDS if len(gram) >= FEWEST_TO_DISTRUST else 1
+    rounds = TRUST_ROUNDS if len(gram) >= FEWEST_TO_DISTRUST else 1
     for last in [False] * (rounds - 1) + [True]:
         solution = _most_evident(gram, moment, power, trust)
         if last:

@@ -21,7 +21,7 @@ from studies.fit.lagged import held_speed, thinned
 
 SPEEDS = (0.0, 0.06, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)
 """Speeds of the regimes, as shares of the highest speed in training [1]: set on no data."""
-THIN_S = 120.0
+FEM_ROWS_S = 120.0
 """Rows closer together say the same; they are thinned to this for fitting [s]: set on no
 data."""
 PRIOR = np.array([0.4, 0.5, 0.2])
@@ -207,7 +207,7 @@ class _Identification:
         self._constant = task.input_form == "absolute"
         # Rows in between are left out of the stepping too: steps are exact while speed stays.
         self._runs = [run.at(_needed(run)) for run in task.runs]
-        self._rows = [thinned(run, THIN_S) for run in self._runs]
+        self._rows = [thinned(run, FEM_ROWS_S) for run in self._runs]
         self._target = np.concatenate(
             [run.targets[rows] for run, rows in zip(self._runs, self._rows, strict=True)]
         )
@@ -326,7 +326,7 @@ def _needed(run: TrainingRun) -> NDArray[np.bool_]:
     """Return the rows that a coarse stepping needs: the thinned ones and every change of speed."""
     needed = np.zeros(len(run.time_s), dtype=bool)
     needed[[0, -1]] = True
-    needed[thinned(run, THIN_S)] = True
+    needed[thinned(run, FEM_ROWS_S)] = True
     speed = run.speed
     needed[1:] |= ~((speed[1:] == speed[:-1]) | np.isnan(speed[1:]))
     return needed

@@ -15,8 +15,8 @@ from measurement.errors import BadInput, shown
 from studies.fit.bp import (
     DECAY,
     GOAL,
-    ITERATIONS,
-    MOST_ROWS,
+    MOST_TRAINING_ROWS,
+    TRAINING_ITERATIONS,
     BackPropagation,
     Samples,
     hidden_layers,
@@ -28,7 +28,7 @@ from studies.fit.network_training import Shape, levenberg_marquardt, nguyen_widr
 
 Rows = NDArray[np.bool_]
 
-FEWEST_NODES, MOST_NODES = 3, 15
+FEWEST_HIDDEN, MOST_HIDDEN = 3, 15
 """Around the study's 10: a judgement, set on no data."""
 TRIAL_ITERATIONS = 15
 """What a number of hidden nodes is worth shows after so many iterations of training: set on
@@ -58,10 +58,10 @@ class GeneticBackPropagation(BackPropagation):
         hidden: Sequence[int] | int | None = None,
         population: int = 60,
         generations: int = 100,
-        iterations: int = ITERATIONS,
+        iterations: int = TRAINING_ITERATIONS,
         goal: float = GOAL,
         decay: float = DECAY,
-        rows: int = MOST_ROWS,
+        rows: int = MOST_TRAINING_ROWS,
         nodes_by: str = "left_out",
         seed: int = 0,
         **options: Any,
@@ -171,8 +171,8 @@ def _number_of_nodes(
     def fitness(people: Array) -> Array:
         return np.array([fitness_of(round(float(genes[0]))) for genes in people])
 
-    first = random.uniform(FEWEST_NODES, MOST_NODES, (SIZE_SETTINGS.population, 1))
-    best, _ = evolve(first, fitness, FEWEST_NODES, MOST_NODES, SIZE_SETTINGS, random)
+    first = random.uniform(FEWEST_HIDDEN, MOST_HIDDEN, (SIZE_SETTINGS.population, 1))
+    best, _ = evolve(first, fitness, FEWEST_HIDDEN, MOST_HIDDEN, SIZE_SETTINGS, random)
     return round(float(best[0])), tried
 
 

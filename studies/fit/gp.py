@@ -14,7 +14,7 @@ from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown
 from fmu_compensator.fit.training import Array, TrainingRun
 from studies.fit.evidence import Posterior, posterior
 from studies.fit.lagged import THIN_S, lagged, thinned
-from studies.fit.thermal_states import LAGS_S
+from studies.fit.thermal_states import LAG_SETS_S
 
 LENGTHS = (0.5, 1.0, 2.0)
 """Lengths of the Gaussian kernel that are tried, of the median distance of two samples [1]: set on
@@ -86,7 +86,7 @@ class GaussianProcess(FittedModel):
         refuse_unknown("gp", options, ("centres",))
         wanted = whole("gp", "centres", centres, 1, 500)
         refuse_poor(task)
-        lags = LAGS_S[0]
+        lags = LAG_SETS_S[0]
         rows, targets = [], []
         for run in task.runs:
             kept = thinned(run, THIN_S)

@@ -20,7 +20,7 @@ from studies.fit.by_run import (
 )
 from studies.fit.lagged import blocks_of
 from studies.fit.thermal_states import (
-    LAGS_S,
+    LAG_SETS_S,
     LagChoice,
     ThermalStates,
     best,
@@ -72,7 +72,7 @@ class Lasso(ThermalStates):
         """
         refuse_unknown("lasso", options, ("lags_s", "penalty"))
         refuse_poor(task)
-        lag_sets = LAGS_S if lags_s is None else (checked_lags("lasso", lags_s),)
+        lag_sets = LAG_SETS_S if lags_s is None else (checked_lags("lasso", lags_s),)
         shares = PENALTIES if penalty is None else (checked_penalty("lasso", penalty, 1.0),)
         if len(task.runs) < FEWEST_TO_LEAVE_OUT:
             lag_sets = lag_sets[-2:][:1]

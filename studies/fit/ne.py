@@ -11,6 +11,7 @@ from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, whole, within
 from fmu_compensator.fit.training import Array, TrainingRun, row_weights
 from measurement.errors import BadInput, shown
+from plant_model.parameters import ROOM_DEGC
 from studies.finite_elements import FiniteElementSpindle, read_description
 from studies.fit.by_run import RIDGE
 from studies.fit.lagged import THIN_S, held_speed, lagged
@@ -21,8 +22,6 @@ RATIOS = (0.5, 1.0, 2.0)
 """Of the time constant at standstill to the one while turning: air no longer stirred cools less, a
 coolant that runs on cools as before. Set on no data."""
 STEADY = ("fitted", "fem")
-ROOM_DEGC = 20.0
-"""The standard reference temperature, given by ISO 1 [degC]."""
 TAU_OF = ("mass_kg", "specific_heat", "film", "surface_m2")
 
 

@@ -16,7 +16,7 @@ from measurement.errors import BadInput
 from studies.fit.by_run import FEWEST_TO_LEAVE_OUT, NormalEquations, Solution
 from studies.fit.lagged import blocks_of, learnt_from, start_range
 
-LAGS_S = ((2400.0,), (600.0, 2400.0), (600.0, 2400.0, 9600.0))
+LAG_SETS_S = ((2400.0,), (600.0, 2400.0), (600.0, 2400.0, 9600.0))
 """Each set holds the one before: the average of all needs no more lags than the last [s]. Set on
 no data."""
 PENALTIES = (1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
@@ -135,7 +135,7 @@ class ThermalStates(FittedModel):
         refuse_unknown(kind, options, OPTIONS)
         refuse_poor(task)
         choices: _Choices = (
-            LAGS_S if lags_s is None else (checked_lags(kind, lags_s),),
+            LAG_SETS_S if lags_s is None else (checked_lags(kind, lags_s),),
             (True, False) if levels is None and task.input_form != "rise" else (bool(levels),),
             WALKS if walk is None else (within(kind, "walk", walk, 0.0, 100.0),),
             REFERENCED if referenced is None else (bool(referenced),),

@@ -120,7 +120,7 @@ def test_a_large_log_is_turned_over(tmp_path, ending, monkeypatch):
     path = tmp_path / f"frames{ending}"
     logged(path, *map(frame, range(200)), largest_mb=0.0004)
     parts = sorted(tmp_path.iterdir())
-    assert 2 < len(parts) <= framelog.KEPT + 1
+    assert 2 < len(parts) <= framelog.KEPT_LOGS + 1
     assert numbers(path) == [] or numbers(path)[-1] == 199
     kept = sorted(number for part in parts for number in numbers(part))
     assert kept == list(range(kept[0], 200))
