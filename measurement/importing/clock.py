@@ -127,8 +127,8 @@ def _columns(sheet: Sheet, rule: TimeRule) -> tuple[int, ...]:
     if first is not None and first.suffix == "s":
         return (0,)
     problem = (
-        "has no column of time: none has such a name or such values. --time NAME names it; "
-        "--every-row 60s says that a row follows the last after 60 s"
+        f"has no column of time: none of {', '.join(texts)} has such a name or such values. --time "
+        "NAME names it; --every-row 60s says that a row follows the last after 60 s"
     )
     raise BadInput(sheet.where, "", problem)
 

@@ -11,6 +11,7 @@ import pandas as pd
 
 from measurement.doubts import Doubt, doubts
 from measurement.errors import BadInput
+from measurement.importing.cells import Sheet
 from measurement.importing.joining import Log, joined
 from measurement.importing.mapping import ColumnRule, Mapping, mapping_text
 from measurement.importing.sheets import read_sheets
@@ -99,20 +100,21 @@ def import_files(
         For the first thing that cannot be used; or if no column could be placed.
     """
     mapping, units, axes = mapping or Mapping(), units or {}, axes or {}
-    tables = [
-        table_of(part, mapping, units, axes)
+    sheets = [
+        part
         for path in _once(paths)
         for sheet in read_sheets(path)
         for part in by_clock(sheet, mapping.time.columns)
     ]
-    if not tables:
+    if not sheets:
         raise BadInput("import", "files", "none was given: at least one is needed")
-    _need_signals(tables)
     for option, patterns in (("--unit", units), ("--axis", axes)):
         for pattern in patterns:
-            _need_header(tables, option, (pattern,))
+            _need_header(sheets, option, (pattern,))
     if mapping.time.columns:
-        _need_header(tables, "time", mapping.time.columns)
+        _need_header(sheets, "time", mapping.time.columns)
+    tables = [table_of(sheet, mapping, units, axes) for sheet in sheets]
+    _need_signals(tables)
     logs, lonely = joined([table for table in tables if len(table.frame.columns)])
     sources = {column: header for log in logs for column, header in log.sources.items()}
     pieces: list[Piece] = []
@@ -169,8 +171,8 @@ def _need_signals(tables: Sequence[Table]) -> None:
         raise BadInput(tables[0].where, place, f"no column can be placed: {text}")
 
 
-def _need_header(tables: Sequence[Table], option: str, patterns: Sequence[str]) -> None:
-    headers = {entry.text for table in tables for entry in table.sheet.headings}
+def _need_header(sheets: Sequence[Sheet], option: str, patterns: Sequence[str]) -> None:
+    headers = {entry.text for sheet in sheets for entry in sheet.headings}
     if not any(fits(header, pattern) for header in headers for pattern in patterns):
         names, wanted = ", ".join(sorted(headers)), " or ".join(map(repr, patterns))
         raise BadInput(option, "", f"no column is called {wanted}: {names}")
