@@ -18,6 +18,7 @@ from measurement.importing.mapping import TimeRule
 from measurement.importing.quantities import conversion_of
 from measurement.importing.stamps import (
     DAY_S,
+    SINCE_1601_S,
     SINCE_1900_S,
     SINCE_1904_S,
     as_text,
@@ -30,7 +31,9 @@ from measurement.importing.stamps import (
 from measurement.importing.values import is_numeric, numbers_of, read_cells
 from measurement.resampling import FloatArray
 
-ZEROS_S = {"d": (SINCE_1900_S,)} | dict.fromkeys(("s", "ms", "us", "ns"), (0.0, SINCE_1904_S))
+ZEROS_S = {"d": (SINCE_1900_S,), "0.1 us": (SINCE_1601_S,)} | dict.fromkeys(
+    ("s", "ms", "us", "ns"), (0.0, SINCE_1904_S)
+)
 """By unit, from which dates the numbers of a clock may count [s before 1970]."""
 RECORDED_S = (4.7e8, 2.5e9)
 """A number is a date if it counts to between these [s since 1970]: 1985 to 2049, so that one zero

@@ -19,6 +19,7 @@ from measurement.importing.long_tables import by_signal
 from measurement.importing.lvm import BEGIN, read_lvm
 from measurement.importing.plugged import EXCEL, LOGS, read_plugged
 from measurement.importing.quantities import Conversion, conversion_of
+from measurement.importing.scope import with_plain_header
 from measurement.importing.text_tables import HEAD_LINES, NUMBER, cells_of, decimal_mark, decoded
 
 CLOCK = re.compile(
@@ -55,7 +56,7 @@ def read_sheets(path: Path) -> list[Sheet]:
         elif is_json(text):
             found = read_json(path, text)
         else:
-            rows: list[list[Cell]] = [list(row) for row in cells_of(text, path)]
+            rows: list[list[Cell]] = [list(row) for row in with_plain_header(cells_of(text, path))]
             found = [_sheet(path, "", rows)]
     if not found:
         raise BadInput(path, "", "holds no table with a header and data rows")

@@ -11,8 +11,9 @@ from measurement.importing.cells import Cell
 
 DAY_S = 86400.0
 SINCE_1904_S, SINCE_1900_S = 2_082_844_800.0, 2_209_161_600.0
-"""A day, and how long before 1970 LabVIEW's and a spreadsheet's clocks begin [s], given by
-arithmetic; a spreadsheet's at the end of 1899."""
+SINCE_1601_S = 11_644_473_600.0
+"""A day, and how long before 1970 the clocks of LabVIEW, a spreadsheet and Windows begin [s], given
+by arithmetic; a spreadsheet's at the end of 1899."""
 _OF_DAY = re.compile(
     r"(?:(?P<d>\d+)\s*d\s*)?(?P<h>\d{1,3}):(?P<m>\d{2})(?::(?P<s>\d{2})(?:[.,:](?P<part>\d+))?)?"
     r"\s*(?P<half>[AaPp][Mm])?"

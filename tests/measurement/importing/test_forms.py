@@ -41,6 +41,27 @@ def check(found: Imported, step_s: float = 60.0) -> None:
     assert found.doubts == ()
 
 
+def scope(clock: list[str], *, before_each: bool) -> str:
+    """Return what TwinCAT's Scope View exports, a clock before each channel or one for all."""
+
+    def line(first: str, others: list[str]) -> str:
+        return "\t".join(f"{first}\t{one}" for one in others if before_each) or "\t".join(
+            [first, *others]
+        )
+
+    about = [
+        line("Name", [*HEADER[:4], "z"]),
+        line("SymbolComment", 5 * [""]),
+        line("SampleTime[ms]", 5 * ["60000"]),
+        line("Unit", [*4 * ["(None)"], "µm (Length)"]),
+    ]
+    rows = [
+        line(at, [german(value) for value in row]) for at, row in zip(clock, signals(), strict=True)
+    ]
+    start = "Starttime of export\t132959733843760000\tMontag, 2. Mai 2022\t15:56:24.376"
+    return "\n".join(["Name\tDrift", start, "", "", *about, "", *rows, "EOF"])
+
+
 PREAMBLE = "Messung 7;Spindel\nBediener;Müller;Halle 3\n\n"
 UNITS_BELOW = "Zeit;Temp. Lager vorn;T hinten;Halle;Drehzahl;z\n;°C;degC;[°C];1/min;µm\n"
 SECONDS = table(elapsed(), clock="Zeit [s]")
@@ -89,6 +110,10 @@ TEXTS = {
     + "5 MX1609\n"
     + "\n".join(table(stamps(LOCAL)).split("\n")[1:]),
     "the header once more": "\n".join([*LINES[:9], "", LINES[0], *LINES[9:]]),
+    "a clock before each channel": scope(elapsed(step=60000), before_each=True),
+    "full time stamps": scope(
+        [f"{132959733843760000 + 600_000_000 * n}" for n in range(40)], before_each=False
+    ),
     "separator told": "sep=;\n" + SECONDS,
     "a separator at the end": SECONDS.replace("\n", ";\n"),
     "a row cut off": SECONDS.rstrip("\n") + "\n2400;25",
