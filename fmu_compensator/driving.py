@@ -95,7 +95,7 @@ def drive(
     BadInput
         If a thermometer that the model uses is not there.
     """
-    rows = _rows(run.time_s)
+    rows = grid_rows(run.time_s)
     time_s = run.time_s[rows]
     steps = np.diff(time_s, prepend=time_s[0] - GRID_S)
     probes = _probes(model, left, rig, rows, probe_every_s)
@@ -225,7 +225,8 @@ def _probes(
     return found
 
 
-def _rows(time_s: Array) -> list[int]:
+def grid_rows(time_s: Array) -> list[int]:
+    """Return the rows that count, none closer than `GRID_S` to the one before."""
     kept, last = [], -np.inf
     for row, time in enumerate(time_s):
         if time - last >= GRID_S * 0.99:

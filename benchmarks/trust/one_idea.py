@@ -14,6 +14,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from benchmarks.trust.questions import Question
+from fmu_compensator.driving import grid_rows
 from fmu_compensator.fit.data import PreparedRun, prepare
 from fmu_compensator.fit.promise import AxisLeft, RunLeft
 from fmu_compensator.fit.training import Array
@@ -74,7 +75,8 @@ def _axes(question: Question) -> Any:
 
 
 def _left(run: PreparedRun, said: Array, spread: Array, weights: Array) -> RunLeft:
-    rows = run.usable & np.isfinite(run.targets).all(axis=1)
+    rows = grid_rows(run.time_s)
+    rows = [row for row in rows if np.isfinite(run.targets[row]).all()]
     axes = {}
     for axis, row in zip("XYZ", weights, strict=True):
         if not row.any():
