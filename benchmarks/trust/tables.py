@@ -12,12 +12,33 @@ from benchmarks.trust.judge import CHOICE, PROTOTYPE
 
 MUCH = 1.5
 """So many times the promise may be left [1]."""
+WORSE = 1.05
+"""So many times what the reference leaves may be left [1]."""
 
 
 def tables(found: Sequence[dict[str, Any]]) -> str:
     """Return a summary by model, then every question with fit's own choice beside the rest."""
     good = [one for one in found if "axes" in one]
-    return "\n".join([*_summary(good), "", *_kept(good), *_questions(good)])
+    return "\n".join([*_summary(good), "", *_kept(good), *_beside(good), *_questions(good)])
+
+
+def _beside(good: Sequence[dict[str, Any]]) -> list[str]:
+    """Return how fit's own choice does beside the reference, row by row."""
+    left = {
+        (one["data"], one["question"], axis, one["model"]): figures["rmse"]
+        for one in good
+        for axis, figures in one["axes"].items()
+    }
+    ratios = [
+        own / left[*place, PROTOTYPE]
+        for (*place, model), own in left.items()
+        if model == CHOICE and (*place, PROTOTYPE) in left
+    ]
+    if not ratios:
+        return []
+    mean, worse = np.exp(np.mean(np.log(ratios))), sum(ratio > WORSE for ratio in ratios)
+    says = f"Beside `{PROTOTYPE}` {100 * mean:.0f} % is left (geometric mean of {len(ratios)} rows)"
+    return [f"{says}; {worse} of them leave more than {100 * (WORSE - 1):.0f} % more.", ""]
 
 
 def _kept(good: Sequence[dict[str, Any]]) -> list[str]:
@@ -96,7 +117,6 @@ def _rows(question: str, here: Sequence[dict[str, Any]]) -> list[list[str]]:
             cells.append("-" if promised is None else f"{promised:.2f}")
             cells.append(f"{100 * figures['coverage']:.0f} %, {figures['half_width']:.1f}")
             cells.append(f"{100 * own['outside']:.0f} %" if number == 0 else "")
-        told = "" if number or rival is None else f"{100 * _ratio(rival):.0f} % of none"
-        cells.append(told)
+        cells.append("-" if rival is None else f"{rival['axes'][axis]['rmse']:.2f}")
         rows.append(cells)
     return rows
