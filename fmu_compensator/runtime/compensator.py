@@ -58,7 +58,7 @@ class Output(NamedTuple):
         1-based index of the sensor to blame, 0 for none. Outside training: the one that is
         furthest out; the text names up to three.
     status_text : str
-        One line for people.
+        One line for people. While the offsets are valid it names those that are at their limit.
     """
 
     dX: float  # noqa: N815 - the signals' names
@@ -337,6 +337,10 @@ class RunningCompensator:
         if reason is not None:
             sensor = reason.sensor
             text = reason.text if status == UNTRAINED else f"{text}: {reason.text}"
+        limit = self.model.limits.offset_um
+        if valid and limit in map(abs, self._offset):
+            for axis, sent in zip("XYZ", self._offset, strict=True):
+                text += f"; d{axis} is at its limit of {limit:g} um" if abs(sent) == limit else ""
         told = self._prediction
         return Output(*self._offset, *told.pose, *told.half_width, valid, status, sensor, text)
 

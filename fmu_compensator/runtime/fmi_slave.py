@@ -175,7 +175,11 @@ def variables(model: Model) -> list[Variable]:
             0,
             len(model.sensors),
         ),
-        _told("string", "status_text", "The status in words, with its cause"),
+        _told(
+            "string",
+            "status_text",
+            "The status in words, with its cause, and which offsets are at their limit",
+        ),
         Variable(
             "model_file",
             "string",

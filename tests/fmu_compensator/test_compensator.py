@@ -128,6 +128,16 @@ def test_the_interval_has_what_the_offset_leaves(five_point_table, as_model, lim
     assert some[6:9] == pytest.approx(widths)
 
 
+def test_the_text_names_offsets_at_their_limit(five_point_table, as_model):
+    table = free(five_point_table)
+    bench = Bench(as_model(table | {"limits": table["limits"] | {"offset_um": 8.0}}))
+    bench.step(ROOM)
+    output = bench.step(warm(4.0, 4.0))
+    assert (output.valid, output.status) == (True, 0)
+    at_it = "; dX is at its limit of 8 um; dZ is at its limit of 8 um"
+    assert output.status_text == "offsets follow the model" + at_it
+
+
 def test_a_measurement_counts_from_the_next_sample_on(five_point_table, as_model):
     bench = Bench(as_model(free(five_point_table)))
     # What was measured before anything was predicted says nothing about the prediction.

@@ -1,6 +1,7 @@
 /* The status in words. */
 #include "compensator.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -73,6 +74,12 @@ void status_text(const struct output *output, char *text, size_t size)
         bool first = i == 0 && status == COMPENSATOR_SPARED;
         const char *name = model_sensors[output->others[i] - 1].name;
         add(text, size, "%s%s", first ? "; and without " : ", ", name);
+    }
+    for (size_t axis = 0; axis < 3; axis++) {
+        if (output->valid && fabs(output->offset[axis]) == model_limits.offset_um) {
+            double limit = model_limits.offset_um;
+            add(text, size, "; d%c is at its limit of %g um", "XYZ"[axis], limit);
+        }
     }
     with_points(text);
 }
