@@ -51,11 +51,12 @@ data[300] ^= 1
 show([status_of(fmu.getFloat64, [999]), status_of(fmu.setFloat64, [fmu.refs["dX"]], [1.0]),
       status_of(fmu.getFloat32, [0]), status_of(fmu.doStep, 0.0, 0.0),
       status_of(fmu.deserializeFMUState, bytes(data)), status_of(fmu.doStep, 0.0, 1.0),
-      status_of(fmu.fmi3GetNumberOfVariableDependencies, fmu.component, 0, None)])
+      status_of(fmu.fmi3GetNumberOfVariableDependencies, fmu.component, 0, None),
+      len(messages)])
 """,
         by_hand / "compensator_native_fmi3.fmu",
     )
-    assert found == [3, 3, 3, 2, 3, 0, 3]
+    assert found == [3, 3, 3, 2, 3, 0, 3, 6]
 
 
 def test_the_sources_say_how_they_are_compiled(by_hand):

@@ -186,6 +186,7 @@ ROWS(String, fmi3String, STRING, const char *, instance_get_string, instance_set
 
 #include "exchange.h"
 #include "terminal.h"
+#include "fmi3_refused.h"
 
 #define DERIVE(NAME, SIDE, FROM, TO)                                                          \
     fmi3Status NAME(                                                                          \

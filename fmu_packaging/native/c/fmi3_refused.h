@@ -1,12 +1,14 @@
-/* What FMI 3.0 asks a library to have, and what this FMU's description says that it cannot do. */
-#include "fmi3Functions.h"
+/* What FMI 3.0 asks a library to have, and what this FMU's description says that it cannot do.
+   fmi3.c includes this. */
+#ifndef FMI3_REFUSED_H
+#define FMI3_REFUSED_H
 
-#define AND ,
+#define REFUSED(NAME) outcome(c, "this FMU does not support " #NAME)
 #define NONE_OF(NAME, PARAMETERS, UNUSED)                                                        \
     fmi3Status NAME(fmi3Instance c, const fmi3ValueReference refs[], size_t count, PARAMETERS)   \
     {                                                                                            \
-        (void)c, (void)refs, UNUSED;                                                             \
-        return count == 0 ? fmi3OK : fmi3Error;                                                  \
+        (void)refs, UNUSED;                                                                      \
+        return count == 0 ? fmi3OK : REFUSED(NAME);                                              \
     }
 #define GET_AND_SET(type)                                                                        \
     NONE_OF(fmi3Get##type, fmi3##type values[] AND size_t value_count,                          \
@@ -23,11 +25,10 @@ GET_AND_SET(UInt32)
 GET_AND_SET(Int64)
 GET_AND_SET(UInt64)
 
-#define CHANGE_MODE(name)       \
-    fmi3Status name(fmi3Instance c) \
-    {                           \
-        (void)c;                \
-        return fmi3Error;       \
+#define CHANGE_MODE(NAME)           \
+    fmi3Status NAME(fmi3Instance c) \
+    {                               \
+        return REFUSED(NAME);       \
     }
 
 CHANGE_MODE(fmi3EnterConfigurationMode)
@@ -40,16 +41,16 @@ fmi3Instance fmi3InstantiateScheduledExecution(
     fmi3ClockUpdateCallback update, fmi3LockPreemptionCallback lock,
     fmi3UnlockPreemptionCallback unlock)
 {
-    (void)name, (void)token, (void)resources, (void)visible, (void)logging, (void)environment;
-    (void)log, (void)update, (void)lock, (void)unlock;
-    return NULL;
+    (void)name, (void)resources, (void)visible, (void)update, (void)lock, (void)unlock;
+    return instantiated(
+        token, logging, environment, log, false, "this FMU does not support scheduled execution");
 }
 
 fmi3Status fmi3GetNumberOfVariableDependencies(
     fmi3Instance c, fmi3ValueReference ref, size_t *count)
 {
-    (void)c, (void)ref, (void)count;
-    return fmi3Error;
+    (void)ref, (void)count;
+    return REFUSED(fmi3GetNumberOfVariableDependencies);
 }
 
 fmi3Status fmi3GetVariableDependencies(
@@ -57,9 +58,9 @@ fmi3Status fmi3GetVariableDependencies(
     fmi3ValueReference independents[], size_t independent_elements[],
     fmi3DependencyKind kinds[], size_t count)
 {
-    (void)c, (void)dependent, (void)elements, (void)independents, (void)independent_elements;
-    (void)kinds, (void)count;
-    return fmi3Error;
+    (void)dependent, (void)elements, (void)independents, (void)independent_elements, (void)kinds;
+    (void)count;
+    return REFUSED(fmi3GetVariableDependencies);
 }
 
 NONE_OF(fmi3GetShiftDecimal, fmi3Float64 shifts[], (void)shifts)
@@ -81,6 +82,8 @@ NONE_OF(fmi3GetOutputDerivatives,
 fmi3Status fmi3ActivateModelPartition(
     fmi3Instance c, fmi3ValueReference clock, fmi3Float64 time)
 {
-    (void)c, (void)clock, (void)time;
-    return fmi3Error;
+    (void)clock, (void)time;
+    return REFUSED(fmi3ActivateModelPartition);
 }
+
+#endif
