@@ -131,7 +131,7 @@ def _header(database: Database, heard: Sequence[str], terminal: SignalTerminal |
         "extern const struct frame machine_frames[], compensator_frames[];",
         "extern const struct signal machine_signals[], offset_signals[];",
         "extern const size_t valid_ref, status_ref, offset_count;",
-        "extern const double fault_codes[], state_codes[];",
+        "extern const double fault_codes[], state_codes[], status_codes[];",
         "extern const struct axis axes[];",
         "\n#endif",
     ]
@@ -159,6 +159,7 @@ def _tables(database: Database, refs: Mapping[str, int], terminal: SignalTermina
         f"const size_t status_ref = {refs.get('status', NONE)};",
         f"const double fault_codes[] = {{{_codes(database, 'bus_fault')}}};",
         f"const double state_codes[] = {{{_codes(database, 'gateway_state')}}};",
+        f"const double status_codes[] = {{{_status_codes(database)}}};",
         "const struct axis axes[] = {",
         *(f"    {{{', '.join(_or_none(ref) for ref in axis)}}}," for axis in axes),
         "};",
@@ -236,6 +237,16 @@ def _or_none(ref: int | None) -> str:
 
 def _codes(database: Database, name: str) -> str:
     return ", ".join(_number(_code(database, name, word)) for word in named(name))
+
+
+def _status_codes(database: Database) -> str:
+    """Return what stands for each status of the compensator, by its number."""
+    words = {number: word for word, number in named("status").items()}
+    renamed = database.has("status") and database.signal("status").numbers
+    return ", ".join(
+        _number(_code(database, "status", words.get(number, OTHER)) if renamed else float(number))
+        for number in range(max(words) + 1)
+    )
 
 
 def _code(database: Database, name: str, word: str) -> float:

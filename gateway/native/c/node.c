@@ -169,8 +169,8 @@ static void answer(struct instance *self, struct finding finding, bool usable, b
     node->challenges[place].value = challenge;
     told[ROLE_VALID] = valid ? VALID_VALID : VALID_INVALID;
     told[ROLE_GATEWAY_STATE] = state_codes[node->state];
-    told[ROLE_STATUS] =
-        usable && !known ? STATUS_REFERENCE_UNKNOWN : output_of(self, status_ref);
+    told[ROLE_STATUS] = usable && !known ? STATUS_REFERENCE_UNKNOWN
+                                         : status_codes[(size_t)output_of(self, status_ref)];
     told[ROLE_BUS_FAULT] = fault_codes[node->finding.fault];
     told[ROLE_BUS_FAULT_FRAME] = node->finding.fault != FAULT_NONE ? node->finding.id & 0xFFu : 0.0;
     told[ROLE_ANSWERED_TIME] = fmod(node->raw_time, ANSWERED_COUNT) * TIME_SCALE;
