@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from math import isnan, nan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,10 +98,9 @@ def drive(
     """
     rows = grid_rows(run.time_s)
     time_s = run.time_s[rows]
-    steps = np.diff(time_s, prepend=time_s[0] - GRID_S)
     probes = _probes(model, left, rig, rows, probe_every_s)
     readings, speed = inputs_of(model, run)
-    inputs = zip(time_s, steps, readings[rows], speed[rows], probes, strict=True)
+    inputs = zip(time_s, readings[rows], speed[rows], probes, strict=True)
     outputs = list(answers(model, inputs, tool_length_mm))
     drift = _drift(model, left, rig, tool_length_mm)[rows]
     return Driven(time_s, outputs, drift)
@@ -184,16 +184,19 @@ def held(time_s: Array, values: Array) -> Array:
 
 def answers(
     model: Model,
-    inputs: Iterable[tuple[float, float, Array, float, Sequence[float] | None]],
+    inputs: Iterable[tuple[float, Array, float, Sequence[float] | None]],
     tool_length_mm: float,
 ) -> Iterator[Output]:
     """Drive a compensator, step by step.
+
+    A row's offsets have moved since the row before it, as a control's have by then, which looks
+    more often; those of the first have for `GRID_S`.
 
     Parameters
     ----------
     model : Model
     inputs : iterable of tuple
-        Time and step [s], readings [degC], speed [rpm], and measured targets or None [um, urad].
+        Time [s], readings [degC], speed [rpm], and measured targets or None [um, urad].
     tool_length_mm : float
 
     Returns
@@ -201,10 +204,12 @@ def answers(
     iterator of Output
         What is sent after each step; of what was measured the next one knows first.
     """
-    compensator = RunningCompensator(model)
-    for time, step, readings, speed, probe in inputs:
+    compensator, last = RunningCompensator(model), nan
+    for time, readings, speed, probe in inputs:
+        step = GRID_S if isnan(last) else float(time - last)
+        last = time
         sample = readings.tolist(), float(speed), tool_length_mm
-        yield compensator.step(float(time), float(step), *sample)
+        yield compensator.step(float(time), step, *sample)
         if probe is not None:
             compensator.step(float(time), 0.0, *sample, probe)
 

@@ -214,6 +214,7 @@ def _drive(
     status = np.zeros(len(rows))
     events: list[Event] = []
     time_s = run.time_s - run.time_s[0]
+    # An FMU reads its inputs where a step begins: here a row's offsets move until the next one.
     ends_s = np.append(time_s[1:], time_s[-1] + GRID_S)
     with slave.starting(float(ends_s[-1])):
         seen.values[:] = rows[0]

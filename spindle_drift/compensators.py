@@ -9,13 +9,11 @@ from itertools import repeat
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import pandas as pd
 
 from fmu_compensator.driving import answers, inputs_of
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.survey import survey
-from fmu_compensator.fit.training import GRID_S
 from fmu_compensator.fit.updating import update_compensator
 from fmu_compensator.monitoring import Report
 from fmu_compensator.monitoring import monitor as watch
@@ -168,8 +166,7 @@ class Compensator:
         """
         recorded = as_run(run)
         readings, speed = inputs_of(self.model, recorded)
-        steps = np.diff(recorded.time_s, append=recorded.time_s[-1] + GRID_S)
-        inputs = zip(recorded.time_s, steps, readings, speed, repeat(None))
+        inputs = zip(recorded.time_s, readings, speed, repeat(None))
         sent = [
             (*out[:3], *out[6:9], float(out.valid), float(out.status))
             for out in answers(self.model, inputs, self.model.limits.judged_tool(tool_length_mm))

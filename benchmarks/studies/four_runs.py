@@ -59,8 +59,7 @@ def _run(
 
 
 def sent(model: Model, run: Run, tool: float) -> np.ndarray:
-    """Return a row of numbers that a compensator sends for every row of a run, evenly spaced."""
+    """Return a row of numbers that a compensator sends for every row of a run."""
     readings, speed = inputs_of(model, run)
-    step = float(np.median(np.diff(run.time_s)))
-    inputs = zip(run.time_s, repeat(step), readings, speed, repeat(None))
+    inputs = zip(run.time_s, readings, speed, repeat(None))
     return np.array([output[:9] for output in answers(model, inputs, tool)])

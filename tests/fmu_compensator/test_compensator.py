@@ -2,8 +2,10 @@
 
 from math import nan
 
+import pandas as pd
 import pytest
 
+from spindle_drift import Compensator
 from tests.fmu_compensator.bench import ROOM, Bench, free, quick, warm
 from tests.fmu_compensator.gaussians import knows_nothing
 
@@ -126,6 +128,16 @@ def test_the_interval_has_what_the_offset_leaves(five_point_table, as_model, lim
     left = [abs(offset - sent(offset)) for offset in wanted]
     widths = [width + more for width, more in zip(all_of_it[6:9], left, strict=True)]
     assert some[6:9] == pytest.approx(widths)
+
+
+def test_a_row_s_offsets_have_moved_since_the_row_before(five_point_table, as_model):
+    table = free(five_point_table)
+    table["limits"]["slew_um_per_s"] = 0.01
+    rows = [ROOM, warm(2.0, 4.0), warm(2.0, 4.0)]
+    frame = pd.DataFrame(rows, columns=[f"T{n}_degC" for n in range(1, 5)])
+    frame.insert(0, "time_s", [0.0, 60.0, 1060.0])
+    sent = Compensator(as_model(table)).predict(frame)
+    assert sent["dZ_um"].tolist() == pytest.approx([0.0, 0.6, 10.6])
 
 
 def test_the_text_names_offsets_at_their_limit(five_point_table, as_model):
