@@ -24,13 +24,13 @@ from plant_model.drive import Drive
 from plant_model.effects import Effect
 from plant_model.effects.stirred_film import share_of_motion
 from plant_model.integrate import Modes, phi
+from plant_model.levels import conductances_at, levels_on
 from plant_model.machine import Machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import FloatArray, Values
 from plant_model.sensors import readings
 from plant_model.simulate import at_rows, simulate
 from plant_model.structure import pose
-from plant_model.trajectory import conductances_at, levels_on
 
 AT_ONCE = 512
 """Answers that are computed together: more only fill memory. Set on no data."""

@@ -57,6 +57,8 @@ def simulate_at(
     observed: Observations,
     parameters: Mapping[str, FloatArray] | None = None,
     start: FloatArray | None = None,
+    *,
+    near: bool = False,
 ) -> Simulation:
     """Simulate a run at its first row and then at its observations' instants.
 
@@ -69,13 +71,15 @@ def simulate_at(
         Values instead of the machine's, by full name; the run's own values win.
     start : array, optional
         Temperatures of the nodes at the start [degC]; by default as the machine file says.
+    near : bool
+        Step all sets to first order about the first.
 
     Returns
     -------
     Simulation
         At K + 1 instants.
     """
-    return simulate_runs(machine, [observed], parameters, start)[0]
+    return simulate_runs(machine, [observed], parameters, start, near=near)[0]
 
 
 def simulate_runs(
@@ -83,12 +87,14 @@ def simulate_runs(
     observed: Sequence[Observations],
     parameters: Mapping[str, FloatArray] | None = None,
     start: FloatArray | None = None,
+    *,
+    near: bool = False,
 ) -> list[Simulation]:
     """Simulate several runs, as :func:`simulate_at` does one: those that are alike side by side.
 
     Parameters
     ----------
-    machine, parameters, start
+    machine, parameters, start, near
         As there.
     observed : sequence of Observations
 
@@ -110,7 +116,7 @@ def simulate_runs(
             Driven(run.run.frame, run.drive, np.append(run.run.time_s[0], run.time_s), start)
             for run in (observed[i] for i in places)
         ]
-        shown = simulate_all(in_force, runs, given | own, bounded=False)
+        shown = simulate_all(in_force, runs, given | own, bounded=False, near=near)
         simulations |= dict(zip(places, shown, strict=True))
     return [simulations[i] for i in range(len(observed))]
 
@@ -153,10 +159,14 @@ class Linearisation:
 
 
 def residuals_of(
-    machine: Machine, observed: Sequence[Observations], parameters: Mapping[str, FloatArray]
+    machine: Machine,
+    observed: Sequence[Observations],
+    parameters: Mapping[str, FloatArray],
+    *,
+    near: bool = False,
 ) -> list[FloatArray]:
     """Return the weighted residuals of every run, each (sets, N)."""
-    shown = simulate_runs(machine, observed, parameters)
+    shown = simulate_runs(machine, observed, parameters, near=near)
     pairs = zip(observed, shown, strict=True)
     return [run.weighted(modelled(simulated, run)) for run, simulated in pairs]
 
@@ -166,26 +176,20 @@ def linear_about(
 ) -> list[list[Linearisation]]:
     """Linearise every run about several points, (S, P), in the priors' fitting scale.
 
-    All are simulated at once, which costs hardly more than one where something depends on
-    temperature.
-
     Returns
     -------
     list of list of Linearisation
         For every point, every run.
     """
     step = DIFFERENCE * priors.usual
-    # A difference that would leave what can be goes the other way.
-    step = np.where(points + step > priors.high, -step, step)
-    sets = np.repeat(points[:, None], len(priors.names) + 1, axis=1)
-    number = np.arange(len(priors.names))
-    sets[:, number + 1, number] += step
-    shown = residuals_of(machine, observed, priors.values(sets.reshape(-1, len(priors.names))))
-    of_runs = [run.reshape(*sets.shape[:2], -1) for run in shown]
-    return [
-        [Linearisation(run[i, 0], ((run[i, 1:] - run[i, 0]) / way[:, None]).T) for run in of_runs]
-        for i, way in enumerate(step)
-    ]
+    linear = []
+    for point in points:
+        # A difference that would leave what can be goes the other way.
+        way = np.where(point + step > priors.high, -step, step)
+        sets = point + np.concatenate([np.zeros((1, len(way))), np.diag(way)])
+        of_runs = residuals_of(machine, observed, priors.values(sets), near=True)
+        linear.append([Linearisation(r[0], ((r[1:] - r[0]) / way[:, None]).T) for r in of_runs])
+    return linear
 
 
 def nuisance_columns(machine: Machine, observed: Observations) -> FloatArray:
@@ -208,7 +212,7 @@ def nuisance_columns(machine: Machine, observed: Observations) -> FloatArray:
     at_start = base.temperatures[0, 0]
     starts = np.tile(at_start, (len(machine.nodes) + 1, 1))
     starts[1:] += START_K * np.eye(len(machine.nodes))
-    answers = modelled(simulate_at(machine, observed, start=starts), observed)
+    answers = modelled(simulate_at(machine, observed, start=starts, near=True), observed)
     change = (answers[1:] - answers[0]) * observed.weights
     for switch in observed.switches:
         later = modelled(simulate_at(machine, replace(observed, drive=switch.later)), observed)

@@ -79,9 +79,9 @@ class Modes:
 
     Attributes
     ----------
-    decay : array, shape (sets, size)
+    decay : array, shape (sets or 1, size)
         Decay rate of every mode [1/s], zero for own states.
-    to_state, to_modes : array, shape (sets, size, size)
+    to_state, to_modes : array, shape (sets or 1, size, size)
         From modes to [temperatures, own states] and back.
     """
 
@@ -146,9 +146,9 @@ class Modes:
 
         Parameters
         ----------
-        matrix : array, shape (sets, nodes, nodes)
+        matrix : array, shape (sets or 1, nodes, nodes)
             Conductances L: symmetric, heat out of a node on the diagonal [W/K].
-        capacity : array, shape (sets, nodes)
+        capacity : array, shape (sets or 1, nodes)
             [J/K]
         state_count : int
             Own states of effects, which follow the nodes and do not decay.
@@ -171,7 +171,7 @@ class Modes:
         to_state = vectors / root[:, :, None]
         to_modes = np.swapaxes(vectors, 1, 2) * root[:, None, :]
         if state_count:
-            sets, nodes = capacity.shape
+            sets, nodes = decay.shape
             size = nodes + state_count
             decay = np.concatenate([decay, np.zeros((sets, state_count))], axis=1)
             to_state, to_modes = (_with_identity(part, size) for part in (to_state, to_modes))
@@ -186,7 +186,9 @@ class Modes:
             For as many states as the modes were made with [1/s].
         """
         count = state_decay.shape[1]
-        decay = np.concatenate([self.decay[:, : self.decay.shape[1] - count], state_decay], axis=1)
+        kept = self.decay[:, : self.decay.shape[1] - count]
+        kept = np.broadcast_to(kept, (max(len(kept), len(state_decay)), kept.shape[1]))
+        decay = np.concatenate([kept, np.broadcast_to(state_decay, (len(kept), count))], axis=1)
         return Modes(decay, self.to_state, self.to_modes)
 
 
@@ -197,7 +199,11 @@ def _with_identity(matrix: FloatArray, size: int) -> FloatArray:
 
 
 def apply(matrix: FloatArray, vector: FloatArray) -> FloatArray:
-    """Return matrix (..., n, m) times vector (..., m)."""
+    """Return matrix (sets or 1, ..., n, m) times vector (sets, ..., m)."""
+    if len(matrix) == 1 < len(vector) and vector.ndim == 3:
+        # One matrix for all sets: one product of matrices instead of one of a vector for each.
+        together = np.matmul(vector.swapaxes(0, 1), matrix[0].swapaxes(1, 2))
+        return np.asarray(together.swapaxes(0, 1))
     return np.asarray(np.matmul(matrix, vector[..., None])[..., 0])
 
 
@@ -273,7 +279,7 @@ class ExponentialRungeKutta:
         self.to_modes = np.stack([of_run.to_modes for of_run in modes], axis=1)
         self.part = np.ones(len(modes))
         self._lengths = np.full(len(modes), np.nan)
-        self._weights = np.empty((7, *self.to_state.shape[:3]))
+        self._weights = np.empty((7, len(modes[0].decay), *self.to_state.shape[1:3]))
 
     def enter(self, run: int, modes: Modes) -> None:
         """Let a run, by position, go on with other modes."""

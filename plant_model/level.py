@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from plant_model.integrate import Modes, apply, linear_steps
+from plant_model.integrate import Modes, linear_steps
 from plant_model.network import Network
 from plant_model.parameters import FloatArray
 
@@ -19,9 +19,9 @@ class LevelStepper:
     Parameters
     ----------
     network : Network
-    matrix : array, shape (sets, nodes, nodes)
+    matrix : array, shape (sets or 1, nodes, nodes)
         Its conductances L at this level [W/K].
-    boundary : array, shape (sets, nodes, boundaries)
+    boundary : array, shape (sets or 1, nodes, boundaries)
         Those to boundary temperatures, B [W/K].
 
     Attributes
@@ -84,7 +84,7 @@ class LevelStepper:
         network, modes = self.network, self.modes
         nodes = network.node_count
         first, last = self.forced(heat, outside)
-        before = apply(modes.to_modes, start[:, :nodes])
+        before = np.matmul(modes.to_modes, start[:, :nodes, None])[..., 0]
         ends = linear_steps(modes, before, steps, first, last)
         after = np.matmul(ends, np.swapaxes(modes.to_state, 1, 2))
         if not network.state_count:

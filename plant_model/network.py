@@ -65,8 +65,8 @@ class Network:
 
     Attributes
     ----------
-    capacity : array, shape (sets, nodes)
-        Heat capacities [J/K].
+    capacity : array, shape (sets or 1, nodes)
+        Heat capacities [J/K]; 1 where all sets have the same, as everywhere below.
     linear : bool
         Whether nothing depends on temperature, so that stepping is exact; own states then only
         follow (:meth:`followed`).
@@ -86,9 +86,7 @@ class Network:
         self.node_count = len(machine.nodes)
         self.boundary_count = len(machine.boundary_index)
         columns = [values[f"nodes.{node.name}.capacity"] for node in machine.nodes]
-        self.capacity = np.concatenate(
-            [np.broadcast_to(column, (self.sets, 1)) for column in columns], axis=1
-        )
+        self.capacity = np.concatenate(np.broadcast_arrays(*columns), axis=1)
         self._plain = [effect for effect in effects if not effect.temperature_dependent]
         self._dependent = [effect for effect in effects if effect.temperature_dependent]
         self._with_states = [effect for effect in effects if effect.states]
@@ -99,7 +97,7 @@ class Network:
         probe = {entry.name: np.array([0.0]) for entry in machine.inputs}
         # Heat that a flow brings from another node has no symmetric counterpart.
         self.one_way = [
-            entry for entry in self._exchanges(probe) if entry.one_way and not entry.boundary
+            entry for entry in self.exchanges(probe) if entry.one_way and not entry.boundary
         ]
         follow_only = all(effect.lags or effect.settles for effect in self._with_states)
         self.settles = any(effect.settles for effect in self._with_states)
@@ -108,7 +106,8 @@ class Network:
         self.error_scale = np.concatenate([np.ones(self.node_count), *scales])
         self._slices = state_slices(effects)
 
-    def _exchanges(self, inputs: Inputs) -> Iterable[Exchange]:
+    def exchanges(self, inputs: Inputs) -> Iterable[Exchange]:
+        """Return the exchanges that depend on inputs only, at many sets of these at once."""
         for effect in self._plain:
             yield from effect.conductance(inputs, NONE, NONE)
 
@@ -122,9 +121,9 @@ class Network:
 
         Returns
         -------
-        L : array, shape (sets, nodes, nodes)
+        L : array, shape (sets or 1, nodes, nodes)
             Conductances between nodes and to everything else on the diagonal [W/K].
-        B : array, shape (sets, nodes, boundaries)
+        B : array, shape (sets or 1, nodes, boundaries)
             Conductances to the boundary temperatures [W/K].
         """
         matrix, boundary = self.all_conductances(inputs, 1)
@@ -140,12 +139,14 @@ class Network:
 
         Returns
         -------
-        L : array, shape (sets, levels, nodes, nodes)
-        B : array, shape (sets, levels, nodes, boundaries)
+        L : array, shape (sets or 1, levels, nodes, nodes)
+        B : array, shape (sets or 1, levels, nodes, boundaries)
         """
-        matrix = np.zeros((self.sets, levels, self.node_count, self.node_count))
-        boundary = np.zeros((self.sets, levels, self.node_count, self.boundary_count))
-        for entry in self._exchanges(inputs):
+        exchanges = list(self.exchanges(inputs))
+        sets = max((entry.conductance.shape[0] for entry in exchanges), default=1)
+        matrix = np.zeros((sets, levels, self.node_count, self.node_count))
+        boundary = np.zeros((sets, levels, self.node_count, self.boundary_count))
+        for entry in exchanges:
             g = entry.conductance
             matrix[:, :, entry.node, entry.node] += g
             if entry.boundary:

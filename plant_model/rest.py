@@ -73,7 +73,11 @@ class RestingParts:
         boundary[:, self.at, 0] += ISOLATED
         heat = self._network.heat(inputs)[:, 0, self.at, None]
         given = -matrix[:, self.at[:, None], self.others]
-        right = np.concatenate([given, boundary[:, self.at], heat], axis=2)
+        columns = (
+            np.broadcast_to(part, (len(heat), *part.shape[1:]))
+            for part in (given, boundary[:, self.at], heat)
+        )
+        right = np.concatenate([*columns], axis=2)
         return np.linalg.solve(matrix[:, self.at[:, None], self.at], right)
 
     def filled(self, starts: FloatArray, boundary: FloatArray) -> FloatArray:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
+import numpy.typing as npt
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from plant_model.integrate import ExponentialRungeKutta, apply
@@ -181,6 +182,40 @@ class _Temperatures(NDArrayOperatorsMixin):
         return getattr(ufunc, method)(*arrays, **options)
 
 
+class _Watched(_Temperatures):
+    """Temperatures, each its own mode, that remember which of them were read."""
+
+    def __init__(self, values: FloatArray) -> None:
+        super().__init__(np.eye(values.shape[-1])[None, None], values)
+        self.read = np.zeros(values.shape[-1], dtype=bool)
+
+    def __getitem__(self, at: Any) -> FloatArray:
+        if isinstance(at, tuple) and len(at) == 2 and at[0] is Ellipsis:
+            self.read[at[1]] = True
+        return super().__getitem__(at)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> FloatArray:
+        self.read[:] = True
+        return super().__array__(dtype, copy)
+
+
+def nodes_read(network: Network, inputs: Held, course: FloatArray) -> npt.NDArray[np.intp]:
+    """Return the nodes whose temperature what depends on temperature reads.
+
+    Parameters
+    ----------
+    network : Network
+    inputs : dict of str to array, shape (1,)
+    course : array, shape (1, 1, nodes + own states)
+        Temperatures and own states at an instant.
+    """
+    nodes = network.node_count
+    watched = _Watched(course[..., :nodes])
+    outside = np.stack([inputs[name] for name in network.machine.boundary_index], axis=-1)
+    network.dependent(inputs, outside, cast(FloatArray, watched), course[..., nodes:])
+    return np.flatnonzero(watched.read)
+
+
 def _in_modes(heat: FloatArray, to_nodes: FloatArray) -> FloatArray:
     """Return what heat [W] does to modes: with modes that are orthogonal, by the same matrix.
 
@@ -188,8 +223,8 @@ def _in_modes(heat: FloatArray, to_nodes: FloatArray) -> FloatArray:
     ----------
     heat : array, shape (sets, runs, nodes)
         Most effects heat few nodes.
-    to_nodes : array, shape (sets, runs, nodes, nodes)
+    to_nodes : array, shape (sets or 1, runs, nodes, nodes)
     """
     heated = np.flatnonzero(heat.any(axis=(0, 1)))
     rows = to_nodes if len(heated) == heat.shape[-1] else to_nodes[..., heated, :]
-    return np.asarray(np.matmul(heat[..., None, heated], rows)[..., 0, :])
+    return apply(np.swapaxes(rows, -1, -2), heat[..., heated])

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from plant_model.drive import Drive, drive_from
@@ -67,6 +68,12 @@ class Simulation:
         for column, name in shown.items():
             columns[column] = self.readings[name][0]
         return pd.DataFrame(columns)
+
+    def without_first(self) -> Simulation:
+        """Return the simulation without its first parameter set."""
+        readings = {name: shown[1:] for name, shown in self.readings.items()}
+        parts = (self.temperatures[1:], self.pose[1:], self.states[1:])
+        return Simulation(self.machine, self.time_s, self.inputs, readings, *parts)
 
     def drift(self, tool_length_mm: float) -> FloatArray:
         """Return the drift of a tool tip [um], shape (sets, T, 3).
@@ -181,6 +188,7 @@ def simulate_all(
     *,
     tolerance: float = TOLERANCE,
     bounded: bool = True,
+    near: bool = False,
 ) -> list[Simulation]:
     """Simulate a machine over several runs, each with all parameter sets.
 
@@ -193,6 +201,9 @@ def simulate_all(
         With a start each, or none.
     parameters, tolerance, bounded
         As for :func:`simulate`, the tolerance [K].
+    near : bool
+        Step all sets to first order about the first of them: enough for derivatives. What moves
+        and what is read follows from that as ever.
 
     Returns
     -------
@@ -207,13 +218,13 @@ def simulate_all(
     per_turn = max(1, CHUNK_NUMBERS // (instants * len(machine.nodes)))
     turns = []
     for at_set in range(0, everything.sets, per_turn):
-        sets = slice(at_set, at_set + per_turn)
-        values = everything
-        if everything.sets > per_turn:
-            values = everything.of_sets(np.arange(everything.sets)[sets])
-        turns.append(
-            _simulate_some(machine, values, [run.of_sets(sets) for run in begun], tolerance)
-        )
+        sets = np.arange(at_set, min(at_set + per_turn, everything.sets))
+        if near and at_set:
+            sets = np.append(0, sets)
+        values = everything.of_sets(sets) if everything.sets > per_turn else everything
+        some = [run.of_sets(sets) for run in begun]
+        simulated = _simulate_some(machine, values, some, tolerance, near=near)
+        turns.append([run.without_first() for run in simulated] if near and at_set else simulated)
     return [_joined(parts) for parts in zip(*turns, strict=True)]
 
 
@@ -234,7 +245,7 @@ class _Begun:
         starts = _starts(machine, run.drive, first)[None] if run.start is None else run.start
         return cls(run, starts, _read_at_start(machine, run.drive, first))
 
-    def of_sets(self, sets: slice) -> _Begun:
+    def of_sets(self, sets: npt.NDArray[np.intp]) -> _Begun:
         return self if len(self.starts) == 1 else replace(self, starts=self.starts[sets])
 
 
@@ -312,7 +323,7 @@ def _read_at_start(machine: Machine, drive: Drive, first: dict[str, float]) -> d
 
 
 def _simulate_some(
-    machine: Machine, values: Values, runs: Sequence[_Begun], tolerance: float
+    machine: Machine, values: Values, runs: Sequence[_Begun], tolerance: float, *, near: bool
 ) -> list[Simulation]:
     effects = effects_in_force(machine, values)
     slices, nodes = state_slices(effects), len(machine.nodes)
@@ -327,7 +338,9 @@ def _simulate_some(
                     start[:, node] -= share * effect.error_at_start()[:, 0]
         starts.append(start)
     drives = [begun.run.drive for begun in runs]
-    all_on_grid = shared_trajectories(machine, values, effects, drives, starts, tolerance)
+    all_on_grid = shared_trajectories(
+        machine, values, effects, drives, starts, tolerance, near=near
+    )
     simulations = []
     for begun, drive, on_grid in zip(runs, drives, all_on_grid, strict=True):
         at = begun.run.at

@@ -4,26 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import pairwise
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
-from plant_model.drive import Drive, levels_of
+from plant_model.drive import Drive
 from plant_model.effects import Effect
 from plant_model.integrate import TOLERANCE
 from plant_model.level import Ends, LevelStepper
+from plant_model.levels import Stretch, stretches_of
 from plant_model.machine import Machine
+from plant_model.nearby import changed, near_by
 from plant_model.network import Network, state_slices
 from plant_model.parameters import NUMBERS, FloatArray, Values
 from plant_model.rest import RestingParts
 from plant_model.side_by_side import Track, side_by_side
-
-Level = tuple[float, ...]
-"""Values of the inputs that conductances use."""
-
-Stretch = tuple[LevelStepper, slice]
-"""Steps of a run at one level."""
 
 FINE_S = 30.0
 """Longest step over which heat that is known ahead runs along a line, and of a co-simulation with a
@@ -42,6 +38,8 @@ def shared_trajectories(
     drives: Sequence[Drive],
     starts: Sequence[FloatArray],
     tolerance: float = TOLERANCE,
+    *,
+    near: bool = False,
 ) -> list[FloatArray]:
     """Return what :func:`trajectories` does, stepping each temperature field once.
 
@@ -61,6 +59,8 @@ def shared_trajectories(
         Of each run [degC]; NaN for nodes that start at rest, which is found from the others.
     tolerance : float
         Local error where a step is not exact [K].
+    near : bool
+        Take all sets as near the first, to first order about it (:mod:`plant_model.nearby`).
 
     Returns
     -------
@@ -71,10 +71,11 @@ def shared_trajectories(
     which, back = _distinct(values, others, starts)
     if len(which) < len(back):
         few = values.of_sets(which)
-        warming = [type(effect)(machine, few, effect.channel) for effect in warming]
+        warming = _of(few, warming)
     else:
         few = values
-    network = Network(machine, few, [effect for effect in warming if not effect.known_ahead])
+    stepped_effects = [effect for effect in warming if not effect.known_ahead]
+    network = Network(machine, few, stepped_effects)
     begins = [start[which] for start in starts]
     if any(np.isnan(begin).any() for begin in begins):
         resting = RestingParts(machine, network)
@@ -89,18 +90,19 @@ def shared_trajectories(
         clocks = Network(machine, few, ahead)
         parts = [math.ceil(float(np.diff(drive.grid).max()) / FINE_S - 1e-9) for drive in drives]
         refined = [drive.refined(part) for drive, part in zip(drives, parts, strict=True)]
-        courses = [_ahead(clocks, fine, begin) for fine, begin in zip(refined, begins, strict=True)]
-        more = [heat for _, heat in courses]
+        known = [_ahead(clocks, fine, begin) for fine, begin in zip(refined, begins, strict=True)]
+        more = [heat for _, heat in known]
         own_states = [
-            _by_effect(clocks, own[:, ::part])
-            for (own, _), part in zip(courses, parts, strict=True)
+            _by_effect(clocks, own[:, ::part]) for (own, _), part in zip(known, parts, strict=True)
         ]
-    stepped = [
-        on_grid[:, ::part]
-        for on_grid, part in zip(
-            trajectories(machine, network, refined, begins, tolerance, more), parts, strict=True
-        )
-    ]
+    if near and len(which) > 1 and not network.settles:
+        about = few.of_sets(back[:1])
+        first = Network(machine, about, _of(about, stepped_effects))
+        courses_of = partial(_near, machine, network, first, int(back[0]))
+    else:
+        courses_of = partial(trajectories, machine, network)
+    courses = courses_of(refined, begins, tolerance, more)
+    stepped = [on_grid[:, ::part] for on_grid, part in zip(courses, parts, strict=True)]
     follow = any(effect.states for effect in others)
     following = Network(machine, values, others) if follow else None
     nodes, slices = network.node_count, state_slices(effects)
@@ -117,6 +119,33 @@ def shared_trajectories(
             out[..., nodes + place.start : nodes + place.stop] = states[key]
         results.append(out)
     return results
+
+
+def _of(values: Values, effects: Sequence[Effect]) -> list[Effect]:
+    """Return the same effects with other values."""
+    return [type(effect)(effect.machine, values, effect.channel) for effect in effects]
+
+
+def _near(
+    machine: Machine,
+    network: Network,
+    first: Network,
+    about: int,
+    drives: Sequence[Drive],
+    starts: Sequence[FloatArray],
+    tolerance: float,
+    more: Sequence[Ends] | None,
+) -> list[FloatArray]:
+    """Return what `trajectories` does to first order about one set, whose network is *first*."""
+    only = slice(about, about + 1)
+    along = stretches_of(machine, first, drives)
+    alone = [(begin[only], end[only]) for begin, end in more] if more is not None else None
+    begun = [start[only] for start in starts]
+    bases = trajectories(machine, first, drives, begun, tolerance, alone, along)
+    heats = more if more is not None else [None] * len(drives)
+    differs = changed(network, about, drives)
+    runs = zip(drives, along, differs, bases, starts, heats, strict=True)
+    return [near_by(network, first, about, *run) for run in runs]
 
 
 def _by_effect(network: Network, states: FloatArray) -> dict[str, FloatArray]:
@@ -170,36 +199,26 @@ def trajectories(
     starts: Sequence[FloatArray],
     tolerance: float = TOLERANCE,
     more: Sequence[Ends] | None = None,
+    stretches: Sequence[Sequence[Stretch]] | None = None,
 ) -> list[FloatArray]:
     """Return temperatures and own states of each run, shape (sets, K + 1, nodes + states).
 
-    *more* is further heat at the start and the end of each step, each (sets, K, nodes) [W].
+    *more* is further heat at the start and the end of each step, each (sets, K, nodes) [W], and
+    *stretches* are those of the runs where they are known.
     """
-    levels = [levels_on(machine, network, drive) for drive in drives]
-    bounds = [_bounds(rows) for rows in levels]
-    keys = [
-        [tuple(rows[a].tolist()) for a in ends[:-1]]
-        for rows, ends in zip(levels, bounds, strict=True)
-    ]
-    needed = list(dict.fromkeys(key for run in keys for key in run))
-    matrices = conductances_at(machine, network, needed)
-    steppers = {key: LevelStepper(network, *matrices[key]) for key in needed}
+    of_runs = stretches or stretches_of(machine, network, drives)
     courses, tracks = [], []
     nodes = network.node_count
-    for i, (drive, start) in enumerate(zip(drives, starts, strict=True)):
+    for i, (drive, start, along) in enumerate(zip(drives, starts, of_runs, strict=True)):
         out = np.empty((len(start), len(drive.grid), nodes + network.state_count))
         out[:, 0, :nodes] = start
         out[:, 0, nodes:] = network.start_states(start, _at_begin(drive))
         heat = network.heat(drive.held)
         heats = (heat + more[i][0], heat + more[i][1]) if more is not None else (heat, heat)
-        stretches = [
-            (steppers[key], slice(a, b))
-            for key, (a, b) in zip(keys[i], pairwise(bounds[i]), strict=True)
-        ]
         if network.linear:
-            _go_exactly(out, drive, stretches, heats)
+            _go_exactly(out, drive, along, heats)
         else:
-            tracks.append(_track(network, out[:, 0], drive, stretches, heats))
+            tracks.append(_track(network, out[:, 0], drive, along, heats))
         courses.append(out)
     if tracks:
         for out, ends in zip(courses, side_by_side(network, tracks, tolerance), strict=True):
@@ -239,12 +258,6 @@ def _outside(machine: Machine, drive: Drive) -> Ends:
     return first, last
 
 
-def _bounds(levels: FloatArray) -> list[int]:
-    """Return the steps at which a level begins, and the number of steps."""
-    changes = np.flatnonzero(np.any(np.diff(levels, axis=0) != 0.0, axis=1)) + 1
-    return [0, *changes.tolist(), len(levels)]
-
-
 def _at_begin(drive: Drive) -> dict[str, FloatArray]:
     """Return all inputs at the start, shape (1,) each."""
     return {name: values[:1] for name, values in (drive.held | drive.first).items()}
@@ -256,48 +269,3 @@ def _followed(network: Network, drive: Drive, temperatures: FloatArray) -> Float
     own = network.start_states(temperatures[:, 0], _at_begin(drive))
     ends = (at_start, temperatures[:, :-1]), (at_end, temperatures[:, 1:])
     return np.concatenate([own[:, None], network.followed(own, np.diff(drive.grid), *ends)], axis=1)
-
-
-def conductances_at(
-    machine: Machine, network: Network, keys: Sequence[Level]
-) -> dict[Level, tuple[FloatArray, FloatArray]]:
-    """Return the network's matrices at many levels of the inputs that conductances use.
-
-    Parameters
-    ----------
-    machine : Machine
-    network : Network
-    keys : sequence of tuple of float
-        Values of the network's ``conductance_inputs``, in their order; all other inputs are 0.
-
-    Returns
-    -------
-    dict of key to (matrix, boundary)
-        Shapes (sets, nodes, nodes) and, from each boundary temperature, (sets, nodes, boundaries)
-        [W/K].
-    """
-    inputs = {entry.name: np.zeros(len(keys)) for entry in machine.inputs}
-    columns = np.array(keys, dtype=np.float64).reshape(len(keys), -1).T
-    inputs |= dict(zip(network.conductance_inputs, columns, strict=True))
-    matrix, boundary = network.all_conductances(inputs, len(keys))
-    return {key: (matrix[:, i], boundary[:, i]) for i, key in enumerate(keys)}
-
-
-def levels_on(machine: Machine, network: Network, drive: Drive) -> FloatArray:
-    """Return the inputs that conductances use over each step of the grid, shape (K, inputs).
-
-    Parameters
-    ----------
-    machine : Machine
-    network : Network
-        Says which inputs conductances use.
-    drive : Drive
-        With K + 1 instants.
-    """
-    spans = {entry.name: entry.high - entry.low for entry in machine.inputs}
-    columns = [
-        levels_of(drive.held[name], spans[name]) if name in drive.held else drive.first[name]
-        for name in network.conductance_inputs
-    ]
-    steps = len(drive.grid) - 1
-    return np.stack(columns, axis=1) if columns else np.zeros((steps, 0))

@@ -1,0 +1,265 @@
+"""Parameter sets near one another: the trajectory of one, the others to first order about it.
+
+A derivative needs no more, and the modes of every changed network would cost the cube of its parts.
+With T0 the trajectory of the one set, what another set differs by obeys
+
+    dD/dt = C0^-1 (-L0 + J) D + g,    g = C^-1 F(T0) - C0^-1 F0(T0),
+
+in the modes of the one network, where F is all heat and J is how the heat that depends on
+temperature answers to it, along T0. g and J D are taken as linear over a step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from plant_model.drive import Drive
+from plant_model.exchange import Exchange
+from plant_model.integrate import Modes, linear_steps
+from plant_model.level import Ends, Held
+from plant_model.levels import Stretch, levels_on
+from plant_model.network import Network
+from plant_model.parameters import FloatArray
+from plant_model.side_by_side import nodes_read
+
+DIFFERENCE = 0.05
+"""Step of the derivative by a temperature [K], or by an own state in what counts like one; set on
+no data."""
+
+Places = npt.NDArray[np.intp]
+
+
+def near_by(
+    network: Network,
+    first: Network,
+    about: int,
+    drive: Drive,
+    stretches: Sequence[Stretch],
+    differs: Sequence[Changed],
+    base: FloatArray,
+    start: FloatArray,
+    more: Ends | None,
+) -> FloatArray:
+    """Return temperatures and own states of a run, shape (sets, K + 1, nodes + own states).
+
+    Parameters
+    ----------
+    network, first : Network
+        Of all sets, and of the one.
+    about : int
+        Position of the one.
+    drive : Drive
+        With K + 1 instants.
+    stretches : sequence of Stretch
+        Of the one.
+    differs : sequence of Changed
+        Of all sets.
+    base : array, shape (1, K + 1, nodes + own states)
+        Its trajectory.
+    start : array, shape (sets, nodes)
+        Temperatures to start from [degC].
+    more : pair of array, shape (sets, K, nodes), optional
+        Further heat at the start and the end of each step [W].
+    """
+    nodes, course, steps = network.node_count, base[0], np.diff(drive.grid)
+    begin, end = (drive.held | around for around in (drive.first, drive.last))
+    heat = network.heat(drive.held)
+    heats = (heat, heat) if more is None else (heat + more[0], heat + more[1])
+    # A quick part warms most at the start of a step: what counts is how far it gets.
+    warming = np.diff(course[:, :nodes], axis=0) / steps[:, None]
+    excess = (
+        _excess(network, about, differs, warming, begin, course[:-1], heats[0]),
+        _excess(network, about, differs, warming, end, course[1:], heats[1]),
+    )
+    own = network.start_states(start, {name: values[:1] for name, values in begin.items()})
+    out = np.empty((len(start), len(drive.grid), course.shape[1]))
+    out[:, 0] = np.concatenate([start, own], axis=1) - course[0]
+    if not first.linear:
+        slopes = slopes_along(first, drive, course)
+        for level, at in stretches:
+            _answer(out, level.modes, at, steps, excess, slopes)
+        out += course
+        return out
+    for level, at in stretches:
+        modes = level.modes
+        force = (part[:, at, :nodes] @ modes.to_modes[0].T for part in excess)
+        before = out[:, at.start, :nodes] @ modes.to_modes[0].T
+        after = linear_steps(modes, before, steps[at], *force)
+        out[:, at.start + 1 : at.stop + 1, :nodes] = after @ modes.to_state[0].T
+    out += course
+    if network.state_count:
+        warm = out[..., :nodes]
+        ends = (begin, warm[:, :-1]), (end, warm[:, 1:])
+        out[:, 1:, nodes:] = network.followed(out[:, 0, nodes:], steps, *ends)
+    return out
+
+
+@dataclass(frozen=True)
+class Changed:
+    """An exchange whose conductance differs in some sets.
+
+    Attributes
+    ----------
+    exchange : Exchange
+    sets : array of int
+        Positions of these sets.
+    change : array, shape (these sets, K)
+        By how much it differs, in each step [W/K].
+    """
+
+    exchange: Exchange
+    sets: Places
+    change: FloatArray
+
+
+def changed(network: Network, about: int, drives: Sequence[Drive]) -> list[list[Changed]]:
+    """Return what differs in each run from the network of one set.
+
+    Parameters
+    ----------
+    network : Network
+        Of all sets.
+    about : int
+        Position of the one.
+    drives : sequence of Drive
+    """
+    of_runs = [levels_on(network.machine, network, drive) for drive in drives]
+    levels, which = np.unique(np.concatenate(of_runs), axis=0, return_inverse=True)
+    of_run = np.split(which.ravel(), np.cumsum([len(rows) for rows in of_runs])[:-1])
+    inputs = {entry.name: np.zeros(len(levels)) for entry in network.machine.inputs}
+    inputs |= dict(zip(network.conductance_inputs, levels.T, strict=True))
+    found: list[list[Changed]] = [[] for _ in drives]
+    for entry in network.exchanges(inputs):
+        if len(entry.conductance) == 1:
+            continue
+        change = entry.conductance - entry.conductance[about]
+        sets = np.flatnonzero(change.any(axis=1))
+        if len(sets):
+            wide = np.broadcast_to(change[sets], (len(sets), len(levels)))
+            for run, at in zip(found, of_run, strict=True):
+                run.append(Changed(entry, sets, wide[:, at]))
+    return found
+
+
+def _excess(
+    network: Network,
+    about: int,
+    differs: Sequence[Changed],
+    warming: FloatArray,
+    inputs: Held,
+    course: FloatArray,
+    heat: FloatArray,
+) -> FloatArray:
+    """Return how much faster all changes along the one's course, (sets, K, nodes + own states).
+
+    *inputs*, *course* and *heat* are at one end of each step, *warming* is over it [K/s].
+    """
+    nodes = network.node_count
+    warm = course[:, :nodes]
+    outside = np.stack([inputs[name] for name in network.machine.boundary_index], axis=-1)
+    rates = np.zeros((len(heat), *course.shape))
+    flows = heat
+    if not network.linear:
+        alike = np.broadcast_to(course, rates.shape)
+        dependent, own = network.dependent(inputs, outside, alike[..., :nodes], alike[..., nodes:])
+        flows = heat + dependent
+        rates[..., nodes:] = own - own[about]
+    more = flows - flows[about]
+    for item in differs:
+        entry = item.exchange
+        # What a flow brings from another part is among what depends on temperature.
+        apart = -warm[:, entry.node]
+        if entry.boundary:
+            apart += outside[:, entry.other]
+        elif not entry.one_way:
+            apart += warm[:, entry.other]
+        flow = item.change * apart
+        more[item.sets, :, entry.node] += flow
+        if not (entry.boundary or entry.one_way):
+            more[item.sets, :, entry.other] -= flow
+    np.divide(more, network.capacity[:, None, :], out=rates[..., :nodes])
+    if len(network.capacity) > 1:
+        less = network.capacity[about] / network.capacity - 1.0
+        for i in np.flatnonzero(less.any(axis=1)).tolist():
+            rates[i, :, :nodes] += less[i] * warming
+    return rates
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """How what depends on temperature, and own states, answer to all of these along a course.
+
+    Attributes
+    ----------
+    read, answers : array of int
+        Positions among temperatures and own states: what is read, and what answers.
+    first, last : array, shape (K, answers, read)
+        At the start and at the end of each step [1/s].
+    """
+
+    read: Places
+    answers: Places
+    first: FloatArray
+    last: FloatArray
+
+
+def slopes_along(network: Network, drive: Drive, course: FloatArray) -> Slopes:
+    """Return the slopes of a network of one parameter set along a course.
+
+    Parameters
+    ----------
+    network : Network
+    drive : Drive
+        With K + 1 instants.
+    course : array, shape (K + 1, nodes + own states)
+        Temperatures and own states.
+    """
+    nodes, names = network.node_count, list(network.machine.boundary_index)
+    begin = {name: values[:1] for name, values in (drive.held | drive.first).items()}
+    warm = nodes_read(network, begin, course[None, :1])
+    read = np.append(warm, np.arange(nodes, course.shape[1]))
+    step = DIFFERENCE * network.error_scale[read]
+    slopes = []
+    for at, around in ((course[:-1], drive.first), (course[1:], drive.last)):
+        near = np.repeat(at[None], len(read) + 1, axis=0)
+        near[np.arange(len(read)) + 1, :, read] += step[:, None]
+        outside = np.stack([around[name] for name in names], axis=-1)
+        heat, rates = network.dependent(
+            drive.held | around, outside, near[..., :nodes], near[..., nodes:]
+        )
+        rates = rates + network.state_decay()[:, None, :] * near[..., nodes:]
+        rate = np.concatenate([heat / network.capacity[:, None, :], rates], axis=2)
+        slopes.append((rate[1:] - rate[0]) / step[:, None, None])
+    answers = np.flatnonzero(np.any([part.any(axis=(0, 1)) for part in slopes], axis=0))
+    first, last = (np.ascontiguousarray(np.moveaxis(part[..., answers], 0, 2)) for part in slopes)
+    return Slopes(read, answers, first, last)
+
+
+def _answer(
+    out: FloatArray,
+    modes: Modes,
+    at: slice,
+    steps: FloatArray,
+    excess: Ends,
+    slopes: Slopes,
+) -> None:
+    """Fill in what sets differ by over a stretch, (sets, K + 1, size)."""
+    to_modes, to_state = modes.to_modes[0], modes.to_state[0]
+    pushed, seen = to_modes[:, slopes.answers].T, to_state[slopes.read].T
+    first, last = (np.swapaxes(part[:, at] @ to_modes.T, 0, 1) for part in excess)
+    identity = np.eye(len(slopes.answers))
+    state = out[:, at.start] @ to_modes.T
+    for k, start, end in zip(range(at.start, at.stop), first, last, strict=True):
+        keep, whole, at_last = (part[0] for part in modes.weights(float(steps[k])))
+        start = start + (state @ seen) @ slopes.first[k].T @ pushed
+        state = keep * state + (whole - at_last) * start + at_last * end
+        # At the end the answer acts on itself: few things answer, and few are read.
+        push = at_last * pushed
+        answer = state @ seen @ slopes.last[k].T
+        itself = push @ seen @ slopes.last[k].T
+        state = state + np.linalg.solve((identity - itself).T, answer.T).T @ push
+        out[:, k + 1] = state @ to_state.T

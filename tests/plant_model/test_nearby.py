@@ -1,0 +1,33 @@
+"""Sets near one another, to first order about the first."""
+
+import numpy as np
+import pytest
+
+from plant_model.drive import drive_from
+from plant_model.machine_file import read_machine
+from plant_model.simulate import Driven, simulate_all
+from tests.plant_model.conftest import with_effects
+from tests.plant_model.test_trajectory import inputs_of
+
+PATH = "links.front_outer-housing_front_xp.conductance"
+MOVED = ["nodes.column.capacity", PATH, "sources.motor.loss"]
+
+
+@pytest.mark.parametrize("keys", [[], ["thermal_preload", "tool_heating"]])
+def test_what_sets_near_the_first_differ_by_is_their_derivative(keys):
+    machine = with_effects(read_machine("jig_borer_lumps"), *keys)
+    names = [*MOVED, "effects.thermal_preload.gain"] if keys else MOVED
+    way = 0.005 * np.eye(len(names) + 1, len(names), -1)
+    values = np.array([machine.parameters[one].value for one in names])
+    frame = inputs_of("jig_borer_lumps", 1.0)
+    runs = [Driven(frame, drive_from(machine, frame, 60.0))]
+
+    def shown(shares, **options):
+        sets = dict(zip(names, (values * (1.0 + shares)).T, strict=True))
+        (run,) = simulate_all(machine, runs, sets, tolerance=1e-4, bounded=False, **options)
+        return np.concatenate([run.temperatures, run.pose], axis=2)[:, 10:]
+
+    near = shown(way, near=True)
+    expected = (shown(way) - shown(-way))[1:] / 2.0
+    for found, wanted in zip(near[1:] - near[0], expected, strict=True):
+        assert np.linalg.norm(found - wanted) < 0.03 * np.linalg.norm(wanted)
