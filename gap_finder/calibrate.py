@@ -175,10 +175,11 @@ class _LeastSquares:
                 return np.array([np.inf])
             return np.concatenate([self.costs(point[None, :]) for point in points])
         return np.array(
-            [self._cost(x, [shown[i] for shown in residuals]) for i, x in enumerate(points)]
+            [self.cost(x, [shown[i] for shown in residuals]) for i, x in enumerate(points)]
         )
 
-    def _cost(self, x: FloatArray, residuals: Sequence[FloatArray]) -> float:
+    def cost(self, x: FloatArray, residuals: Sequence[FloatArray]) -> float:
+        """Return the cost at a point, (P,), whose residuals are known, each (N,)."""
         parts = [Linearisation(shown, np.zeros((len(shown), 0))) for shown in residuals]
         matrix, right, squares = self.gram(parts)
         inner = matrix + np.eye(len(right))
@@ -199,6 +200,7 @@ def calibrate(
     seed: int = 0,
     iterations: int = ITERATIONS,
     start_from: Sequence[Machine] = (),
+    go_on: Calibration | None = None,
     sensitivities: Sequence[Sensitivities] | None = None,
     progress: Progress = quiet,
 ) -> Calibration:
@@ -217,6 +219,8 @@ def calibrate(
         At most, from each start.
     start_from : sequence of Machine
         Starting points instead of the machine itself; priors stay the machine's.
+    go_on : Calibration, optional
+        One of this machine on these runs, to start from where it ended instead.
     sensitivities : sequence of Sensitivities, optional
         How what only one run has acts, if it is known already, of a machine near by.
     progress : callable
@@ -232,10 +236,14 @@ def calibrate(
         priors = Priors.of(machine, calibrated=True)
         problem = _LeastSquares(machine, observed, priors, sensitivities)
         generator = np.random.default_rng(seed)
-        begin = [priors.position(start) for start in start_from or (machine,)]
-        begin += [generator.normal(0.0, 0.7, len(priors.names)) for _ in range(starts - 1)]
-        points = np.clip(np.array(begin), priors.low, priors.high)
-        reached = _descend(problem, points, iterations, progress)
+        if go_on is not None:
+            x = priors.position(go_on.machine)
+            begun = [_Descent(x, go_on.cost, [*go_on.parts])]
+        else:
+            begin = [priors.position(start) for start in start_from or (machine,)]
+            begin += [generator.normal(0.0, 0.7, len(priors.names)) for _ in range(starts - 1)]
+            begun = _begun(problem, np.clip(np.array(begin), priors.low, priors.high))
+        reached = _descend(problem, begun, iterations, progress)
         best = min(reached, key=lambda descent: descent.cost)
         values = {name: float(value[0]) for name, value in priors.values(best.x[None, :]).items()}
         return Calibration(
@@ -258,16 +266,24 @@ class _Descent:
     is_done: bool = False
 
 
-def _descend(
-    problem: _LeastSquares, points: FloatArray, iterations: int, progress: Progress
-) -> list[_Descent]:
-    """Levenberg-Marquardt inside what physics allows, from every start, (S, P), side by side."""
-    costs = problem.costs(points)
-    can = np.isfinite(costs)
-    if not can.any():
+def _begun(problem: _LeastSquares, points: FloatArray) -> list[_Descent]:
+    """Return the starts, (S, P), that the machine can be stepped from."""
+    begun = []
+    for x in points:
+        try:
+            (parts,) = problem.linear(x[None])
+        except IntegrationError:
+            continue
+        begun.append(_Descent(x, problem.cost(x, [part.residual for part in parts]), parts))
+    if not begun:
         raise IntegrationError("the machine cannot be stepped from where calibration starts")
-    begun = zip(points[can], costs[can].tolist(), problem.linear(points[can]), strict=True)
-    descents = [_Descent(x, cost, parts) for x, cost, parts in begun]
+    return begun
+
+
+def _descend(
+    problem: _LeastSquares, descents: list[_Descent], iterations: int, progress: Progress
+) -> list[_Descent]:
+    """Levenberg-Marquardt inside what physics allows, from every start, side by side."""
     for iteration in range(iterations):
         progress(f"iteration {iteration + 1}")
         moved = _stepped(problem, [descent for descent in descents if not descent.is_done])

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -106,30 +107,14 @@ def fit(
     cost_limit : float
         None is returned if the cost is not below this after a few iterations.
     """
+    calibrated = partial(calibrate, base, observed, starts=1, sensitivities=sensitivities)
+    begun = None
     if cost_limit < np.inf:
-        begun = _calibrated(base, observed, start_from, sensitivities, FIRST)
+        begun = calibrated(iterations=FIRST, start_from=start_from)
         if begun.cost > cost_limit:
             return None
-        start_from = [begun.machine]
-    calibration = _calibrated(base, observed, start_from, sensitivities, REFITS)
+    calibration = calibrated(iterations=REFITS, start_from=start_from, go_on=begun)
     return scored(base, observed, calibration, sensitivities)
-
-
-def _calibrated(
-    base: Machine,
-    observed: Sequence[Observations],
-    start_from: Sequence[Machine],
-    sensitivities: Sequence[RunSensitivities],
-    iterations: int,
-) -> Calibration:
-    return calibrate(
-        base,
-        observed,
-        starts=1,
-        iterations=iterations,
-        start_from=start_from,
-        sensitivities=sensitivities,
-    )
 
 
 def scored(
