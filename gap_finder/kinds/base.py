@@ -56,6 +56,8 @@ class Change(ABC):
     at_once : int
         Changes that are simulated in one machine, each with all others off; 1 where a change
         cannot be switched off by its number.
+    in_proportion : bool
+        Whether the answer is in proportion to the amplitude, so that one size tells the others.
     place : tuple of str
         The parts, inputs, sensors or axes.
     """
@@ -64,6 +66,7 @@ class Change(ABC):
     title: ClassVar[str]
     amplitude: ClassVar[str]
     at_once: ClassVar[int] = 40
+    in_proportion: ClassVar[bool] = False
 
     place: tuple[str, ...]
 
@@ -179,23 +182,28 @@ class Change(ABC):
         cls, changes: Sequence[Self], run: CalibratedRun, base: FloatArray
     ) -> list[FloatArray]:
         grown = run.machine
-        for change in changes:
-            grown = change.put_into(grown, change.points()[0])
-        counts = [len(change.points()) for change in changes]
+        points = [change.points() for change in changes]
+        for change, tried in zip(changes, points, strict=True):
+            grown = change.put_into(grown, tried[0])
+        simulated = [tried[:1] if cls.in_proportion else tried for tried in points]
+        counts = [len(tried) for tried in simulated]
         ends = np.cumsum(counts)
         sets: dict[str, FloatArray] = {}
-        for change, end, count in zip(changes, ends, counts, strict=True):
+        for change, tried, end in zip(changes, simulated, ends, strict=True):
             for number, name in change.parameters().items():
-                tried = [point[number] for point in change.points()]
-                column = np.full(ends[-1], 0.0 if number == cls.amplitude else tried[0])
-                column[end - count : end] = tried
+                column = np.full(ends[-1], 0.0 if number == cls.amplitude else tried[0][number])
+                column[end - len(tried) : end] = [point[number] for point in tried]
                 sets[name] = column
         try:
             shown = modelled(simulate_at(grown, run.observed, sets), run.observed)
         except IntegrationError:
             shown = np.repeat(base, ends[-1], axis=0)
         answers = (shown - base) * run.observed.weights
-        return np.split(answers.reshape(int(ends[-1]), -1), ends[:-1])
+        found = np.split(answers.reshape(int(ends[-1]), -1), ends[:-1])
+        if not cls.in_proportion:
+            return found
+        sizes = [[point[cls.amplitude] for point in tried] for tried in points]
+        return [np.outer(size, answer / size[0]) for size, answer in zip(sizes, found, strict=True)]
 
 
 class PathChange(Change):

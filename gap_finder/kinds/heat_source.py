@@ -21,6 +21,7 @@ class HeatSource(Change):
     name: ClassVar[str] = "heat_source"
     title: ClassVar[str] = "Heat source that the machine file does not have"
     amplitude: ClassVar[str] = "power"
+    in_proportion: ClassVar[bool] = True
 
     @classmethod
     def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:

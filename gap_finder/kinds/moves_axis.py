@@ -28,6 +28,7 @@ class MovesAxis(Change):
     name: ClassVar[str] = "moves_axis"
     title: ClassVar[str] = "Part that moves an axis"
     amplitude: ClassVar[str] = "length"
+    in_proportion: ClassVar[bool] = True
 
     way: float
 
