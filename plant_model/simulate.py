@@ -377,5 +377,8 @@ def at_rows(grid: FloatArray, values: FloatArray, time: FloatArray) -> FloatArra
     share = (time - grid[step]) / (grid[step + 1] - grid[step])
     if np.all(share == 0.0):
         return np.asarray(values[:, step])
-    share = share[None, :, None]
-    return np.asarray(values[:, step] * (1.0 - share) + values[:, step + 1] * share)
+    before, wanted = values[:, step], values[:, step + 1]
+    wanted -= before
+    wanted *= share[None, :, None]
+    wanted += before
+    return np.asarray(wanted)
