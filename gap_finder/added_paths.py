@@ -18,14 +18,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap_finder.linearise import DIFFERENCE, machine_in_run
+from gap_finder.linearise import machine_in_run
 from gap_finder.observations import Observations
-from plant_model.drive import Drive
 from plant_model.effects import Effect
 from plant_model.effects.stirred_film import share_of_motion
 from plant_model.integrate import Modes, phi
 from plant_model.levels import conductances_at, levels_on
 from plant_model.machine import Machine
+from plant_model.nearby import Slopes, slopes_along
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import FloatArray, Values
 from plant_model.sensors import readings
@@ -118,29 +118,12 @@ class _Stepped:
             )
             for key, (matrix, _) in matrices.items()
         }
-        self.slopes = None
+        self.slopes: Slopes | None = None
         if network.state_count or not network.linear:
             course = np.concatenate([self.base, base.states[0]], axis=1)
-            self.slopes = _slopes(network, drive, course)
+            self.slopes = slopes_along(network, drive, course)
         self.shown = _weights(self.machine, effects, network, observed.channels)
         self._gains: dict[tuple[tuple[float, ...], float], tuple[FloatArray, ...]] = {}
-        self._couplings: dict[int, tuple[FloatArray, FloatArray]] = {}
-
-    def _coupling(self, k: int) -> tuple[FloatArray, FloatArray]:
-        """Return what J makes of the modes at a step's start and at its end, to multiply.
-
-        The same for all paths, which come in many turns.
-        """
-        if k not in self._couplings:
-            assert self.slopes is not None
-            modes = self.modes[self.keys[k]]
-            at_start, at_end = (
-                modes.to_modes[0] @ slope[k] @ modes.to_state[0] for slope in self.slopes
-            )
-            _, _, at_last = self._gain(self.keys[k], float(self.steps[k]))
-            implicit = np.linalg.inv(np.eye(self.size) - at_last[:, None] * at_end)
-            self._couplings[k] = at_start.T, implicit.T
-        return self._couplings[k]
 
     def _gain(self, key: tuple[float, ...], step: float) -> tuple[FloatArray, ...]:
         """Return what is kept over a step, and the gains of its first and last forcing."""
@@ -222,9 +205,10 @@ class _Stepped:
             started, pushed = state, flow * at_last
             state = keep * state - flow * (at_first * now[:, None])
             if self.slopes is not None:
-                explicit, implicit = self._coupling(k)
-                state += started @ explicit * at_first
-                state, pushed = state @ implicit, pushed @ implicit
+                read = self.slopes.seen(modes)
+                state += started @ read @ self.slopes.at_start(k, modes) * at_first
+                answer = self.slopes.at_end(k, modes, at_last)
+                state, pushed = state + state @ read @ answer, pushed + pushed @ read @ answer
             behind = behind + 0.5 * step * rate * now
             slowed = np.einsum("sn,sn->s", seen, pushed) + 0.5 * step * rate
             then = share[:, k] * (last[:, k] + np.einsum("sn,sn->s", seen, state) - behind)
@@ -233,38 +217,6 @@ class _Stepped:
             behind += 0.5 * step * rate * then
             out[:, k + 1] = state @ shown
         return out
-
-
-def _slopes(network: Network, drive: Drive, course: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return how what depends on temperature, and own states, answer to all of these [1/s].
-
-    Parameters
-    ----------
-    network : Network
-        Of one parameter set.
-    drive : Drive
-        With K + 1 instants.
-    course : array, shape (K + 1, nodes + own states)
-        Temperatures and own states.
-
-    Returns
-    -------
-    first, last : array, shape (K, nodes + own states, nodes + own states)
-        At the start and at the end of each step.
-    """
-    nodes, size = network.node_count, course.shape[1]
-    step = DIFFERENCE * network.error_scale
-    slopes = []
-    for at, ends in ((course[:-1], drive.first), (course[1:], drive.last)):
-        near = np.repeat(at[None], size + 1, axis=0)
-        near[np.arange(size) + 1, :, np.arange(size)] += step[:, None]
-        outside = np.stack([ends[name] for name in network.machine.boundary_index], axis=-1)
-        inputs = drive.held | ends
-        heat, rates = network.dependent(inputs, outside, near[..., :nodes], near[..., nodes:])
-        rates = rates + network.state_decay()[:, None, :] * near[..., nodes:]
-        rate = np.concatenate([heat / network.capacity[:, None, :], rates], axis=2)
-        slopes.append(np.moveaxis((rate[1:] - rate[0]) / step[:, None, None], 0, 2))
-    return slopes[0], slopes[1]
 
 
 def _weights(

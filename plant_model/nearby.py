@@ -206,6 +206,32 @@ class Slopes:
     first: FloatArray
     last: FloatArray
 
+    def seen(self, modes: Modes) -> FloatArray:
+        """Return what is read of each mode, (size, read), of the modes of one parameter set."""
+        return np.asarray(modes.to_state[0, self.read].T)
+
+    def at_start(self, k: int, modes: Modes) -> FloatArray:
+        """Return how modes answer to what is read at the start of a step, (read, size) [1/s]."""
+        return np.asarray(self.first[k].T @ modes.to_modes[0][:, self.answers].T)
+
+    def at_end(self, k: int, modes: Modes, at_last: FloatArray) -> FloatArray:
+        """Return what is read at the end, without its answer, moves there by it, (read, size).
+
+        Parameters
+        ----------
+        k : int
+            The step.
+        modes : Modes
+        at_last : array, shape (size,)
+            What a mode's forcing at the end of the step moves it by there [s].
+        """
+        # The answer acts on itself: few things answer, and few are read.
+        push = at_last * modes.to_modes[0][:, self.answers].T
+        itself = push @ self.seen(modes) @ self.last[k].T
+        return np.asarray(
+            self.last[k].T @ np.linalg.solve(np.eye(len(self.answers)) - itself, push)
+        )
+
 
 def slopes_along(network: Network, drive: Drive, course: FloatArray) -> Slopes:
     """Return the slopes of a network of one parameter set along a course.
@@ -249,17 +275,12 @@ def _answer(
 ) -> None:
     """Fill in what sets differ by over a stretch, (sets, K + 1, size)."""
     to_modes, to_state = modes.to_modes[0], modes.to_state[0]
-    pushed, seen = to_modes[:, slopes.answers].T, to_state[slopes.read].T
+    seen = slopes.seen(modes)
     first, last = (np.swapaxes(part[:, at] @ to_modes.T, 0, 1) for part in excess)
-    identity = np.eye(len(slopes.answers))
     state = out[:, at.start] @ to_modes.T
     for k, start, end in zip(range(at.start, at.stop), first, last, strict=True):
         keep, whole, at_last = (part[0] for part in modes.weights(float(steps[k])))
-        start = start + (state @ seen) @ slopes.first[k].T @ pushed
+        start = start + state @ seen @ slopes.at_start(k, modes)
         state = keep * state + (whole - at_last) * start + at_last * end
-        # At the end the answer acts on itself: few things answer, and few are read.
-        push = at_last * pushed
-        answer = state @ seen @ slopes.last[k].T
-        itself = push @ seen @ slopes.last[k].T
-        state = state + np.linalg.solve((identity - itself).T, answer.T).T @ push
+        state = state + state @ seen @ slopes.at_end(k, modes, at_last)
         out[:, k + 1] = state @ to_state.T
