@@ -242,7 +242,7 @@ def slopes_along(network: Network, drive: Drive, course: FloatArray) -> Slopes:
     drive : Drive
         With K + 1 instants.
     course : array, shape (K + 1, nodes + own states)
-        Temperatures and own states.
+        Temperatures [degC] and own states.
     """
     nodes, names = network.node_count, list(network.machine.boundary_index)
     begin = {name: values[:1] for name, values in (drive.held | drive.first).items()}
