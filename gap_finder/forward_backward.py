@@ -194,7 +194,8 @@ class Searching:
     ) -> Step:
         """Score what the screening proposes to add to the best so far."""
         self._progress(f"screening, {len(best.additions) + 1}")
-        proposed = screened(best.fit, listed, unit_of(least_units(self.nothing)))
+        law = unit_of(least_units(self.nothing))
+        proposed = screened(best.fit, sensitivities, listed, law)
         first, later = proposed.likely[:LEADERS], proposed.likely[LEADERS:]
         tried = self._scored(best, first, listed, sensitivities)
         limit = self._cost_limit(best, tried)

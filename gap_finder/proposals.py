@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gap_finder.design import RunSensitivities, design_of
 from gap_finder.hypotheses import AddedChange, AddedEffect, Addition, Listed
 from gap_finder.keys import effect_of
 from gap_finder.score import Fit
@@ -45,16 +46,20 @@ class Proposed:
     places: list[Addition]
 
 
-def screened(best: Fit, listed: Listed, law: float) -> Proposed:
+def screened(
+    best: Fit, sensitivities: Sequence[RunSensitivities], listed: Listed, law: float
+) -> Proposed:
     """Return what is to be fully scored, where every answer is as if linear in its size.
 
-    *law* is what the score takes one square for at the least [tolerances squared].
+    *sensitivities* are those of the best, *law* is what the score takes one square for at the least
+    [tolerances squared].
     """
     tried = listed.tried
     if not tried:
         return Proposed([], [])
-    screen = Screen(NormalMatrices.of(best.designs, tried))
-    scores = screen.scores(Residuals.of(best.designs, tried, best.position()))
+    designs = design_of(best.calibration.parts, sensitivities)
+    screen = Screen(NormalMatrices.of(designs, tried))
+    scores = screen.scores(Residuals.of(designs, tried, best.position()))
     prior = np.array([listed.costs[addition.key] for addition in tried])
     unit = max(law, (scores.cost - float(scores.gain.max())) / best.left.size)
     sized = [

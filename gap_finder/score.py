@@ -43,8 +43,6 @@ class Fit:
     base : Machine
         Before calibration: its values are the prior's centre.
     calibration : Calibration
-    designs : tuple of RunDesign
-        About the calibrated machine.
     observed : tuple of Observations
     left : array, shape (R, C)
         Squares that are left of each run and channel, predicted from the other runs [tolerances
@@ -55,7 +53,6 @@ class Fit:
 
     base: Machine
     calibration: Calibration
-    designs: tuple[RunDesign, ...]
     observed: tuple[Observations, ...]
     left: FloatArray
     other_position: FloatArray
@@ -132,7 +129,7 @@ def scored(
     spread = folds.spread(max(1.0, float(left.sum()) / left.size))
     estimates = intervals(base, moved, x, spread)
     calibrated = replace(calibration, parameters=estimates)
-    return Fit(base, calibrated, tuple(designs), tuple(observed), left, folds.other_position())
+    return Fit(base, calibrated, tuple(observed), left, folds.other_position())
 
 
 class _Folds:

@@ -12,7 +12,7 @@ import pytest
 from scipy.stats import chi2, norm
 
 from gap_finder.calibrate import ParameterEstimate, _LeastSquares, calibrate, intervals
-from gap_finder.design import RunDesign, all_sensitivities
+from gap_finder.design import RunDesign, all_sensitivities, design_of
 from gap_finder.observations import Observations, observe
 from gap_finder.priors import Priors
 from gap_finder.score import fit
@@ -150,7 +150,8 @@ def test_the_intervals_of_an_explanation_are_those_of_one_dense_problem(
     moved = Priors.of(machine, calibrated=True)
     over = found.left_each
     assert (over > 1.05) == (noise > 0.0)
-    expected = dense_deviations(found.designs, len(moved.names)) * np.sqrt(max(1.0, over))
+    designs = design_of(found.calibration.parts, sensitivities)
+    expected = dense_deviations(designs, len(moved.names)) * np.sqrt(max(1.0, over))
     expected = np.minimum(expected, 1.0)  # no run makes a parameter less certain than its range
     assert expected.min() < 0.95
     for one, wanted in zip(found.calibration.parameters, expected, strict=True):

@@ -33,7 +33,7 @@ def test_the_likeliest_are_scored_even_if_none_lowers_the_score_in_the_screening
     ]
     # So unlikely that nothing gained pays for it.
     costs = {key: 1e4 + cost for key, cost in prior_costs({one.key for one in tried}).items()}
-    likely = screened(now, Listed(tried, costs), LAW).likely
+    likely = screened(now, sensitivities, Listed(tried, costs), LAW).likely
     assert len({one.key for one in likely}) == len(likely) == LEADERS
 
 
