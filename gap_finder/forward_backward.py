@@ -164,6 +164,7 @@ class Searching:
         listed: Listed | None = None
         tried: dict[str, tuple[Hypothesis, ...]] = {}
         rivals: tuple[tuple[Hypothesis, ...], ...] = ()
+        settled: set[frozenset[str]] = set()
         while len(best.additions) < self._search.most:
             listed = listed or self._listed(best, sensitivities)
             step = self._forward(best, sensitivities, listed.without(best.keys))
@@ -173,8 +174,9 @@ class Searching:
             before, best = best, step.tried[0]
             tried[best.keys[-1]] = step.tried
             best, rivals = self._settled(best, tried, sensitivities)
-            if len(best.additions) >= self._search.most:
-                break
+            if len(best.additions) >= self._search.most or frozenset(best.keys) in settled:
+                break  # All that may be named, or the same again: units change with what is tried.
+            settled.add(frozenset(best.keys))
             self._progress(f"calibrating with {best.keys[-1]}")
             parts = before.fit.machine.node_index
             best, sensitivities = recalibrated(best, self._pool)

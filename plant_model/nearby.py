@@ -76,7 +76,7 @@ def near_by(
         _excess(network, about, differs, warming, end, course[1:], heats[1]),
     )
     own = network.start_states(start, {name: values[:1] for name, values in begin.items()})
-    out = np.empty((len(start), len(drive.grid), course.shape[1]))
+    out = np.zeros((len(start), len(drive.grid), course.shape[1]))
     out[:, 0] = np.concatenate([start, own], axis=1) - course[0]
     if not first.linear:
         slopes = slopes_along(first, drive, course)

@@ -6,7 +6,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gap_finder.forward_backward import LAW, MARGIN, Hypothesis, unit_of, units_of
+from gap_finder import forward_backward
+from gap_finder.forward_backward import (
+    LAW,
+    MARGIN,
+    Hypothesis,
+    Searching,
+    Step,
+    unit_of,
+    units_of,
+)
+from gap_finder.search import Search
 
 
 def hypothesis(left: Any, calibrated: float = 0.0, prior: float = 0.0) -> Hypothesis:
@@ -32,3 +42,35 @@ def test_what_fits_better_does_so_by_the_margin_and_what_its_prior_costs(won, be
     before = hypothesis([[1.0]], calibrated=100.0)
     after = hypothesis([[0.1]], calibrated=100.0 - 15.9 - won, prior=15.9)
     assert after.fits_better(before) is better
+
+
+class GoingRound(Searching):
+    """Adds what is not there, and takes away what was."""
+
+    steps = 0
+
+    def _listed(self, best, sensitivities):
+        return SimpleNamespace(without=lambda keys: ())
+
+    def _forward(self, best, sensitivities, listed):
+        self.steps += 1
+        assert self.steps < 9, "goes round for ever"
+        added = "b" if best.keys == ("a",) else "a"
+        return Step(best, (named(*best.keys, added, left=best.fit.left - 40.0),), np.ones(1))
+
+    def _settled(self, best, tried, sensitivities):
+        return named(best.keys[-1], left=500.0), ((),)
+
+
+def named(*keys: str, left: Any) -> Hypothesis:
+    machine = SimpleNamespace(node_index={})
+    fit: Any = SimpleNamespace(left=np.full((1, 1), left), moved_cost=0.0, machine=machine)
+    parts: Any = tuple(SimpleNamespace(key=key, size_cost=lambda: 0.0) for key in keys)
+    return Hypothesis(parts, (0.0,) * len(keys), fit)
+
+
+def test_a_search_that_goes_round_ends(monkeypatch):
+    monkeypatch.setattr(forward_backward, "recalibrated", lambda best, pool: (best, []))
+    nothing = named(left=540.0).fit
+    found = GoingRound(None, nothing, Search(), lambda text: None).run([])  # type: ignore[arg-type]
+    assert [step.tried[0].keys for step in found.steps] == [("a",), ("a", "b"), ("b", "a")]
