@@ -26,7 +26,7 @@ from plant_model.network import Network
 from plant_model.parameters import FloatArray
 from plant_model.side_by_side import nodes_read
 
-DIFFERENCE = 0.05
+SLOPE_STEP = 0.05
 """Step of the derivative by a temperature [K], or by an own state in what counts like one; set on
 no data."""
 
@@ -248,7 +248,7 @@ def slopes_along(network: Network, drive: Drive, course: FloatArray) -> Slopes:
     begin = {name: values[:1] for name, values in (drive.held | drive.first).items()}
     warm = nodes_read(network, begin, course[None, :1])
     read = np.append(warm, np.arange(nodes, course.shape[1]))
-    step = DIFFERENCE * network.error_scale[read]
+    step = SLOPE_STEP * network.error_scale[read]
     slopes = []
     for at, around in ((course[:-1], drive.first), (course[1:], drive.last)):
         near = np.repeat(at[None], len(read) + 1, axis=0)
