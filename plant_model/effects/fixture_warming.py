@@ -54,7 +54,7 @@ class FixtureWarming(Effect):
     def prepare(self) -> None:
         """Find hall, part and the radial sensors."""
         self._hall = outside(self.machine)
-        self._part = _beside(self.machine)[self.driver]
+        self._part = self.machine.node_index[self.driver]
         direction = np.radians(self.own("direction"))
         along = {"X": np.cos(direction), "Y": np.sin(direction)}
         signs = {name: entry["sign"] for name, entry in self.machine.rig.get("axes", {}).items()}

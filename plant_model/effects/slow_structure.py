@@ -64,8 +64,8 @@ class SlowStructure(Effect):
     def prepare(self) -> None:
         """Find what it follows, and where the growth goes."""
         self._hall = outside(self.machine)
-        parts = {} if self.driver == HALL else structure_parts(self.machine)
-        self._part = parts.get(self.driver)
+        # By name: which parts are the heaviest changes while capacities are calibrated.
+        self._part = None if self.driver == HALL else self.machine.node_index[self.driver]
         direction, azimuth = (np.radians(self.own(name)) for name in ("direction", "azimuth"))
         self._shares = {
             "elongation": np.cos(direction),

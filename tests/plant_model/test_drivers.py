@@ -12,7 +12,10 @@ from plant_model.anatomy import enclosed_air
 from plant_model.effects import catalogue
 from plant_model.effects.base import NONE
 from plant_model.machine_file import machine_path, read_machine
+from plant_model.network import effects_in_force
+from plant_model.parameters import Values
 from tests.plant_model.catalogue_machines import bare, change, heat_of, made, steady
+from tests.plant_model.conftest import with_effects
 from tests.plant_model.test_catalogue_readings import hall_step
 
 
@@ -159,3 +162,13 @@ def test_a_key_may_name_the_usual_driver(jig_borer_lumps):
     usual = change(jig_borer_lumps, "slow_structure", inputs)[1]
     named = change(jig_borer_lumps, "slow_structure:hall", inputs)[1]
     np.testing.assert_array_equal(usual.pose, named.pose)
+
+
+@pytest.mark.parametrize("key", ["fixture_warming:base", "slow_structure:base"])
+def test_a_named_part_drives_though_calibration_makes_another_one_heavier(key):
+    machine = with_effects(read_machine("lathe"), key)
+    heavier = machine.with_values({"nodes.front_frame.capacity": 2e5}, beyond=True)
+    assert "base" not in catalogue()[law_of(key)].drivers(heavier)
+    effects = effects_in_force(heavier, Values(heavier.parameters, None))
+    (effect,) = [effect for effect in effects if effect.key == key]
+    assert effect._part == heavier.node_index["base"]
