@@ -40,8 +40,8 @@ SPLITS = {
 
 The second and third were drawn to ask two versions of the gap finder the same questions, once
 each; the fourth to ask the version with one list what no rule of it was set on, the fifth to the
-fifteenth for the same after the ones before had been looked at; the sixteenth to judge compensators
-(`benchmarks.trust.drawn`), the seventeenth to ask the gap finder more at once."""
+fifteenth and the seventeenth for the same after the ones before had been looked at; the sixteenth
+to judge compensators (`benchmarks.trust.drawn`)."""
 KINDS = ("none", "effect", "outside", "pair", "beyond", "mistake")
 NONE_SHARE, PAIRS = 25, 25
 
