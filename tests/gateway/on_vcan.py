@@ -112,7 +112,7 @@ def _in_guest(command: list[str], folder: Path, environment: dict[str, str]) -> 
     script = folder / "init.sh"
     script.write_text(
         INIT.format(
-            path=f"{Path(sys.executable).parent}:{SYSTEM_PATH}",
+            path=shlex.quote(f"{Path(sys.executable).parent}:{SYSTEM_PATH}"),
             modules=MODULES,
             root=shlex.quote(str(ROOT)),
             environment="\n".join(f"export {k}={shlex.quote(v)}" for k, v in kept.items()),
