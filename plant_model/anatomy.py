@@ -200,8 +200,8 @@ def measured_parts(machine: Machine) -> list[str]:
     return [name for name in read if name in machine.node_index]
 
 
-def structure_parts(machine: Machine) -> dict[str, int]:
-    """Return the column and what it carries, by name: parts that the work or a probe stands on.
+def structure_parts(machine: Machine) -> list[str]:
+    """Return the column and what it carries: parts that the work or a probe stands on.
 
     Parameters
     ----------
@@ -209,11 +209,11 @@ def structure_parts(machine: Machine) -> dict[str, int]:
 
     Returns
     -------
-    dict of str to int
-        Positions of nodes.
+    list of str
+        Names of nodes; one where nothing is carried.
     """
-    carriers = (base_node(machine), carrier_node(machine))
-    return {machine.nodes[node].name: node for node in carriers}
+    carriers = dict.fromkeys((base_node(machine), carrier_node(machine)))
+    return [machine.nodes[node].name for node in carriers]
 
 
 def incidence(nodes: Sequence[int], count: int) -> FloatArray:

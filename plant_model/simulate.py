@@ -72,8 +72,8 @@ class Simulation:
     def without_first(self) -> Simulation:
         """Return the simulation without its first parameter set."""
         readings = {name: shown[1:] for name, shown in self.readings.items()}
-        parts = (self.temperatures[1:], self.pose[1:], self.states[1:])
-        return Simulation(self.machine, self.time_s, self.inputs, readings, *parts)
+        temperatures, pose, states = self.temperatures[1:], self.pose[1:], self.states[1:]
+        return replace(self, readings=readings, temperatures=temperatures, pose=pose, states=states)
 
     def drift(self, tool_length_mm: float) -> FloatArray:
         """Return the drift of a tool tip [um], shape (sets, T, 3).

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
+from scipy.stats import gmean
 from tqdm import tqdm
 
 from benchmarks.gap.plan import trials
@@ -56,15 +57,11 @@ def table(found: Sequence[dict[str, Any]]) -> str:
         )
         kept = sum(one["rmse"] <= MUCH * one["promised"] for one in ours)
         shares = (
-            f"{_mean([one['rmse'] / one['none'] for one in some]):.1%}" for some in (ours, theirs)
+            f"{gmean([one['rmse'] / one['none'] for one in some]):.1%}" for some in (ours, theirs)
         )
         inside = (f"{np.mean([one['coverage'] for one in some]):.0%}" for some in (ours, theirs))
         rows.append((data, axis, *shares, *inside, f"{kept} of {len(ours)}"))
     return as_table(HEAD, rows)
-
-
-def _mean(values: Sequence[float]) -> float:
-    return float(np.exp(np.mean(np.log(values))))
 
 
 def main() -> int:

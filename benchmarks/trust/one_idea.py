@@ -75,8 +75,7 @@ def _axes(question: Question) -> Any:
 
 
 def _left(run: PreparedRun, said: Array, spread: Array, weights: Array) -> RunLeft:
-    rows = grid_rows(run.time_s)
-    rows = [row for row in rows if np.isfinite(run.targets[row]).all()]
+    rows = [row for row in grid_rows(run.time_s) if np.isfinite(run.targets[row]).all()]
     axes = {}
     for axis, row in zip("XYZ", weights, strict=True):
         if not row.any():

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from scipy.stats import gmean
 
 from benchmarks.results_page import as_table
 from benchmarks.trust.judge import CHOICE, PROTOTYPE
@@ -36,8 +37,9 @@ def _beside(good: Sequence[dict[str, Any]]) -> list[str]:
     ]
     if not ratios:
         return []
-    mean, worse = np.exp(np.mean(np.log(ratios))), sum(ratio > WORSE for ratio in ratios)
-    says = f"Beside `{PROTOTYPE}` {100 * mean:.0f} % is left (geometric mean of {len(ratios)} rows)"
+    worse = sum(ratio > WORSE for ratio in ratios)
+    left_beside = f"Beside `{PROTOTYPE}` {100 * gmean(ratios):.0f} % is left"
+    says = f"{left_beside} (geometric mean of {len(ratios)} rows)"
     return [f"{says}; {worse} of them leave more than {100 * (WORSE - 1):.0f} % more.", ""]
 
 
@@ -56,8 +58,7 @@ def _kept(good: Sequence[dict[str, Any]]) -> list[str]:
 
 
 def _ratio(one: dict[str, Any]) -> float:
-    logs = [np.log(axis["rmse"] / axis["none"]) for axis in one["axes"].values()]
-    return float(np.exp(np.mean(logs)))
+    return float(gmean([axis["rmse"] / axis["none"] for axis in one["axes"].values()]))
 
 
 def _summary(good: Sequence[dict[str, Any]]) -> list[str]:
@@ -73,7 +74,7 @@ def _summary(good: Sequence[dict[str, Any]]) -> list[str]:
                 cells += ["-"] * (4 if unlike else 2)
                 continue
             ratios = [_ratio(one) for one in kind]
-            cells.append(f"{100 * np.exp(np.mean(np.log(ratios))):.0f} %")
+            cells.append(f"{100 * gmean(ratios):.0f} %")
             if unlike:
                 cells.append(f"{100 * max(ratios):.0f} %")
                 cells.append(f"{100 * max(one['worst'] for one in kind):.0f} %")

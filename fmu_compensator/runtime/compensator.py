@@ -337,10 +337,11 @@ class RunningCompensator:
         if reason is not None:
             sensor = reason.sensor
             text = reason.text if status == UNTRAINED else f"{text}: {reason.text}"
-        limit = self.model.limits.offset_um
-        if valid and limit in map(abs, self._offset):
+        if valid:
+            limit = self.model.limits.offset_um
             for axis, sent in zip("XYZ", self._offset, strict=True):
-                text += f"; d{axis} is at its limit of {limit:g} um" if abs(sent) == limit else ""
+                if abs(sent) == limit:
+                    text += f"; d{axis} is at its limit of {limit:g} um"
         told = self._prediction
         return Output(*self._offset, *told.pose, *told.half_width, valid, status, sensor, text)
 

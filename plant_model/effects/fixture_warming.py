@@ -10,13 +10,6 @@ from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Parameter
 
 
-def _beside(machine: Machine) -> dict[str, int]:
-    """Return the parts that may warm a fixture, by name, the nose of the housing first."""
-    ends = (foremost(machine, "housing"), foremost(machine, "shaft"))
-    noses = [node for node in ends if node is not None][:1]
-    return {machine.nodes[node].name: node for node in noses} | structure_parts(machine)
-
-
 class FixtureWarming(Effect):
     """All radial readings move by k y together, tau dy/dt = (1 - s) dT_hall + s dT_part - y.
 
@@ -48,8 +41,10 @@ class FixtureWarming(Effect):
 
     @classmethod
     def drivers(cls, machine: Machine) -> dict[str, str]:
-        """Return the parts that may warm the fixture beside the hall."""
-        return {name: f"the hall and the {name}" for name in _beside(machine)}
+        """Return the parts that may warm the fixture beside the hall, the housing's nose first."""
+        ends = (foremost(machine, "housing"), foremost(machine, "shaft"))
+        noses = [machine.nodes[node].name for node in ends if node is not None][:1]
+        return {name: f"the hall and the {name}" for name in (*noses, *structure_parts(machine))}
 
     def prepare(self) -> None:
         """Find hall, part and the radial sensors."""
