@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -45,9 +46,10 @@ def workers(count: int | None = None) -> Iterator[ProcessPoolExecutor]:
         with suppress(AttributeError, OSError):
             pool._result_queue._writer.close()  # type: ignore[attr-defined]
         # And the thread that feeds workers waits until somebody reads, as long as anybody could:
-        # this process, again, which Python 3.11.2 keeps open.
-        with suppress(AttributeError, OSError):
-            pool._call_queue._reader.close()  # type: ignore[attr-defined]
+        # this process, again. From 3.11.5 on the pool's own thread closes it, and must do so alone.
+        if sys.version_info < (3, 11, 5):
+            with suppress(AttributeError, OSError):
+                pool._call_queue._reader.close()  # type: ignore[attr-defined]
 
     # One thread each: small matrices gain nothing from more, and workers would crowd each other.
     pool = ProcessPoolExecutor(count or os.cpu_count(), initializer=begin, initargs=(os.getpid(),))
