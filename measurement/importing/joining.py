@@ -16,7 +16,8 @@ from measurement.importing.tables import Table
 from measurement.runs import TIME
 
 SAME_S = 1e-3
-"""Rows of two tables within this time are one row [s]: set on no data."""
+"""Rows of two tables within this time are one row [s], unless one table alone has rows as close:
+set on no data."""
 
 
 @dataclass(frozen=True)
@@ -226,12 +227,15 @@ def _beside(logs: Sequence[Log]) -> Log:
                 raise BadInput(log.paths[0], f"column {header}", problem)
             before.add(name)
     _overlapping(logs)
-    every = np.unique(np.concatenate([log.frame[TIME].to_numpy() for log in logs]))
-    fresh = np.diff(every, prepend=-np.inf) > SAME_S
+    clocks = [log.frame[TIME].to_numpy() for log in logs]
+    closest = min(float(np.diff(clock).min(initial=np.inf)) for clock in clocks)
+    same = min(SAME_S, closest / 2.0)
+    every = np.unique(np.concatenate(clocks))
+    fresh = np.diff(every, prepend=-np.inf) > same
     times = every[fresh]
     frame = pd.DataFrame({TIME: times})
-    for log in logs:
-        rows = np.searchsorted(times, log.frame[TIME].to_numpy() + SAME_S / 10.0, side="right") - 1
+    for log, clock in zip(logs, clocks, strict=True):
+        rows = np.searchsorted(times, clock + same / 10.0, side="right") - 1
         for name in log.sources:
             values = np.full(len(times), np.nan)
             values[rows] = log.frame[name].to_numpy()

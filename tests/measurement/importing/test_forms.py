@@ -229,6 +229,15 @@ def test_blocks_side_by_side_have_their_own_clocks(names, tmp_path):
     assert frame["z_um"].tolist() == (frame["time_s"] / 60.0).tolist() == list(range(0, 40, 2))
 
 
+def test_tables_of_a_fast_recorder_lose_no_rows(tmp_path):
+    clock = [f"{0.0005 * n:.4f}" for n in range(40)]
+    for name, column in (("T", HEADER[0]), ("z", HEADER[4])):
+        text = "\n".join([f"t [s];{column}", *(f"{now};{n}" for n, now in enumerate(clock))])
+        (tmp_path / f"{name}.csv").write_text(text, encoding="utf-8")
+    (run,) = import_files([tmp_path / "T.csv", tmp_path / "z.csv"]).runs
+    assert run.frame.iloc[:, 1].tolist() == run.frame.iloc[:, 2].tolist() == list(range(40))
+
+
 def test_an_axis_makes_a_displacement_of_a_position(tmp_path):
     path, header = tmp_path / "log.csv", "Pos Z [mm]"
     text = table(elapsed(), clock="t [s]", header=[*HEADER[:4], header], values=signals() * MM)
