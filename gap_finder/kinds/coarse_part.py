@@ -55,7 +55,9 @@ class CoarsePart(Change):
         machine = runs[0].machine
         taken, others = taken_names(machine), parts_joined(machine)
         for node in machine.nodes:
-            if f"{node.name}_far" in taken or node.name not in others:
+            # A cell of a drawn body is as small as its conduction asks for: the drawing says so.
+            drawn = bool(node.capacity.tied)
+            if drawn or f"{node.name}_far" in taken or node.name not in others:
                 continue
             sensors = tuple(sensor.name for sensor in machine.sensors if sensor.of == node.name)
             single = [(name,) for name in sensors] if len(sensors) > 1 else []
