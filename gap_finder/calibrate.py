@@ -3,37 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
 from scipy.optimize import lsq_linear
 from threadpoolctl import threadpool_limits
 
+from gap_finder.descent import ITERATIONS, Descent
 from gap_finder.directions import fewer
 from gap_finder.linearise import (
     Linearisation,
     bias_columns,
     linear_about,
     nuisance_columns,
-    residuals_of,
+    residuals_at,
 )
 from gap_finder.observations import Observations
 from gap_finder.priors import FAR, Priors
 from plant_model.integrate import IntegrationError
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
-
-ITERATIONS = 20
-"""Of a calibration at most; set for time, on no data."""
-
-ENOUGH = 1e-3
-"""Relative improvement of the cost at which a start is taken to have converged [1]; set on no
-data."""
-
-DAMPINGS = ((1 / 6.0, 1.0, 6.0), (36.0, 216.0, 1296.0))
-"""Multiples of the last damping that are tried at once, and if none helps, then [1]; set on no
-data."""
 
 ROBUST = 3.0
 """Weighted residuals beyond this many root mean squares count linearly (Huber). Set on no data."""
@@ -167,13 +157,8 @@ class _LeastSquares:
         return np.asarray(matrix), np.asarray(right), float(squares)
 
     def costs(self, points: FloatArray) -> FloatArray:
-        """Return the cost at every point, (S,); inf where the machine cannot be stepped."""
-        try:
-            residuals = residuals_of(self.machine, self.observed, self.priors.values(points))
-        except IntegrationError:  # One point so far from what is likely stops all of them.
-            if len(points) == 1:
-                return np.array([np.inf])
-            return np.concatenate([self.costs(point[None, :]) for point in points])
+        """Return the cost at every point, (S,); NaN where the machine cannot be stepped."""
+        residuals = residuals_at(self.machine, self.observed, self.priors, points)
         return np.array(
             [self.cost(x, [shown[i] for shown in residuals]) for i, x in enumerate(points)]
         )
@@ -238,7 +223,7 @@ def calibrate(
         generator = np.random.default_rng(seed)
         if go_on is not None:
             x = priors.position(go_on.machine)
-            begun = [_Descent(x, go_on.cost, [*go_on.parts])]
+            begun = [_Begun(x, go_on.cost, parts=[*go_on.parts])]
         else:
             begin = [priors.position(start) for start in start_from or (machine,)]
             begin += [generator.normal(0.0, 0.7, len(priors.names)) for _ in range(starts - 1)]
@@ -256,17 +241,13 @@ def calibrate(
 
 
 @dataclass(eq=False)
-class _Descent:
-    """One start on its way down."""
+class _Begun(Descent):
+    """A start on its way down, with every run about where it is."""
 
-    x: FloatArray
-    cost: float
-    parts: list[Linearisation]
-    damping: float = 1e-2
-    is_done: bool = False
+    parts: list[Linearisation] = field(default_factory=list)
 
 
-def _begun(problem: _LeastSquares, points: FloatArray) -> list[_Descent]:
+def _begun(problem: _LeastSquares, points: FloatArray) -> list[_Begun]:
     """Return the starts, (S, P), that the machine can be stepped from."""
     begun = []
     for x in points:
@@ -274,59 +255,45 @@ def _begun(problem: _LeastSquares, points: FloatArray) -> list[_Descent]:
             (parts,) = problem.linear(x[None])
         except IntegrationError:
             continue
-        begun.append(_Descent(x, problem.cost(x, [part.residual for part in parts]), parts))
+        cost = problem.cost(x, [part.residual for part in parts])
+        begun.append(_Begun(x, cost, parts=parts))
     if not begun:
         raise IntegrationError("the machine cannot be stepped from where calibration starts")
     return begun
 
 
 def _descend(
-    problem: _LeastSquares, descents: list[_Descent], iterations: int, progress: Progress
-) -> list[_Descent]:
-    """Levenberg-Marquardt inside what physics allows, from every start, side by side."""
+    problem: _LeastSquares, descents: list[_Begun], iterations: int, progress: Progress
+) -> list[_Begun]:
+    """Go down inside what physics allows, from every start, side by side."""
     for iteration in range(iterations):
         progress(f"iteration {iteration + 1}")
-        moved = _stepped(problem, [descent for descent in descents if not descent.is_done])
-        if not moved:
+        going = [descent for descent in descents if not descent.is_done]
+        if not going:
             break
+        trials = [_trials(problem, descent) for descent in going]
+        costs = np.split(problem.costs(np.concatenate(trials)), len(going))
+        triples = zip(going, trials, costs, strict=True)
+        moved = [descent for descent, *tried in triples if descent.take(*tried) is not None]
+        if not moved:
+            continue
         parts_of = problem.linear(np.array([descent.x for descent in moved]))
         for descent, parts in zip(moved, parts_of, strict=True):
             descent.parts = parts
     return descents
 
 
-def _stepped(problem: _LeastSquares, descents: Sequence[_Descent]) -> list[_Descent]:
-    """Take a step of each descent, the best of several dampings; return those that moved."""
-    moved, waiting = [], list(descents)
-    for shares in DAMPINGS:
-        if not waiting:
-            break
-        trials = [
-            [_trial(problem, descent, descent.damping * share) for share in shares]
-            for descent in waiting
-        ]
-        costs = problem.costs(np.concatenate(trials)).reshape(len(waiting), len(shares))
-        for descent, points, reached in zip(waiting, trials, costs, strict=True):
-            best = int(np.argmin(reached))
-            if reached[best] < descent.cost:
-                descent.is_done = descent.cost - reached[best] < ENOUGH * descent.cost
-                descent.x, descent.cost = points[best], float(reached[best])
-                descent.damping = max(descent.damping * shares[best], 1e-6)
-                moved.append(descent)
-        waiting = [descent for descent in waiting if descent not in moved]
-    for descent in waiting:
-        descent.is_done = True
-    return moved
-
-
-def _trial(problem: _LeastSquares, descent: _Descent, damping: float) -> FloatArray:
-    """Return where a descent would go, shape (P,)."""
+def _trials(problem: _LeastSquares, descent: _Begun) -> FloatArray:
+    """Return where a descent may go, shape (T, P)."""
     priors, x = problem.priors, descent.x
     matrix, right, _ = problem.gram(descent.parts)
     matrix += np.eye(len(matrix))
     right[: len(x)] += x
-    scaled = matrix + damping * np.diag(np.diag(matrix))
-    return np.clip(x + _bounded_step(scaled, right, x, priors), priors.low, priors.high)
+    diagonal = np.diag(np.diag(matrix))
+    steps = [
+        _bounded_step(matrix + damping * diagonal, right, x, priors) for damping in descent.dampings
+    ]
+    return np.asarray(np.clip(x + np.array(steps), priors.low, priors.high))
 
 
 def _bounded_step(

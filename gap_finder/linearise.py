@@ -9,6 +9,7 @@ import numpy as np
 
 from gap_finder.observations import Observations
 from gap_finder.priors import Priors
+from plant_model.integrate import IntegrationError
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
@@ -169,6 +170,25 @@ def residuals_of(
     shown = simulate_runs(machine, observed, parameters, near=near)
     pairs = zip(observed, shown, strict=True)
     return [run.weighted(modelled(simulated, run)) for run, simulated in pairs]
+
+
+def residuals_at(
+    machine: Machine, observed: Sequence[Observations], priors: Priors, points: FloatArray
+) -> list[FloatArray]:
+    """Return the weighted residuals of every run at several points, (S, P), of the fitting scale.
+
+    Returns
+    -------
+    list of array, each (S, N)
+        NaN at points from which the machine cannot be stepped.
+    """
+    try:
+        return residuals_of(machine, observed, priors.values(points))
+    except IntegrationError:  # One point so far from what is likely stops all of them.
+        if len(points) == 1:
+            return [np.full((1, run.weights.size), np.nan) for run in observed]
+        each = [residuals_at(machine, observed, priors, point[None]) for point in points]
+        return [np.concatenate(of_run) for of_run in zip(*each, strict=True)]
 
 
 def linear_about(

@@ -7,31 +7,24 @@ all runs but one, which is simulated with the numbers of its fold.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
+import numpy.typing as npt
 
 from gap_finder.calibrate import Calibration, calibrate, intervals
+from gap_finder.descent import ITERATIONS, Descent
 from gap_finder.design import RunDesign, RunSensitivities, design_of
-from gap_finder.linearise import residuals_of
+from gap_finder.linearise import residuals_at
 from gap_finder.observations import Observations
 from gap_finder.priors import FAR, Priors
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 
-REFITS = 8
-"""Iterations of a calibration that starts from a calibrated machine; set for time, on no data."""
-
 FIRST = 2
 """Iterations after which a calibration must be worth going on with, where that is asked; set for
 time, on no data."""
-
-FOLD_STEPS = 3
-"""Steps of the recalibration in each fold, every one simulated; set for time, on no data."""
-
-SHORTER = 0.25
-"""Share of a step that is tried after one that does not help [1]; set on no data."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +103,7 @@ def fit(
         begun = calibrated(iterations=FIRST, start_from=start_from)
         if begun.cost > cost_limit:
             return None
-    calibration = calibrated(iterations=REFITS, start_from=start_from, go_on=begun)
+    calibration = calibrated(start_from=start_from, go_on=begun)
     return scored(base, observed, calibration, sensitivities)
 
 
@@ -130,6 +123,22 @@ def scored(
     estimates = intervals(base, moved, x, spread)
     calibrated = replace(calibration, parameters=estimates)
     return Fit(base, calibrated, tuple(observed), left, folds.other_position())
+
+
+@dataclass(eq=False)
+class _Fold(Descent):
+    """Calibration without one run.
+
+    Attributes
+    ----------
+    run : int
+        The one left out.
+    shown : list of array
+        Residuals of all runs where it is, each (N,).
+    """
+
+    run: int = 0
+    shown: list[FloatArray] = field(default_factory=list)
 
 
 class _Folds:
@@ -182,60 +191,76 @@ class _Folds:
 
     def left(self) -> FloatArray:
         """Return what is left of each run and channel, predicted from the other runs, (R, C)."""
-        runs = range(len(self._designs))
-        point = np.tile(self._start, (len(runs), 1))
-        # At the calibrated point nothing need be simulated.
-        shown = [np.tile(design.residual, (len(runs), 1)) for design in self._designs]
-        cost = self._training(point, shown)
-        share = np.ones((len(runs), 1))
-        for _ in range(FOLD_STEPS):
-            # A step that its own runs do not bear out is not taken, and the next is shorter.
-            trial = point + share * (self._stepped(point, shown) - point)
-            simulated = self._simulated(trial)
-            now = self._training(trial, simulated)
-            better = (now < cost)[:, None]
-            shown = [np.where(better, *pair) for pair in zip(simulated, shown, strict=True)]
-            point, cost = np.where(better, trial, point), np.minimum(now, cost)
-            share = np.where(better, share, SHORTER * share)
+        folds = self._folds()
+        for _ in range(ITERATIONS):
+            going = [fold for fold in folds if not fold.is_done]
+            if not going:
+                break
+            trials = np.array([self._trials(fold) for fold in going])
+            points = trials.reshape(-1, trials.shape[-1])
+            shown = self._simulated(points)
+            without = np.repeat([fold.run for fold in going], trials.shape[1])
+            costs = self._costs(points, shown, without).reshape(trials.shape[:2])
+            for i, fold in enumerate(going):
+                taken = fold.take(trials[i], costs[i])
+                if taken is not None:
+                    fold.shown = [of_run[i * trials.shape[1] + taken] for of_run in shown]
         channels = len(self._observed[0].channels)
         squares = []
-        for k in runs:
-            own = shown[k][k]
-            left = own * self._designs[k].cleaned(own[:, None])[:, 0]
+        for fold, design in zip(folds, self._designs, strict=True):
+            own = fold.shown[fold.run]
+            left = own * design.cleaned(own[:, None])[:, 0]
             squares.append(left.reshape(-1, channels).sum(axis=0))
         return np.array(squares)
 
-    def _stepped(self, point: FloatArray, shown: Sequence[FloatArray]) -> FloatArray:
-        """Return each fold's unknowns after a step on the runs that are not left out, (R, Q)."""
-        slopes = np.array([residuals @ c for residuals, c in zip(shown, self._clean, strict=True)])
-        total = slopes.sum(axis=0)
-        stepped = point.copy()
-        for k, others in enumerate(self._others):
-            stepped[k] -= np.linalg.solve(others, total[k] - slopes[k, k] + point[k])
-        moved, count = self._moved, self._count
-        # As in calibration: derivatives know little of what is farther away.
-        change = np.clip(stepped[:, :count] - point[:, :count], -FAR, FAR)
-        stepped[:, :count] = point[:, :count] + change
-        stepped[:, :count] = np.clip(stepped[:, :count], moved.low, moved.high)
-        return stepped
+    def _folds(self) -> list[_Fold]:
+        """Return all folds where they begin: as calibrated, where nothing need be simulated."""
+        shown = [design.residual for design in self._designs]
+        runs = np.arange(len(shown))
+        points = np.tile(self._start, (len(runs), 1))
+        costs = self._costs(points, [np.tile(r, (len(runs), 1)) for r in shown], runs)
+        return [
+            _Fold(self._start, cost, run=run, shown=shown)
+            for run, cost in enumerate(costs.tolist())
+        ]
 
-    def _simulated(self, point: FloatArray) -> list[FloatArray]:
-        """Return every run's residuals with the numbers of every fold, each (R, N)."""
-        values = self._moved.values(point[:, : self._count])
+    def _trials(self, fold: _Fold) -> FloatArray:
+        """Return where a fold may go, by the runs that it keeps, shape (T, Q)."""
+        pairs = zip(fold.shown, self._clean, strict=True)
+        slope = fold.x + sum(
+            (shown @ clean for run, (shown, clean) in enumerate(pairs) if run != fold.run),
+            start=np.zeros(len(fold.x)),
+        )
+        matrix, count = self._others[fold.run], self._count
+        diagonal = np.diag(np.diag(matrix))
+        steps = np.array(
+            [np.linalg.solve(matrix + damping * diagonal, -slope) for damping in fold.dampings]
+        )
+        # As in calibration: derivatives know little of what is farther away.
+        steps[:, :count] = np.clip(steps[:, :count], -FAR, FAR)
+        trials = np.asarray(fold.x + steps)
+        trials[:, :count] = np.clip(trials[:, :count], self._moved.low, self._moved.high)
+        return trials
+
+    def _simulated(self, points: FloatArray) -> list[FloatArray]:
+        """Return every run's residuals at some points, (S, Q): each (S, N)."""
         residuals = []
-        shown = residuals_of(self._machine, self._observed, values)
+        moved = points[:, : self._count]
+        shown = residuals_at(self._machine, self._observed, self._moved, moved)
         for residual, design in zip(shown, self._designs, strict=True):
-            by_others = design.shared[:, self._count :] @ point[:, self._count :].T
+            by_others = design.shared[:, self._count :] @ points[:, self._count :].T
             residuals.append(residual * design.weight + by_others.T)
         return residuals
 
-    def _training(self, point: FloatArray, shown: Sequence[FloatArray]) -> FloatArray:
-        """Return the cost of every fold's own runs, shape (R,)."""
+    def _costs(
+        self, points: FloatArray, shown: Sequence[FloatArray], without: npt.NDArray[np.int64]
+    ) -> FloatArray:
+        """Return the cost at some points, (S, Q), each without one of the runs, (S,)."""
         squares = np.array(
             [
                 np.sum(residuals.T * design.cleaned(residuals.T), axis=0)
                 for residuals, design in zip(shown, self._designs, strict=True)
             ]
         )
-        prior: FloatArray = np.sum(point**2, axis=1)
-        return np.asarray(squares.sum(axis=0) - np.diag(squares) + prior)
+        left_out = squares[without, np.arange(len(points))]
+        return np.asarray(squares.sum(axis=0) - left_out + np.sum(points**2, axis=1))

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 
 from gap_finder.design import RunDesign
 from gap_finder.score import _Folds
@@ -15,8 +16,8 @@ RUNS, CHANNELS, MOVED, OTHER, OWN = 4, 3, 2, 3, 2
 class _Linear(_Folds):
     """Folds of a machine whose every answer is linear."""
 
-    def _simulated(self, point: np.ndarray) -> list[np.ndarray]:
-        away = point - self._start
+    def _simulated(self, points: np.ndarray) -> list[np.ndarray]:
+        away = points - self._start
         return [one.residual + away @ one.shared.T for one in self._designs]
 
 
@@ -61,11 +62,21 @@ def _dense(designs: list[RunDesign], x: np.ndarray, out: int) -> float:
     return float(np.sum((padded + own @ best) ** 2))
 
 
-def _folds(designs: list[RunDesign], x: np.ndarray) -> _Linear:
+class _Curved(_Linear):
+    """Folds of a machine whose first two answers grow with each other's number."""
+
+    def _simulated(self, points: np.ndarray) -> list[np.ndarray]:
+        away = points - self._start
+        bend = 0.4 * np.prod(away[:, :2], axis=1)[:, None]
+        straight = zip(super()._simulated(points), self._designs, strict=True)
+        return [shown + bend * one.shared[:, :2].sum(axis=1) for shown, one in straight]
+
+
+def _folds(designs: list[RunDesign], x: np.ndarray, kind: type[_Linear] = _Linear) -> _Linear:
     free = np.full(MOVED, 1e9)
     moved: Any = SimpleNamespace(low=-free, high=free)
     observed: Any = [SimpleNamespace(channels=("a", "b", "c"))] * RUNS
-    return _Linear(None, observed, moved, x, designs)  # type: ignore[arg-type]
+    return kind(None, observed, moved, x, designs)  # type: ignore[arg-type]
 
 
 def test_a_run_is_predicted_from_the_others_alone():
@@ -74,6 +85,23 @@ def test_a_run_is_predicted_from_the_others_alone():
     assert left.shape == (RUNS, CHANNELS)
     for k in range(RUNS):
         assert left[k].sum() == pytest.approx(_dense(designs, x, k), rel=1e-9)
+
+
+def test_each_fold_ends_where_its_own_runs_are_met_best():
+    designs, x = _designs(), np.array([0.4, -0.3])
+    folds = _folds(designs, x, _Curved)
+    left = folds.left().sum(axis=1)
+    for k in range(RUNS):
+        without = np.array([k])
+
+        def cost(point: np.ndarray, without: np.ndarray = without) -> float:
+            shown = folds._simulated(point[None])
+            return float(folds._costs(point[None], shown, without)[0])
+
+        best = minimize(cost, folds._start).x[None]
+        own = folds._simulated(best)[k][0]
+        there = float(own @ designs[k].cleaned(own[:, None])[:, 0])
+        assert left[k] == pytest.approx(there, rel=0.02)
 
 
 def test_what_calibration_does_not_move_lies_where_all_runs_have_it():
