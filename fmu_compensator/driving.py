@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fmu_compensator.fit.training import GRID_S, Array
 from fmu_compensator.runtime.compensator import WAITING, Output, RunningCompensator
 from fmu_compensator.runtime.modelfile import Model
-from measurement.drift import counted, measured_drift
+from measurement.drift import counted, late_by, measured_drift, predicted_drift
 from measurement.errors import BadInput
 from measurement.resampling import GAP_INTERVALS
 from measurement.rig import AXES, Rig
@@ -31,11 +31,14 @@ class Driven:
         One per row: what is sent after it.
     drift : array (n, 3)
         Measured drift of the tool tip along X, Y, Z; NaN where it was not measured [um].
+    input_form : str
+        What the drift counts from: see `measurement.drift.counted`.
     """
 
     time_s: Array
     outputs: list[Output]
     drift: Array
+    input_form: str
 
     @property
     def status(self) -> NDArray[np.int_]:
@@ -50,13 +53,13 @@ class Driven:
     @property
     def error(self) -> Array:
         """What is left of the drift, shape (n, 3); NaN where that is not known [um]."""
-        sent = np.array([output[:3] for output in self.outputs])
-        return np.where(self.started[:, None], self.drift + sent, np.nan)
+        return np.where(self.started[:, None], self.drift - self.predicted, np.nan)
 
     @property
     def predicted(self) -> Array:
         """The drift that the offsets stand for, shape (n, 3) [um]."""
-        return -np.array([output[:3] for output in self.outputs])
+        sent = np.array([output[:3] for output in self.outputs])
+        return predicted_drift(sent, self.drift, self.input_form)
 
     @property
     def half_width(self) -> Array:
@@ -103,7 +106,7 @@ def drive(
     inputs = zip(time_s, readings[rows], speed[rows], probes, strict=True)
     outputs = list(answers(model, inputs, tool_length_mm))
     drift = _drift(model, left, rig, tool_length_mm)[rows]
-    return Driven(time_s, outputs, drift)
+    return Driven(time_s, outputs, drift, model.input_form)
 
 
 def inputs_of(model: Model, run: Run) -> tuple[Array, Array]:
@@ -224,7 +227,10 @@ def _probes(
     targets = counted(rig.targets(run), model.input_form).to_numpy(float)[rows]
     time_s = run.time_s[rows]
     last = float(time_s[0])
-    for row in np.flatnonzero(np.isfinite(targets).all(axis=1)):
+    known = np.flatnonzero(np.isfinite(targets).all(axis=1))
+    if late_by(time_s, targets) > GRID_S:
+        return found  # What they would show from the start is not in the run.
+    for row in known:
         if time_s[row] - last >= every_s:
             found[row], last = targets[row].tolist(), float(time_s[row])
     return found

@@ -7,6 +7,7 @@ fitted to drift from a run's start is judged by drift from a run's start.
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from measurement.rig import AXES, DirectRig, FivePointRig, Rig
@@ -36,6 +37,49 @@ def counted(frame: pd.DataFrame, input_form: str) -> pd.DataFrame:
     if not FROM_START[input_form] or frame.empty:
         return frame
     return frame - frame.bfill().iloc[0]
+
+
+def late_by(time_s: npt.NDArray[np.float64], measured: npt.NDArray[np.float64]) -> float:
+    """Return how long after the start a run's displacements are first read together [s].
+
+    Parameters
+    ----------
+    time_s : array (n,)
+        Increasing [s].
+    measured : array (n, m)
+        NaN is missing.
+    """
+    known = np.flatnonzero(np.isfinite(measured).all(axis=1))
+    return float(time_s[known[0]] - time_s[0]) if len(known) else 0.0
+
+
+def predicted_drift(
+    sent: npt.NDArray[np.float64], drift: npt.NDArray[np.float64], input_form: str
+) -> npt.NDArray[np.float64]:
+    """Return the drift that offsets stand for, counted as the measured one is.
+
+    Where an axis was first read after the run's start, none of its readings shows what it had
+    drifted before; so what the offsets had moved by then counts for nothing, either.
+
+    Parameters
+    ----------
+    sent : array (n, axes)
+        Offsets, row by row [um].
+    drift : array (n, axes)
+        Measured, as `measured_drift` gives it; NaN where it was not [um].
+    input_form : str
+        See `counted`.
+
+    Returns
+    -------
+    array (n, axes)
+        [um]
+    """
+    if not FROM_START[input_form] or not len(sent):
+        return -sent
+    first = np.isfinite(drift).argmax(axis=0)
+    before = sent[first, np.arange(sent.shape[1])] - sent[0]
+    return np.asarray(before - sent)
 
 
 def measured_drift(run: Run, rig: Rig, tool_length_mm: float, input_form: str) -> pd.DataFrame:

@@ -8,6 +8,7 @@ nothing is interpolated. A probe is known a second after its row, whose error is
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,7 +20,7 @@ from fmu_compensator.fit.training import GRID_S
 from fmu_compensator.runtime.fmi_slave import MODEL_FILE
 from fmu_compensator.runtime.geometry import FivePoint
 from fmu_compensator.runtime.modelfile import Model, parse_model
-from measurement.drift import measured_drift
+from measurement.drift import measured_drift, predicted_drift
 from measurement.errors import BadInput
 from measurement.faults import GROSS, STANDING, Fault, cleaned, find_faults
 from measurement.rig import AXES, Rig, rig_from_table
@@ -168,12 +169,12 @@ def replay(
     if probing is not None:
         sent = _driven(fmu, run, length, None)[0]
         for axis in axes:
-            columns[f"unprobed_error_{axis}_um"] = drift[f"drift_{axis}_um"] + sent[f"d{axis}"]
+            columns[f"unprobed_error_{axis}_um"] = _error(drift, sent, axis, model)
         probed = ProbedRun(probing, model, left, rig, length)
     sent, codes, events, facts = _driven(fmu, run, length, probed)
     for axis in axes:
         columns[f"d{axis}_um"] = sent[f"d{axis}"]
-        columns[f"error_{axis}_um"] = drift[f"drift_{axis}_um"] + sent[f"d{axis}"]
+        columns[f"error_{axis}_um"] = _error(drift, sent, axis, model)
         if probed is not None:
             columns[f"held_error_{axis}_um"] = drift[f"drift_{axis}_um"] - probed.held(axis)
         if f"d{axis}_uncertainty" in sent:
@@ -183,6 +184,15 @@ def replay(
     if rows is not None:
         frame["measured_1"] = np.isin(np.arange(len(frame)), rows).astype(int)
     return Replay(run, frame, int(out.sum()), tuple(faults), tuple(events), facts, rows)
+
+
+def _error(
+    drift: pd.DataFrame, sent: Mapping[str, np.ndarray], axis: str, model: Model
+) -> np.ndarray:
+    """Return what is left of an axis's drift, row by row [um]."""
+    measured, offset = drift[[f"drift_{axis}_um"]].to_numpy(float), sent[f"d{axis}"][:, None]
+    left = measured - predicted_drift(offset, measured, model.input_form)
+    return np.asarray(left[:, 0])
 
 
 def _driven(

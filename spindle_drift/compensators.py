@@ -18,7 +18,7 @@ from fmu_compensator.fit.updating import update_compensator
 from fmu_compensator.monitoring import Report
 from fmu_compensator.monitoring import monitor as watch
 from fmu_compensator.runtime.modelfile import Model, load_model, parse_model
-from measurement.drift import measured_drift
+from measurement.drift import measured_drift, predicted_drift
 from measurement.files import write_atomically
 from measurement.rig import FivePointRig, Rig, default_rig, rig_from_table
 from measurement.runs import Run
@@ -217,7 +217,10 @@ class Compensator:
             if f"drift_{axis}_um" in drift:
                 columns[f"drift_{axis}_um"] = drift[f"drift_{axis}_um"]
                 columns[f"d{axis}_um"] = sent[f"d{axis}_um"]
-                columns[f"error_{axis}_um"] = drift[f"drift_{axis}_um"] + sent[f"d{axis}_um"]
+                measured = drift[[f"drift_{axis}_um"]].to_numpy(float)
+                offset = sent[[f"d{axis}_um"]].to_numpy(float)
+                said = predicted_drift(offset, measured, self.model.input_form)
+                columns[f"error_{axis}_um"] = (measured - said)[:, 0]
                 columns[f"d{axis}_uncertainty_um"] = sent[f"d{axis}_uncertainty_um"]
         return pd.DataFrame(columns)
 

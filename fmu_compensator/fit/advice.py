@@ -11,9 +11,11 @@ from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.gaussian import Gaussian, Sample
 from fmu_compensator.fit.promise import by_axis, left_of
 from fmu_compensator.fit.run_conditions import conditions_of, values_of
+from fmu_compensator.fit.training import GRID_S
 from fmu_compensator.fit.updating import gaussian_of, sample_of_run
 from fmu_compensator.runtime.compensator import UNTRAINED
 from fmu_compensator.runtime.modelfile import Model
+from measurement.drift import late_by
 from measurement.rig import Rig
 from measurement.runs import Run
 
@@ -51,11 +53,23 @@ def advice(
     named = _most_telling(model, runs, rig)
     if named is not None:
         lines.append(named)
-    probed = [
-        drive(model, run, clean, rig, tool_length_mm, probe_every_s=3600.0) for run, clean in pairs
+    # Of a run that was measured too late nobody knows what a probe would show from its start.
+    soon = [
+        (run, clean)
+        for run, clean in pairs
+        if late_by(clean.time_s, rig.targets(clean).to_numpy(float)) <= GRID_S
     ]
-    before = by_axis([left_of(record, run.name) for record, run in zip(driven, runs, strict=True)])
-    after = by_axis([left_of(record, run.name) for record, run in zip(probed, runs, strict=True)])
+    if not soon:
+        return lines
+    before, after = (
+        by_axis(
+            [
+                left_of(drive(model, *pair, rig, tool_length_mm, probe_every_s=every_s), "")
+                for pair in soon
+            ]
+        )
+        for every_s in (None, 3600.0)
+    )
     cells = [f"{axis} {after[axis]['model']:.1f} um" for axis in before if axis in after]
     beside = [f"{axis} {row['model']:.1f} um" for axis, row in before.items()]
     lines.append(

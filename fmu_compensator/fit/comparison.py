@@ -20,6 +20,7 @@ from fmu_compensator.fit.installed import COVERAGE, Installed
 from fmu_compensator.fit.promise import FEWEST_JUDGED_ROWS
 from fmu_compensator.fit.splits import Split
 from fmu_compensator.fit.training import Array, TrainingRun
+from measurement.drift import predicted_drift
 from measurement.errors import BadInput
 from measurement.figures import figures_of_merit
 from measurement.rig import Rig
@@ -311,9 +312,13 @@ class _Bench:
                 for run in runs:
                     if free:
                         found = installed.predict(run)
-                        whole, values, width = found.rows, found.values, found.half_width
+                        whole, width = found.rows, found.half_width
+                        values, mean = (
+                            predicted_drift(-shown, whole.targets, recipe.input_form)
+                            for shown in (found.values, found.mean)
+                        )
                         if has_mean and judged is row.validate:
-                            row.alone += _judged(whole, found.mean, places, None)
+                            row.alone += _judged(whole, mean, places, None)
                     else:
                         whole, width = recipe.rows(run, chosen), None
                         values = fitted.predict(whole, whole.targets)

@@ -15,7 +15,7 @@ from fmu_compensator.fit.columns import MeasuredColumns
 from fmu_compensator.fit.gaussian import LAGS_S
 from fmu_compensator.fit.training import GRID_S, Array, TrainingRun, row_weights
 from fmu_compensator.runtime.fields import is_name
-from measurement.drift import counted
+from measurement.drift import FROM_START, counted, late_by
 from measurement.errors import BadInput
 from measurement.faults import (
     GROSS,
@@ -66,6 +66,11 @@ class PreparedRun:
     speed: Array
     usable: NDArray[np.bool_]
     readings: Array
+
+    @property
+    def late_s(self) -> float:
+        """How long after the start the targets were first measured [s]."""
+        return late_by(self.time_s, self.targets)
 
     def complete(self, columns: Sequence[int]) -> TrainingRun:
         """Return the rows in which the targets and some of the inputs are all there."""
@@ -184,6 +189,13 @@ def prepare(
         prepared.append(_prepared_run(run, frame.to_numpy(float), common, input_form))
     for place, prepared_run in enumerate(prepared):
         prepared_run.usable[:] = _live(runs[place], left[place], rig)
+    if FROM_START[input_form]:
+        notes += [
+            f"{run.name}: displacement is first read {run.late_s / 60.0:.0f} min after the start: "
+            "drift counts from there"
+            for run in prepared
+            if run.late_s > GRID_S
+        ]
     candidates = _candidates(prepared, common, input_form, faults, notes)
     return Prepared(tuple(prepared), common, candidates, targets, tuple(notes))
 

@@ -399,6 +399,13 @@ def sample_of(
         For how long the walk had gone on at the first row: 0 where targets start at zero [h].
     """
     hours = (run.time_s - run.time_s[0]) / 3600.0 if len(run.time_s) else run.time_s
-    rows = spread_rows(hours, np.asarray(np.isfinite(targets + mean).all(axis=1)))
+    known = np.asarray(np.isfinite(targets + mean).all(axis=1))
     features = rises_and_lags(run.time_s, rises)
+    first = int(known.argmax())
+    if not settled_h and first:
+        # Drift counts from the first reading; so does everything that explains it.
+        known[first] = False
+        hours, features = hours - hours[first], features - features[first]
+        targets, mean = targets - targets[first], mean - mean[first]
+    rows = spread_rows(hours, known)
     return Sample(hours[rows] + settled_h, features[rows], targets[rows], mean[rows])

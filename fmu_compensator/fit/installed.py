@@ -25,7 +25,7 @@ from fmu_compensator.fit.gaussian import (
     sample_of,
 )
 from fmu_compensator.fit.recipe import Recipe
-from fmu_compensator.fit.training import Array, TrainingRun
+from fmu_compensator.fit.training import GRID_S, Array, TrainingRun
 from fmu_compensator.runtime.gaussian import OF_FIXED, OF_START
 
 COVERAGE = 0.9
@@ -114,7 +114,7 @@ class Installed:
             If the runs cannot carry the error model.
         """
         chosen, choice = recipe.choose(prepared, runs)
-        fitted = recipe.fit(prepared, runs, chosen)
+        fitted = recipe.fit(prepared, _from_start(runs), chosen)
         rows = [run.history(chosen) for run in runs]
         # Fitted to other runs it shows the Gaussian how far it is right in unseen ones. From one
         # run alone nothing shows that, and the interval is too narrow for a flexible one.
@@ -124,7 +124,7 @@ class Installed:
                 [run for at, run in enumerate(runs) if at % FOLDS != part]
                 for part in range(min(FOLDS, len(runs)))
             ]
-            by_others = [recipe.fit(prepared, others, chosen) for others in parts]
+            by_others = [recipe.fit(prepared, _from_start(others), chosen) for others in parts]
         means = [by_others[at % FOLDS].predict(run) for at, run in enumerate(rows)]
         usual, settled_h = None, 0.0
         level = level_of_mean = np.zeros(len(prepared.targets))
@@ -204,6 +204,11 @@ class Installed:
             "deviations": listed(DEVIATIONS),
             "coverage": COVERAGE,
         }
+
+
+def _from_start(runs: Sequence[PreparedRun]) -> Sequence[PreparedRun]:
+    """Return the runs measured from their start, from which an error model counts; else all."""
+    return [run for run in runs if run.late_s <= GRID_S] or runs
 
 
 def rises_of(
