@@ -20,6 +20,7 @@ def channel_charts(
     name: str,
     title: str,
     note: str,
+    degrees: str = "K",
 ) -> list[Chart]:
     """Return charts of one run with a panel for each channel: temperatures, then displacements.
 
@@ -32,11 +33,13 @@ def channel_charts(
         From a channel's position to its curves.
     name, title, note : str
         Of the charts; what they hold and the run are added to name and title.
+    degrees : str
+        The unit of temperatures: of differences, or as a thermometer reads.
     """
     observed = shown.observed
     lengths = set(displacement_names(machine))
     charts = []
-    for kind, unit, is_length in (("temperatures", "K", False), ("displacements", "µm", True)):
+    for kind, unit, is_length in (("temperatures", degrees, False), ("displacements", "µm", True)):
         panels = [
             Panel(f"{channel} [{unit}]", lines_of(i))
             for i, channel in enumerate(observed.channels)
@@ -78,4 +81,5 @@ def measured_against_model(
         name="measured",
         title="Measured against model",
         note=note,
+        degrees="°C",
     )

@@ -46,7 +46,7 @@ class Condition:
 
 NAMES = (
     ("temperature at the start", "degC"),
-    ("largest rise", "K"),
+    ("largest rise of the median thermometer", "K"),
     ("mean speed", "rpm"),
     ("duration", "h"),
 )

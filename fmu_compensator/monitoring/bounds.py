@@ -1,10 +1,11 @@
-"""How large a figure of a further run may be, given those of runs like it."""
+"""How large a figure of a further run may be, and how likely one is, given runs like it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 from scipy.stats import t as student
 
 from measurement.resampling import WRONG
@@ -19,10 +20,37 @@ def upper_bound(values: Sequence[float], risk: float = WRONG) -> float:
     bound of a log-normal figure. It is never below the largest of the figures themselves. With
     fewer than two it is infinite: nothing is known of how they vary.
     """
-    known = np.asarray([value for value in values if np.isfinite(value) and value > 0.0])
-    if len(known) < 2:
+    logs = _logs(values)
+    if len(logs) < 2:
         return float("inf")
-    logs = np.log(known)
-    count = len(logs)
-    beyond = float(student.ppf(1.0 - risk, count - 1)) * float(logs.std(ddof=1))
-    return max(float(np.exp(logs.mean() + beyond * np.sqrt(1.0 + 1.0 / count))), float(known.max()))
+    mean, spread = _predictive(logs)
+    beyond = float(student.ppf(1.0 - risk, len(logs) - 1)) * spread
+    return float(np.exp(max(mean + beyond, logs.max())))
+
+
+def chance_of(figure: float, values: Sequence[float]) -> float:
+    """Return how likely a further run like these has such a figure, or a larger one [1].
+
+    By the same law; 1 where nothing is known of how figures vary.
+
+    Parameters
+    ----------
+    figure : float
+        Above 0.
+    values : sequence of float
+        Those of runs like it.
+    """
+    logs = _logs(values)
+    if len(logs) < 2 or not figure > 0.0:
+        return 1.0
+    mean, spread = _predictive(logs)
+    return float(student.sf((np.log(figure) - mean) / max(spread, 1e-12), len(logs) - 1))
+
+
+def _logs(values: Sequence[float]) -> npt.NDArray[np.float64]:
+    return np.log([value for value in values if np.isfinite(value) and value > 0.0])
+
+
+def _predictive(logs: npt.NDArray[np.float64]) -> tuple[float, float]:
+    """Return middle and scale of the next one."""
+    return float(logs.mean()), float(logs.std(ddof=1) * np.sqrt(1.0 + 1.0 / len(logs)))

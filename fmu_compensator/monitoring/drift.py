@@ -12,7 +12,7 @@ from scipy.stats import t as student
 from fmu_compensator.driving import Driven
 from fmu_compensator.fit.installed import COVERAGE
 from fmu_compensator.fit.promise import AxisLeft, left_of
-from fmu_compensator.monitoring.bounds import upper_bound
+from fmu_compensator.monitoring.bounds import chance_of, upper_bound
 from measurement.rig import AXES
 
 
@@ -25,12 +25,15 @@ class AxisError(AxisLeft):
     axis : str
     bound : float
         How large the miss may be in a run like the training [1].
+    chance : float
+        How likely a run like the training misses so much [1].
     gain : float
         By how much the measured drift is larger than the predicted one (least squares) [1].
     """
 
     axis: str
     bound: float
+    chance: float
     gain: float
 
     @property
@@ -39,22 +42,26 @@ class AxisError(AxisLeft):
         return bool(self.miss > self.bound)
 
 
-def bounds_of(figures: Mapping[str, Any]) -> dict[str, float]:
-    """Return how much a run like the training may miss, by axis, from the file's figures.
-
-    That is never below the promised half width, and no more where the file says nothing of it.
-    """
+def misses_of(figures: Mapping[str, Any]) -> dict[str, list[float]]:
+    """Return what runs left out of the training missed, by axis, from the file's figures."""
     told = (figures.get("unseen") or {}).get("by_run") or []
-    found: dict[str, float] = {}
-    for place, axis in enumerate(AXES):
-        misses = [row["miss"][place] for row in told if row["miss"][place] is not None]
-        bound = upper_bound(misses)
-        found[axis] = max(bound, 1.0) if np.isfinite(bound) else 1.0
-    return found
+    return {
+        axis: [row["miss"][place] for row in told if row["miss"][place] is not None]
+        for place, axis in enumerate(AXES)
+    }
 
 
-def axis_errors(driven: Driven, bounds: Mapping[str, float]) -> list[AxisError]:
-    """Return what each axis missed, those left out that were hardly measured."""
+def axis_errors(driven: Driven, misses: Mapping[str, Sequence[float]]) -> list[AxisError]:
+    """Return what each axis missed, those left out that were hardly measured.
+
+    Its bound is never below the promised half width, and no more where nothing is known.
+
+    Parameters
+    ----------
+    driven : Driven
+    misses : mapping of str to sequence of float
+        What runs left out of the training missed, by axis [1].
+    """
     found = []
     for axis, left in left_of(driven, "").axes.items():
         place = AXES.index(axis)
@@ -62,7 +69,9 @@ def axis_errors(driven: Driven, bounds: Mapping[str, float]) -> list[AxisError]:
         drift, said = driven.drift[known, place], driven.predicted[known, place]
         size = float(said @ said)
         gain = float(said @ drift) / size if size > 0.0 else np.nan
-        found.append(AxisError(**vars(left), axis=axis, bound=bounds[axis], gain=gain))
+        bound, chance = upper_bound(misses[axis]), chance_of(left.miss, misses[axis])
+        bound = max(bound, 1.0) if np.isfinite(bound) else 1.0
+        found.append(AxisError(**vars(left), axis=axis, bound=bound, chance=chance, gain=gain))
     return found
 
 

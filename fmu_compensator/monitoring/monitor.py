@@ -17,7 +17,7 @@ from scipy.stats import binom
 
 from fmu_compensator.driving import Driven, drive
 from fmu_compensator.fit.run_conditions import Condition, conditions_of
-from fmu_compensator.monitoring.drift import AxisError, Gain, axis_errors, bounds_of, gain_of
+from fmu_compensator.monitoring.drift import AxisError, Gain, axis_errors, gain_of, misses_of
 from fmu_compensator.monitoring.sensors import WORTH_SHARE, Agreement, Astray
 from fmu_compensator.runtime.compensator import HOLDING, SPARED, UNTRAINED
 from fmu_compensator.runtime.modelfile import Model
@@ -25,7 +25,7 @@ from measurement.doubts import doubt_lines
 from measurement.faults import GROSS, LEVELS, Fault, cleaned, find_faults
 from measurement.faults.series import FEWEST_SAMPLES
 from measurement.resampling import WRONG
-from measurement.rig import Rig, rig_from_table
+from measurement.rig import AXES, Rig, rig_from_table
 from measurement.runs import Run
 from measurement.warm import named_warm
 
@@ -55,6 +55,9 @@ ADVICE = {
 OUTSIDE_SHARE = 0.25
 """From this share of samples with status 2 on, a run counts as outside training [1]: set on no
 data; docs/results.md reports it."""
+
+AXES_JUDGED = len(AXES)
+"""Up to so many axes are looked at in each run [1]: given by the three there are."""
 
 
 @dataclass(frozen=True)
@@ -158,6 +161,12 @@ def monitor(
             f"the machine was warm when these began: {warm}; what is left of them is no sign that "
             "the compensator fits no longer"
         )
+    learnt = {run["sha256"] for run in model.provenance["runs"]}
+    if known := [run.name for run in runs if run.sha256 in learnt]:
+        notes.append(
+            f"the compensator has learnt from these: {', '.join(known)}; what is left of them says "
+            "nothing of later runs"
+        )
     if rig is None and "rig" in model.provenance:
         rig = rig_from_table(model.provenance["rig"], f"{model.source}: provenance.rig")
     figures = model.provenance["figures"]
@@ -167,7 +176,7 @@ def monitor(
             "large where its root mean square passes the promised half width"
         )
     length = model.limits.judged_tool(tool_length_mm)
-    agreement, bounds = Agreement(model), bounds_of(figures)
+    agreement, misses = Agreement(model), misses_of(figures)
     faults = find_faults(runs)
     reports = []
     for place, run in enumerate(runs):
@@ -181,7 +190,7 @@ def monitor(
                 _worth_saying(here, run, used, model.input_form),
                 agreement.of(left),
                 conditions_of(run, used, figures.get("conditions") or ()),
-                axis_errors(driven, bounds),
+                axis_errors(driven, misses),
                 [sensor.name for sensor in model.sensors],
             )
         )
@@ -303,8 +312,9 @@ def _report(runs: Sequence[RunReport]) -> Report:
     verdict = next(name for name in VERDICTS if of[name])
     if verdict == CHANGED:
         judged = sum(bool(run.errors) for run in runs)
-        if _chance(len(of[CHANGED]), judged) > WRONG:
-            verdict = OUTSIDE if of[OUTSIDE] else UNUSUAL
+        if min(_chance(len(of[CHANGED]), judged), _chance_of_worst(of[CHANGED], judged)) > WRONG:
+            outside = any(run.outside >= OUTSIDE_SHARE for run in runs)
+            verdict = OUTSIDE if outside else UNUSUAL
     elif verdict == NOT_MEASURED and of[FITS]:
         verdict = FITS
     gains = []
@@ -322,7 +332,12 @@ def _report(runs: Sequence[RunReport]) -> Report:
     return Report(verdict, summary, ADVICE[verdict], tuple(runs), tuple(gains))
 
 
+def _chance_of_worst(unusual: Sequence[RunReport], runs: int) -> float:
+    """Return the probability that the worst of so many runs misses so much by chance [1]."""
+    least = min(error.chance for run in unusual for error in run.errors if error.is_unusual)
+    return 1.0 - (1.0 - min(AXES_JUDGED * least, 1.0)) ** runs
+
+
 def _chance(unusual: int, runs: int) -> float:
     """Return the probability that so many runs, or more, are unusual by chance [1]."""
-    # Up to three axes are looked at in each run.
-    return float(binom.sf(unusual - 1, runs, 3.0 * WRONG))
+    return float(binom.sf(unusual - 1, runs, AXES_JUDGED * WRONG))

@@ -127,7 +127,10 @@ def variables(model: Model) -> list[Variable]:
         use = "used by the error model" if name in used else "not used by the bundled file"
         return f"Temperature {name}, {use}; NaN: missing"
 
-    tool = f"From the gauge line to the tool tip; the bundled file allows {low:g} to {high:g} mm"
+    allowed = f"the bundled file allows {low:g} to {high:g} mm"
+    if not model.geometry.needs_tool_length:
+        allowed = "the bundled file's drift is that of the tool that was measured, and ignores it"
+    tool = f"From the gauge line to the tool tip; {allowed}"
     limit = f"the bundled file stays within {model.limits.offset_um:g} um"
     sent = f"axis: the drift of the tool tip with the opposite sign; {limit}"
     start = min(max(START_TOOL_MM, low), high)

@@ -8,7 +8,7 @@ import pytest
 
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.monitoring import monitor
-from fmu_compensator.monitoring.bounds import upper_bound
+from fmu_compensator.monitoring.bounds import chance_of, upper_bound
 from fmu_compensator.monitoring.monitor import CHANGED, FITS, NOT_MEASURED, OUTSIDE, SENSOR, UNUSUAL
 from fmu_compensator.runtime.modelfile import Model, parse_model
 from measurement.errors import BadInput
@@ -77,7 +77,10 @@ def test_a_machine_that_moves_further_has_changed_and_by_how_much(model):
 
 
 def test_one_run_that_moves_further_may_be_chance(model):
-    report = monitor(model, [changed(NEW[0], moving_more), *NEW[1:]])
+    def moving_a_little_more(frame: pd.DataFrame) -> None:
+        frame[DISPLACEMENTS] *= 1.01
+
+    report = monitor(model, [changed(NEW[0], moving_a_little_more), *NEW[1:]])
     assert report.verdict == UNUSUAL
     assert report.runs[0].verdict == CHANGED
 
@@ -137,3 +140,22 @@ def test_the_bound_holds_for_one_more_of_the_same():
     ]
     assert 0.02 < np.mean(passed) < 0.06  # the largest of seven is a floor, so a little rarer
     assert upper_bound([1.0]) == float("inf")
+
+
+def test_what_is_at_the_bound_has_the_chance_of_the_bound():
+    values = [0.4, 0.6, 0.5, 0.9]
+    assert chance_of(upper_bound(values, 0.05), values) == pytest.approx(0.05)
+    assert chance_of(40.0, values) < 1e-3
+    assert chance_of(40.0, [0.5]) == 1.0  # nothing is known of how they vary
+
+
+def test_one_run_that_is_so_far_off_is_no_chance(model):
+    def turned_round(frame: pd.DataFrame) -> None:
+        frame[DISPLACEMENTS] = -frame[DISPLACEMENTS]
+
+    assert monitor(model, [changed(NEW[0], turned_round)]).verdict == CHANGED
+
+
+def test_runs_that_it_has_learnt_from_are_told(model):
+    (note,) = monitor(model, [TRAINING[0], NEW[0]]).notes
+    assert note.startswith("the compensator has learnt from these: old0;")
