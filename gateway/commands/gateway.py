@@ -15,6 +15,7 @@ from scenarios.outputs import LOG, STATE
 
 NAME = "gateway"
 HELP = "put the compensator FMU on a CAN bus"
+COMPENSATOR = "compensator.fmu"
 READS = ("dbc", "map", "key", "compensator", "opcua_cert", "opcua_key", "opcua_trust")
 WRITES = {"log": LOG, "state": STATE}
 
@@ -29,8 +30,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
     add = parser.add_argument
     add_bus_arguments(parser)
-    text = "an FMU or a compensator file (compensator.fmu)"
-    add("--compensator", default="compensator.fmu", metavar="FILE", help=text)
+    text = f"an FMU or a compensator file ({COMPENSATOR})"
+    add("--compensator", metavar="FILE", help=text)
     text = "step by this computer's clock, or by the machine's time as its frames tell it"
     add("--clock", choices=("own", "machine"), default="own", help=text)
     add_parameters(
@@ -50,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     for adapter in adapters():
         adapter.add_arguments(parser)
     add_parameters(parser, Service, "until_off", duration_s=ABOVE_ZERO)
-    text = "print the frames and the bus load, check a map, and end"
+    text = "print the frames and the bus load, check a map, or them by --compensator, and end"
     add("--frames", action="store_true", help=text)
 
 
@@ -66,14 +67,15 @@ def run(args: argparse.Namespace) -> int:
     protocols = [adapter(args) for adapter in adapters()]
     for protocol in protocols:
         protocol.check()
-    if args.frames and args.map is None and args.canopen is None:
+    if args.frames and args.map is None and args.canopen is None and args.compensator is None:
         mapping = frames_of(None, args.dbc)
         mapping.database = as_served(args, mapping.database)
         print(frames_text(mapping))
         return 0
     with contextlib.ExitStack() as stack:
         work = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="spindle-drift-")))
-        fmu = find_fmu(args.compensator, args.fmu_dir, Path(), work, quiet=args.quiet)
+        named = args.compensator or COMPENSATOR
+        fmu = find_fmu(named, args.fmu_dir, Path(), work, quiet=args.quiet)
         for text in filter(None, (protocol.printed(fmu) for protocol in protocols)):
             print(text, end="")
             return 0

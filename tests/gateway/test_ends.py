@@ -162,6 +162,16 @@ def test_the_table_names_every_frame_and_signal(database, capsys, tmp_path):
 # What the commands refuse
 
 
+def test_the_table_of_given_frames_is_checked_against_a_given_compensator(capsys, tmp_path):
+    other, file = tmp_path / "other.dbc", "fmu_compensator/library/jig_borer.json"
+    lines = DBC.read_text(encoding="utf-8").splitlines(keepends=True)
+    other.write_text("".join(line for line in lines if " T5 " not in line), encoding="utf-8")
+    assert main(["gateway", "--frames", "--dbc", str(other), "--compensator", file]) == 2
+    said = capsys.readouterr()
+    assert "T4" in said.out
+    assert "T5: is missing: the compensator takes it" in said.err
+
+
 @pytest.mark.parametrize(
     ("arguments", "word"),
     [
