@@ -163,6 +163,9 @@ def read_own_form(path: Path = DBC) -> Mapping:
         for signal in message.signals:
             if signal.name not in PROTECTION:
                 places.setdefault(signal.name, []).append(f"{message.name}.{signal.name}")
+    for sender, way in ways.items():
+        if not table[way]:
+            raise BadInput(path, "", f"holds no signal that {sender} sends: is the file whole?")
     mapping = mapping_of(path, checked(MapFile, table, path), dbc, path)
     for problem in mapping.problems:
         raise problem

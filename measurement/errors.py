@@ -63,12 +63,20 @@ def checked(kind: type[M], table: dict[str, Any], source: str | Path, within: st
         return kind.model_validate(table)
     except ValidationError as error:
         # With several mistakes, the first in the file's order is the one to mend first.
-        first = error.errors(include_url=False)[0]
+        first, *others = error.errors(include_url=False)
     place = ".".join([within] * bool(within) + [str(step) for step in first["loc"]])
     message = first["msg"].removeprefix("Value error, ")
     problem = f"{shown(first['input'])} is not allowed: {message[0].lower()}{message[1:]}"
     told = {"missing": "is missing", "extra_forbidden": "is not a known field"}
     problem = told.get(first["type"], problem)
+    beside = [
+        str(other["loc"][-1])
+        for other in others
+        if (first["type"], other["type"]) == ("missing", "extra_forbidden")
+        and other["loc"][:-1] == first["loc"][:-1]
+    ]
+    if beside:  # The same field, perhaps, with a slip of the pen.
+        problem += f", and {beside[0]} is not a known field"
     raise BadInput(source, place, problem) from None
 
 

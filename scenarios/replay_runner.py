@@ -115,6 +115,9 @@ def run_replay(
         If the FMU fails; no folder is left then.
     """
     check_folder(out)
+    if Path(compensator).suffix == ".toml":
+        problem = "is a machine file; a replay takes a compensator, its FMU or its .json file"
+        raise BadInput(compensator, "", problem)
     found = looked_over([read_run(path) for path in runs])
     names = _file_names([run.name for run in found])
     with tempfile.TemporaryDirectory(prefix="spindle-drift-built-") as work:
