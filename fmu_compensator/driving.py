@@ -12,7 +12,13 @@ from numpy.typing import NDArray
 from fmu_compensator.fit.training import GRID_S, Array
 from fmu_compensator.runtime.compensator import WAITING, Output, RunningCompensator
 from fmu_compensator.runtime.modelfile import Model
-from measurement.drift import counted, late_by, measured_drift, predicted_drift
+from measurement.drift import (
+    FROM_START,
+    counted,
+    late_by,
+    measured_drift,
+    predicted_drift,
+)
 from measurement.errors import BadInput
 from measurement.resampling import GAP_INTERVALS
 from measurement.rig import AXES, Rig
@@ -222,18 +228,21 @@ def _probes(
 ) -> list[list[float] | None]:
     """Return the targets as a probe shows them, row by row; None where there is none."""
     found: list[list[float] | None] = [None] * len(rows)
-    if every_s is None or rig is None:
+    if every_s is None or rig is None or begins_late(model, run, rig):
         return found
     targets = counted(rig.targets(run), model.input_form).to_numpy(float)[rows]
     time_s = run.time_s[rows]
     last = float(time_s[0])
-    known = np.flatnonzero(np.isfinite(targets).all(axis=1))
-    if late_by(time_s, targets) > GRID_S:
-        return found  # What they would show from the start is not in the run.
-    for row in known:
+    for row in np.flatnonzero(np.isfinite(targets).all(axis=1)):
         if time_s[row] - last >= every_s:
             found[row], last = targets[row].tolist(), float(time_s[row])
     return found
+
+
+def begins_late(model: Model, run: Run, rig: Rig) -> bool:
+    """Whether a run was measured too late to say what a probe would show from its start."""
+    measured = rig.targets(run).to_numpy(float)
+    return FROM_START[model.input_form] and late_by(run.time_s, measured) > GRID_S
 
 
 def grid_rows(time_s: Array) -> list[int]:

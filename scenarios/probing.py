@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fmu_compensator.driving import begins_late
 from fmu_compensator.runtime.modelfile import Model
-from measurement.drift import FROM_START, counted, late_by, measured_drift
+from measurement.drift import counted, measured_drift
 from measurement.errors import BadInput
 from measurement.rig import Rig
 from measurement.runs import FloatArray, Run
@@ -102,7 +103,7 @@ class ProbedRun:
         self._axes = ["XYZ".index(axis) for axis in self._drift]
         self._time_s = run.time_s
         self._known = np.asarray(np.isfinite(self.targets).all(axis=1))
-        if FROM_START[model.input_form] and late_by(run.time_s, self.targets) > PAUSE_S:
+        if begins_late(model, run, rig):
             problem = "begins so late after the temperatures that no probe's drift from the start"
             raise BadInput(run.path or run.name, "displacement", f"{problem} is known")
 

@@ -6,16 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fmu_compensator.driving import drive
+from fmu_compensator.driving import begins_late, drive
 from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.gaussian import Gaussian, Sample
 from fmu_compensator.fit.promise import by_axis, left_of
 from fmu_compensator.fit.run_conditions import conditions_of, values_of
-from fmu_compensator.fit.training import GRID_S
 from fmu_compensator.fit.updating import gaussian_of, sample_of_run
 from fmu_compensator.runtime.compensator import UNTRAINED
 from fmu_compensator.runtime.modelfile import Model
-from measurement.drift import late_by
 from measurement.rig import Rig
 from measurement.runs import Run
 
@@ -53,23 +51,12 @@ def advice(
     named = _most_telling(model, runs, rig)
     if named is not None:
         lines.append(named)
-    # Of a run that was measured too late nobody knows what a probe would show from its start.
-    soon = [
-        (run, clean)
-        for run, clean in pairs
-        if late_by(clean.time_s, rig.targets(clean).to_numpy(float)) <= GRID_S
-    ]
+    soon = [at for at, (_, clean) in enumerate(pairs) if not begins_late(model, clean, rig)]
     if not soon:
         return lines
-    before, after = (
-        by_axis(
-            [
-                left_of(drive(model, *pair, rig, tool_length_mm, probe_every_s=every_s), "")
-                for pair in soon
-            ]
-        )
-        for every_s in (None, 3600.0)
-    )
+    probed = [drive(model, *pairs[at], rig, tool_length_mm, probe_every_s=3600.0) for at in soon]
+    before = by_axis([left_of(driven[at], "") for at in soon])
+    after = by_axis([left_of(record, "") for record in probed])
     cells = [f"{axis} {after[axis]['model']:.1f} um" for axis in before if axis in after]
     beside = [f"{axis} {row['model']:.1f} um" for axis, row in before.items()]
     lines.append(
