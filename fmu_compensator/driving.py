@@ -12,13 +12,7 @@ from numpy.typing import NDArray
 from fmu_compensator.fit.training import GRID_S, Array
 from fmu_compensator.runtime.compensator import WAITING, Output, RunningCompensator
 from fmu_compensator.runtime.modelfile import Model
-from measurement.drift import (
-    FROM_START,
-    counted,
-    late_by,
-    measured_drift,
-    predicted_drift,
-)
+from measurement.drift import counted, late_by, measured_drift, predicted_drift
 from measurement.errors import BadInput
 from measurement.resampling import GAP_INTERVALS
 from measurement.rig import AXES, Rig
@@ -242,7 +236,7 @@ def _probes(
 def begins_late(model: Model, run: Run, rig: Rig) -> bool:
     """Whether a run was measured too late to say what a probe would show from its start."""
     measured = rig.targets(run).to_numpy(float)
-    return FROM_START[model.input_form] and late_by(run.time_s, measured) > GRID_S
+    return late_by(run.time_s, measured, model.input_form) > GRID_S
 
 
 def grid_rows(time_s: Array) -> list[int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -240,11 +240,11 @@ def calibrate(
         )
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, kw_only=True)
 class _Begun(Descent):
     """A start on its way down, with every run about where it is."""
 
-    parts: list[Linearisation] = field(default_factory=list)
+    parts: list[Linearisation]
 
 
 def _begun(problem: _LeastSquares, points: FloatArray) -> list[_Begun]:

@@ -7,7 +7,7 @@ all runs but one, which is simulated with the numbers of its fold.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -125,7 +125,7 @@ def scored(
     return Fit(base, calibrated, tuple(observed), left, folds.other_position())
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, kw_only=True)
 class _Fold(Descent):
     """Calibration without one run.
 
@@ -137,8 +137,8 @@ class _Fold(Descent):
         Residuals of all runs where it is, each (N,).
     """
 
-    run: int = 0
-    shown: list[FloatArray] = field(default_factory=list)
+    run: int
+    shown: list[FloatArray]
 
 
 class _Folds:

@@ -6,6 +6,8 @@ fitted to drift from a run's start is judged by drift from a run's start.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
@@ -39,16 +41,22 @@ def counted(frame: pd.DataFrame, input_form: str) -> pd.DataFrame:
     return frame - frame.bfill().iloc[0]
 
 
-def late_by(time_s: npt.NDArray[np.float64], measured: npt.NDArray[np.float64]) -> float:
-    """Return how long after the start a run's displacements are first read together [s].
+def late_by(
+    time_s: npt.NDArray[np.float64], measured: npt.NDArray[np.float64], input_form: str
+) -> float:
+    """Return how long after a run's start its drift begins to count [s]; 0 if from nothing.
 
     Parameters
     ----------
     time_s : array (n,)
         Increasing [s].
     measured : array (n, m)
-        NaN is missing.
+        Displacements, which must be read together; NaN is missing.
+    input_form : str
+        See `counted`.
     """
+    if not FROM_START[input_form]:
+        return 0.0
     known = np.flatnonzero(np.isfinite(measured).all(axis=1))
     return float(time_s[known[0]] - time_s[0]) if len(known) else 0.0
 
@@ -80,6 +88,23 @@ def predicted_drift(
     first = np.isfinite(drift).argmax(axis=0)
     before = sent[first, np.arange(sent.shape[1])] - sent[0]
     return np.asarray(before - sent)
+
+
+def error_left(
+    drift: pd.DataFrame, sent: Sequence[npt.NDArray[np.float64]], input_form: str
+) -> pd.DataFrame:
+    """Return what offsets leave of a measured drift, under its column names [um].
+
+    Parameters
+    ----------
+    drift : DataFrame
+        As `measured_drift` gives it [um].
+    sent : sequence of array (n,)
+        Offsets, one for each of its columns [um].
+    input_form : str
+        See `counted`.
+    """
+    return drift - predicted_drift(np.column_stack(sent), drift.to_numpy(float), input_form)
 
 
 def measured_drift(run: Run, rig: Rig, tool_length_mm: float, input_form: str) -> pd.DataFrame:

@@ -20,7 +20,7 @@ from fmu_compensator.fit.training import GRID_S
 from fmu_compensator.runtime.fmi_slave import MODEL_FILE
 from fmu_compensator.runtime.geometry import FivePoint
 from fmu_compensator.runtime.modelfile import Model, parse_model
-from measurement.drift import measured_drift, predicted_drift
+from measurement.drift import error_left, measured_drift
 from measurement.errors import BadInput
 from measurement.faults import GROSS, STANDING, Fault, cleaned, find_faults
 from measurement.rig import AXES, Rig, rig_from_table
@@ -162,19 +162,25 @@ def replay(
     out = (left.frame[rig.columns].isna() & run.frame[rig.columns].notna()).any(axis=1)
     drift[out] = np.nan
     axes = [axis for axis in AXES if f"drift_{axis}_um" in drift]
+
+    def left_of(sent: Mapping[str, np.ndarray]) -> pd.DataFrame:
+        offsets = [sent[f"d{axis}"] for axis in axes]
+        return error_left(drift[[f"drift_{axis}_um" for axis in axes]], offsets, model.input_form)
+
     columns: dict[str, object] = {"time_s": run.time_s} | {
         str(name): drift[name] for name in drift.columns
     }
     probed = None
     if probing is not None:
-        sent = _driven(fmu, run, length, None)[0]
-        for axis in axes:
-            columns[f"unprobed_error_{axis}_um"] = _error(drift, sent, axis, model)
         probed = ProbedRun(probing, model, left, rig, length)
+        unprobed = left_of(_driven(fmu, run, length, None)[0])
+        for axis in axes:
+            columns[f"unprobed_error_{axis}_um"] = unprobed[f"drift_{axis}_um"]
     sent, codes, events, facts = _driven(fmu, run, length, probed)
+    errors = left_of(sent)
     for axis in axes:
         columns[f"d{axis}_um"] = sent[f"d{axis}"]
-        columns[f"error_{axis}_um"] = _error(drift, sent, axis, model)
+        columns[f"error_{axis}_um"] = errors[f"drift_{axis}_um"]
         if probed is not None:
             columns[f"held_error_{axis}_um"] = drift[f"drift_{axis}_um"] - probed.held(axis)
         if f"d{axis}_uncertainty" in sent:
@@ -184,15 +190,6 @@ def replay(
     if rows is not None:
         frame["measured_1"] = np.isin(np.arange(len(frame)), rows).astype(int)
     return Replay(run, frame, int(out.sum()), tuple(faults), tuple(events), facts, rows)
-
-
-def _error(
-    drift: pd.DataFrame, sent: Mapping[str, np.ndarray], axis: str, model: Model
-) -> np.ndarray:
-    """Return what is left of an axis's drift, row by row [um]."""
-    measured, offset = drift[[f"drift_{axis}_um"]].to_numpy(float), sent[f"d{axis}"][:, None]
-    left = measured - predicted_drift(offset, measured, model.input_form)
-    return np.asarray(left[:, 0])
 
 
 def _driven(

@@ -18,7 +18,7 @@ from fmu_compensator.fit.updating import update_compensator
 from fmu_compensator.monitoring import Report
 from fmu_compensator.monitoring import monitor as watch
 from fmu_compensator.runtime.modelfile import Model, load_model, parse_model
-from measurement.drift import measured_drift, predicted_drift
+from measurement.drift import error_left, measured_drift
 from measurement.files import write_atomically
 from measurement.rig import FivePointRig, Rig, default_rig, rig_from_table
 from measurement.runs import Run
@@ -212,16 +212,16 @@ class Compensator:
         length = self.model.limits.judged_tool(tool_length_mm)
         drift = measured_drift(recorded, meant, length, self.model.input_form)
         sent = self.predict(recorded, tool_length_mm=length)
+        axes = [axis for axis in "XYZ" if f"drift_{axis}_um" in drift]
+        drift = drift[[f"drift_{axis}_um" for axis in axes]]
+        offsets = [sent[f"d{axis}_um"].to_numpy(float) for axis in axes]
+        errors = error_left(drift, offsets, self.model.input_form)
         columns: dict[str, Any] = {"time_s": recorded.time_s}
-        for axis in "XYZ":
-            if f"drift_{axis}_um" in drift:
-                columns[f"drift_{axis}_um"] = drift[f"drift_{axis}_um"]
-                columns[f"d{axis}_um"] = sent[f"d{axis}_um"]
-                measured = drift[[f"drift_{axis}_um"]].to_numpy(float)
-                offset = sent[[f"d{axis}_um"]].to_numpy(float)
-                said = predicted_drift(offset, measured, self.model.input_form)
-                columns[f"error_{axis}_um"] = (measured - said)[:, 0]
-                columns[f"d{axis}_uncertainty_um"] = sent[f"d{axis}_uncertainty_um"]
+        for axis in axes:
+            columns[f"drift_{axis}_um"] = drift[f"drift_{axis}_um"]
+            columns[f"d{axis}_um"] = sent[f"d{axis}_um"]
+            columns[f"error_{axis}_um"] = errors[f"drift_{axis}_um"]
+            columns[f"d{axis}_uncertainty_um"] = sent[f"d{axis}_uncertainty_um"]
         return pd.DataFrame(columns)
 
     def plot(

@@ -15,7 +15,7 @@ from fmu_compensator.fit.columns import MeasuredColumns
 from fmu_compensator.fit.gaussian import LAGS_S
 from fmu_compensator.fit.training import GRID_S, Array, TrainingRun, row_weights
 from fmu_compensator.runtime.fields import is_name
-from measurement.drift import FROM_START, counted, late_by
+from measurement.drift import counted, late_by
 from measurement.errors import BadInput
 from measurement.faults import (
     GROSS,
@@ -56,6 +56,8 @@ class PreparedRun:
         False where a displacement is not to be used: frozen, saturated, a spike, a step.
     readings : array (n, k)
         The temperatures without the straight lines: NaN between the readings of a slow sensor.
+    late_s : float
+        How long after the start its drift begins to count [s].
     """
 
     name: str
@@ -66,11 +68,7 @@ class PreparedRun:
     speed: Array
     usable: NDArray[np.bool_]
     readings: Array
-
-    @property
-    def late_s(self) -> float:
-        """How long after the start the targets were first measured [s]."""
-        return late_by(self.time_s, self.targets)
+    late_s: float
 
     def complete(self, columns: Sequence[int]) -> TrainingRun:
         """Return the rows in which the targets and some of the inputs are all there."""
@@ -189,13 +187,12 @@ def prepare(
         prepared.append(_prepared_run(run, frame.to_numpy(float), common, input_form))
     for place, prepared_run in enumerate(prepared):
         prepared_run.usable[:] = _live(runs[place], left[place], rig)
-    if FROM_START[input_form]:
-        notes += [
-            f"{run.name}: displacement is first read {run.late_s / 60.0:.0f} min after the start: "
-            "drift counts from there"
-            for run in prepared
-            if run.late_s > GRID_S
-        ]
+    notes += [
+        f"{run.name}: displacement is first read {run.late_s / 60.0:.0f} min after the start: "
+        "drift counts from there"
+        for run in prepared
+        if run.late_s > GRID_S
+    ]
     candidates = _candidates(prepared, common, input_form, faults, notes)
     return Prepared(tuple(prepared), common, candidates, targets, tuple(notes))
 
@@ -317,6 +314,7 @@ def _prepared_run(run: Run, targets: Array, sensors: Sequence[str], input_form: 
         speed,
         np.ones(rows, dtype=bool),
         np.column_stack(columns),
+        late_by(run.time_s, targets, input_form),
     )
 
 

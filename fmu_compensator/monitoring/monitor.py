@@ -56,9 +56,6 @@ OUTSIDE_SHARE = 0.25
 """From this share of samples with status 2 on, a run counts as outside training [1]: set on no
 data; docs/results.md reports it."""
 
-AXES_JUDGED = len(AXES)
-"""Up to so many axes are looked at in each run [1]: given by the three there are."""
-
 
 @dataclass(frozen=True)
 class RunReport:
@@ -335,9 +332,10 @@ def _report(runs: Sequence[RunReport]) -> Report:
 def _chance_of_worst(unusual: Sequence[RunReport], runs: int) -> float:
     """Return the probability that the worst of so many runs misses so much by chance [1]."""
     least = min(error.chance for run in unusual for error in run.errors if error.is_unusual)
-    return 1.0 - (1.0 - min(AXES_JUDGED * least, 1.0)) ** runs
+    return 1.0 - (1.0 - min(len(AXES) * least, 1.0)) ** runs
 
 
 def _chance(unusual: int, runs: int) -> float:
     """Return the probability that so many runs, or more, are unusual by chance [1]."""
-    return float(binom.sf(unusual - 1, runs, AXES_JUDGED * WRONG))
+    # Up to three axes are looked at in each run.
+    return float(binom.sf(unusual - 1, runs, len(AXES) * WRONG))

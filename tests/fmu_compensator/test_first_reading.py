@@ -95,3 +95,5 @@ def test_an_absolute_form_counts_from_nothing():
     sent, drift = np.array([[0.0], [1.0], [2.0]]), np.array([[np.nan], [3.0], [4.0]])
     np.testing.assert_array_equal(predicted_drift(sent, drift, "absolute"), -sent)
     np.testing.assert_array_equal(predicted_drift(sent, drift, "rise"), 1.0 - sent)
+    (run,) = prepare([measured_late(NEW)], DIRECT_RIG, "absolute").runs
+    assert run.late_s == 0.0  # an error model in this form learns from it as from any other
