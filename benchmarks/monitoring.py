@@ -23,13 +23,15 @@ from tqdm import tqdm
 from benchmarks.results_page import as_table, parser_of, tell
 from benchmarks.trust.questions import Question, fitted, questions
 from fmu_compensator.monitoring import Report, monitor
-from fmu_compensator.monitoring.monitor import SENSOR, VERDICTS
+from fmu_compensator.monitoring.monitor import LEARNT, SENSOR, VERDICTS
 from fmu_compensator.runtime.modelfile import Model
 from measurement.runs import Run
 
 FOLDS = 5
 WANDERS_K = (2.0, 5.0, 10.0)
 MOVES = (0.7, 1.3, 1.6)
+TOLD = tuple(verdict for verdict in VERDICTS if verdict != LEARNT)
+"""Verdicts on a run that was left out."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +124,7 @@ def page(answers: Sequence[Answer]) -> str:
         counts = Counter(run.verdict for run in one.report.runs)
         kind = "unlike" if one.question.unlike else "like"
         head = [one.question.data, one.question.name, kind, str(len(one.report.runs))]
-        reports.append([*head, *(str(counts[name] or "") for name in VERDICTS), one.report.verdict])
+        reports.append([*head, *(str(counts[name] or "") for name in TOLD), one.report.verdict])
     like = [one for one in answers if not one.question.unlike]
     wandered = []
     for data in dict.fromkeys(one.question.data for one in like):
@@ -136,7 +138,7 @@ def page(answers: Sequence[Answer]) -> str:
     return "\n\n".join(
         [
             "Reports on runs left out, one log a split; a count for each verdict on a run:",
-            as_table(["Data", "Log", "", "runs", *VERDICTS, "the log"], reports),
+            as_table(["Data", "Log", "", "runs", *TOLD, "the log"], reports),
             "Planted in the like runs in which no thermometer was called wrong. A thermometer in "
             "use, drawn at random, wanders evenly to so many kelvin by the run's end:",
             as_table(

@@ -12,6 +12,7 @@ from fmu_compensator.monitoring.drift import AxisError
 from fmu_compensator.monitoring.monitor import (
     CHANGED,
     FITS,
+    LEARNT,
     NOT_MEASURED,
     OUTSIDE,
     SENSOR,
@@ -22,6 +23,7 @@ from scenarios.figures import PANEL_IN, WIDTH_IN, plain, saved
 
 DOTS = {
     FITS: {"color": "#2a7f4f", "label": "fits"},
+    LEARNT: {"color": "#9aa3ad", "label": "learnt from"},
     NOT_MEASURED: {"color": "#7a828c", "label": "not measured"},
     OUTSIDE: {"color": "#c98a1b", "label": "outside training"},
     CHANGED: {"color": "#b3342d", "label": "more than promised"},

@@ -30,7 +30,7 @@ from measurement.runs import Run
 from measurement.warm import named_warm
 
 TOO_SHORT = "too_short"
-FITS, SENSOR, CHANGED = "fits", "sensor", "changed"
+FITS, LEARNT, SENSOR, CHANGED = "fits", "learnt", "sensor", "changed"
 OUTSIDE, UNUSUAL, NOT_MEASURED = "outside", "unusual_runs", "not_measured"
 VERDICTS = {
     CHANGED: "the drift is no longer what was learnt",
@@ -39,6 +39,7 @@ VERDICTS = {
     UNUSUAL: "some runs drifted unlike training, so few that it may be chance",
     NOT_MEASURED: "temperatures are as in training; the drift was not measured",
     FITS: "still fits",
+    LEARNT: "nothing can be said: the compensator has learnt from these runs",
     TOO_SHORT: "nothing can be said: the logs are too short",
 }
 """What is said, the most urgent first."""
@@ -50,6 +51,7 @@ ADVICE = {
     UNUSUAL: "measure more runs: they tell an exception from a change",
     NOT_MEASURED: "measure the drift in one run: no thermometer shows how the machine expands",
     FITS: "nothing to do",
+    LEARNT: "log later runs",
     TOO_SHORT: "log whole runs, from the start of the machine on",
 }
 OUTSIDE_SHARE = 0.25
@@ -107,7 +109,7 @@ class Report:
     promised : float
         Share of samples that the interval is to hold [1]; NaN without one.
     inside : dict of str to float
-        Share that it held, by axis: the mean over the runs whose thermometers are right [1].
+        Share that it held, by axis: the mean over later runs whose thermometers are right [1].
     notes : tuple of str
         What could not be looked at.
     """
@@ -180,17 +182,18 @@ def monitor(
         left = cleaned([run], find_faults([run]), GROSS)[0]  # whatever other runs show
         driven = drive(model, run, left, rig, length)
         here = [fault for fault in faults if fault.place == place]
-        reports.append(
-            _run_report(
-                run,
-                driven,
-                _worth_saying(here, run, used, model.input_form),
-                agreement.of(left),
-                conditions_of(run, used, figures.get("conditions") or ()),
-                axis_errors(driven, misses),
-                [sensor.name for sensor in model.sensors],
-            )
+        report = _run_report(
+            run,
+            driven,
+            _worth_saying(here, run, used, model.input_form),
+            agreement.of(left),
+            conditions_of(run, used, figures.get("conditions") or ()),
+            axis_errors(driven, misses),
+            [sensor.name for sensor in model.sensors],
         )
+        if report.verdict == FITS and run.sha256 in learnt:
+            report = replace(report, verdict=LEARNT)
+        reports.append(report)
         on_run(run)
     promised = model.new_gaussian().coverage
     return replace(_report(reports), promised=promised, inside=_inside(reports), notes=tuple(notes))
@@ -297,7 +300,8 @@ def _last_said(driven: Driven) -> str:
 
 
 def _inside(runs: Sequence[RunReport]) -> dict[str, float]:
-    errors = [error for run in runs if run.verdict != SENSOR for error in run.errors]
+    told = [run for run in runs if run.verdict not in (SENSOR, LEARNT)]
+    errors = [error for run in told for error in run.errors]
     return {
         axis: float(np.mean([error.inside for error in errors if error.axis == axis]))
         for axis in dict.fromkeys(error.axis for error in errors)

@@ -9,7 +9,15 @@ import pytest
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.monitoring import monitor
 from fmu_compensator.monitoring.bounds import chance_of, upper_bound
-from fmu_compensator.monitoring.monitor import CHANGED, FITS, NOT_MEASURED, OUTSIDE, SENSOR, UNUSUAL
+from fmu_compensator.monitoring.monitor import (
+    CHANGED,
+    FITS,
+    LEARNT,
+    NOT_MEASURED,
+    OUTSIDE,
+    SENSOR,
+    UNUSUAL,
+)
 from fmu_compensator.runtime.modelfile import Model, parse_model
 from measurement.errors import BadInput
 from measurement.runs import Run
@@ -156,6 +164,9 @@ def test_one_run_that_is_so_far_off_is_no_chance(model):
     assert monitor(model, [changed(NEW[0], turned_round)]).verdict == CHANGED
 
 
-def test_runs_that_it_has_learnt_from_are_told(model):
-    (note,) = monitor(model, [TRAINING[0], NEW[0]]).notes
-    assert note.startswith("the compensator has learnt from these: old0;")
+def test_what_it_has_learnt_from_is_no_sign_that_it_fits(model):
+    report = monitor(model, [TRAINING[0], NEW[0]])
+    assert report.notes[0].startswith("the compensator has learnt from these: old0;")
+    assert [run.verdict for run in report.runs] == [LEARNT, FITS]
+    only = monitor(model, [TRAINING[0]])
+    assert (only.verdict, only.inside) == (LEARNT, {})
