@@ -84,6 +84,13 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.fixture
+def plain_path() -> Iterator[Path]:
+    """A folder with a plain ASCII path, as FMUs in Python need it; tmp_path has the user's name."""
+    with tempfile.TemporaryDirectory() as folder:
+        yield Path(folder)
+
+
 def once(path: Path, make: Callable[[Path], object]) -> Path:
     """Return a path where *make* has written something, in this process or in another."""
     with path.with_name(f"{path.name}.lock").open("w") as lock:

@@ -2,14 +2,13 @@
 
 import json
 from collections.abc import Callable
-from pathlib import Path
 
 from tests.fmu_packaging.apart import apart
 
 Fmu = Callable[..., str]
 
 
-def test_values_of_every_type_pass(tiny_fmu):
+def test_values_of_every_type_pass(tiny_fmu, plain_path):
     found = apart(
         """
 fmu = opened(*sys.argv[1:])
@@ -25,7 +24,7 @@ show([at_start, fmu.getReal([r["total"], r["u"], r["gain"]]), fmu.getInteger([r[
       [s.decode() for s in fmu.getString([r["word_out"], r["word"], r["mode"]])], messages])
 """,
         tiny_fmu(10.0),
-        Path(tiny_fmu()).parent / "a folder with spaces",
+        plain_path / "a folder with spaces",
     )
     assert found == [[[7], [True]], [60.0, 4.0, 2.0], [8], ["héllo 2", "héllo", ""], []]
 
@@ -187,7 +186,7 @@ show([statuses, said, after == before[-1][0]])
     assert found[2]
 
 
-def test_reset_gives_the_first_run_again(tiny_fmu):
+def test_reset_gives_the_first_run_again(tiny_fmu, plain_path):
     found = apart(
         STATE
         + """
@@ -201,7 +200,7 @@ started(fmu)
 show([first == steps(fmu, 0, 10), messages])
 """,
         tiny_fmu(),
-        Path(tiny_fmu()).parent / "unpacked",
+        plain_path / "unpacked",
     )
     assert found == [True, []]
 

@@ -22,13 +22,11 @@ from tests.scenarios.tiny_fmus import PLANT, build_tiny
 
 
 @pytest.fixture
-def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def temporary(plain_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty folder that takes the place of /tmp."""
-    folder = tmp_path / "temporary"
-    folder.mkdir()
-    monkeypatch.setenv("TMPDIR", str(folder))
+    monkeypatch.setenv("TMPDIR", str(plain_path))
     monkeypatch.setattr(tempfile, "tempdir", None)
-    return folder
+    return plain_path
 
 
 def test_fmus_in_the_wrong_place_are_refused(tiny_scenario, tiny_folder, tmp_path, refused):
