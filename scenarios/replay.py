@@ -100,7 +100,7 @@ def rig_of_model(model: Model, machine: Machine | None = None) -> Rig:
     """Return the rig that measures what a compensator predicts.
 
     A direct geometry names its columns. A five-point geometry knows distances, not sensors: their
-    names and signs come from the *machine*'s, by default S1 to S5 with S5 along +Z.
+    names and signs come from the *machine*'s, by default from the rig of the training.
 
     Parameters
     ----------
@@ -112,7 +112,8 @@ def rig_of_model(model: Model, machine: Machine | None = None) -> Rig:
     if not isinstance(model.geometry, FivePoint):
         return rig_from_table({"kind": "direct", "axes": geometry["axes"]}, model.source)
     distances = {name: geometry[name] for name in ("spacing_mm", "near_to_gauge_mm")}
-    named = machine.rig if machine and machine.rig["kind"] == "five_point" else {}
+    given = machine.rig if machine else {}
+    named = given if given.get("kind") == "five_point" else model.provenance.get("rig", {})
     return rig_from_table({**named, "kind": "five_point", **distances}, model.source)
 
 

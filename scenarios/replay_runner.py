@@ -88,7 +88,7 @@ def run_replay(
         Tool length at which a five-point rig's drift is taken [mm] (default: 100 mm, or the
         nearest that the compensator takes).
     machine : str, optional
-        Machine whose five-point rig names the displacement sensors (S1 to S5, S5 along +Z).
+        Machine whose five-point rig names the displacement sensors (default: as in training).
     keep_frozen : bool
         Count rows in which a displacement sensor was frozen or at the end of its range.
     probing : Probing, optional

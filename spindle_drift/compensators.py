@@ -196,7 +196,7 @@ class Compensator:
         run : Run, DataFrame or path
             With the displacements that the compensator was fitted to.
         machine : Machine, path or name, optional
-            Its five-point rig names the displacement sensors (S1 to S5, S5 along +Z).
+            Its five-point rig names the displacement sensors (default: as in training).
         tool_length_mm : float, optional
             At which a five-point rig's drift is taken [mm]; as `predict`.
 

@@ -11,6 +11,7 @@ import pytest
 
 from fmu_compensator.driving import drive
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
+from fmu_compensator.runtime.modelfile import load_model
 from measurement.drift import measured_drift
 from measurement.errors import BadInput
 from measurement.rig import DirectRig, FivePointRig, rig_from_table
@@ -120,6 +121,11 @@ def test_the_tilt_counts_at_the_tool_length(tmp_path):
         expected = s1 + (length - 30.0) * (s3 - s1) / 100.0
         assert frame["drift_X_um"].to_numpy() == pytest.approx(expected, abs=1e-6)
         assert frame["error_X_um"].abs().mean() < 0.15 * frame["drift_X_um"].abs().mean()
+
+
+def test_sensors_look_the_way_that_they_did_in_training(tmp_path):
+    rig = rig_from_table(FIVE | {"axial_sign": 1}, "rig")
+    assert rig_of_model(load_model(built(rig, tmp_path))) == rig
 
 
 def test_drift_of_a_tilted_tool_keeps_the_exact_cosine():
