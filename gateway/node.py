@@ -23,6 +23,7 @@ from gateway.clocks import Stepper
 from gateway.codec import CountedTime, Finding, Sender, Value
 from gateway.database import COMPENSATOR, FAREWELLS, MACHINE, OFFSETS, TRUST, Database, key_of
 from gateway.judging import Judge, Rival
+from gateway.mapcheck import limits_of
 from gateway.probes import COUNTED, LATEST_STEPS, ProbeReceiver
 from gateway.proof import CHALLENGE, FRESHNESS, NOT_PROVEN, PROVEN, Challenges
 from gateway.reception import Cycle, Reception, Substitution
@@ -143,6 +144,7 @@ class GatewayNode:
         self._proves = database.proof is not None
         self._substitution = Substitution(database.substitutes)
         self._trust = TRUST.index(database.trust)
+        self._share = limits_of(unit.slave.path).get("share", 1.0)
         self._when_invalid: dict[str, Value] = dict(database.when_invalid)
         answered = database.closing(COMPENSATOR).signals.get("answered_time")
         timed = answered is not None and self._judge.time is not None
@@ -378,7 +380,7 @@ class GatewayNode:
             values |= self._when_invalid
         if usable and not known:
             values["status"] = "reference_unknown"
-        self.answer = by_tool_length(outputs, self.stepper.tool_length_mm) | values
+        self.answer = by_tool_length(outputs, self.stepper.tool_length_mm, self._share) | values
         self._send(self._sender.messages(self.answer))
 
     def _fits(self, outputs: Mapping[str, float]) -> bool:
@@ -420,11 +422,13 @@ class GatewayNode:
             self._said |= dict.fromkeys(due, now)
 
 
-def by_tool_length(outputs: Mapping[str, float], tool_length_mm: float) -> dict[str, Value]:
+def by_tool_length(
+    outputs: Mapping[str, float], tool_length_mm: float, share: float
+) -> dict[str, Value]:
     """Return per axis the offset [um], its change with the tool length [um/m], and that [mm].
 
-    Over the tool length the offset of an axis changes by the tilt, with the opposite sign;
-    1 urad is 1 um/m. Z does not depend on it, to second order.
+    Over the tool length the offset of an axis changes by the tilt, with the opposite sign, as far
+    as it is sent; 1 urad is 1 um/m. Z does not depend on it, to second order.
 
     Parameters
     ----------
@@ -432,12 +436,14 @@ def by_tool_length(outputs: Mapping[str, float], tool_length_mm: float) -> dict[
         Those of the compensator [um, urad].
     tool_length_mm : float
         At which they hold [mm].
+    share : float
+        Which share of the predicted drift is sent [1].
     """
-    slopes = {"X": -outputs.get("yaw", nan), "Y": -outputs.get("pitch", nan), "Z": 0.0}
+    tilts = {"X": outputs.get("yaw", nan), "Y": outputs.get("pitch", nan), "Z": 0.0}
     values: dict[str, Value] = {}
     for axis in AXES:
         values[f"d{axis}_at_tool_length"] = outputs.get(f"d{axis}", nan)
-        values[f"d{axis}_per_tool_length"] = slopes[axis]
+        values[f"d{axis}_per_tool_length"] = 0.0 - share * tilts[axis]
         values[f"d{axis}_tool_length"] = tool_length_mm
     return values
 

@@ -101,7 +101,7 @@ def quick_fmu(shared: Path) -> Path:
         new.mkdir()
         table = five_point_table()
         table["limits"] |= {"hold_s": HOLD_S, "recover_s": RECOVER_S}
-        table["limits"]["slew_um_per_s"] = SLEW_UM_PER_S
+        table["limits"] |= {"slew_um_per_s": SLEW_UM_PER_S, "share": 0.8}
         (new / "quick.json").write_text(model_text(table), encoding="utf-8")
         build_compensator(new / "quick.json", new)
 

@@ -180,7 +180,8 @@ static void answer(struct instance *self, struct finding finding, bool usable, b
     for (size_t axis = 0; axis < AXES; axis++) {
         double width = known ? output_of(self, axes[axis].uncertainty) : NAN;
         told[ROLE_UNCERTAINTY + axis] = width >= 0.0 ? width : NAN;
-        told[ROLE_SLOPE + axis] = axis == AXES - 1 ? 0.0 : -output_of(self, axes[axis].tilt);
+        double tilt = axis == AXES - 1 ? 0.0 : output_of(self, axes[axis].tilt);
+        told[ROLE_SLOPE + axis] = 0.0 - model_limits.share * tilt;
     }
     told[ROLE_TOOL_LENGTH] = node->tool_length;
     send_frames(node, self, told);
