@@ -328,19 +328,24 @@ def by_feature(scale: Array, features: int) -> Array:
     return np.repeat(scale, features // len(scale))
 
 
-def directions(model: Gaussian, samples: Sequence[Sample]) -> Array:
+def directions(model: Gaussian, samples: Sequence[Sample], before: Array | None = None) -> Array:
     """Return D, shape (q, p): V is nearly G - D' D with G of the scales, and never larger.
 
-    As many of the directions that the runs determine as are needed for `LOST`.
+    As many of the directions that the runs determine as are needed for `LOST`, beside those that
+    runs before them determined.
 
     Parameters
     ----------
     model : Gaussian
     samples : sequence of Sample
-        Of runs like those of its training.
+        Of runs like those of its training, or like those since *before*.
+    before : array (r, p), optional
+        D of the runs before.
     """
     size = len(model.weights)
-    values, vectors = np.linalg.eigh(np.diag(by_feature(model.scale, size)) - model.covariance)
+    before = np.zeros((0, size)) if before is None else before
+    prior = np.diag(by_feature(model.scale, size))
+    values, vectors = np.linalg.eigh(prior - before.T @ before - model.covariance)
     known = vectors * np.sqrt(np.maximum(values, 0.0))
     features = np.vstack([sample.features for sample in samples])
     hours = np.concatenate([sample.hours for sample in samples])
@@ -349,7 +354,8 @@ def directions(model: Gaussian, samples: Sequence[Sample]) -> Array:
     explained = np.cumsum(lengths**2) / len(features)
     usual = 1.0 + model.walk**2 * hours.mean() + model.novelty(features).mean()
     enough = explained[-1] - explained <= LOST * usual
-    return np.asarray((turned @ known.T)[: int(np.argmax(enough)) + 1])
+    both = np.vstack([before, (turned @ known.T)[: int(np.argmax(enough)) + 1]])
+    return both if len(both) <= size else np.asarray(np.linalg.qr(both, mode="r"))  # D' D stays
 
 
 def rises_and_lags(time_s: Array, rises: Array) -> Array:

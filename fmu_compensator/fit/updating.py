@@ -16,6 +16,7 @@ from fmu_compensator.fit.installed import listed, rises_of
 from fmu_compensator.fit.promise import FEWEST_JUDGED_ROWS, RunLeft, followed, judge_runs
 from fmu_compensator.fit.ranges import limits_table, sensor_table
 from fmu_compensator.fit.run_conditions import NAMES, ranges_of
+from fmu_compensator.fit.training import Array
 from fmu_compensator.runtime.modelfile import Model, model_text, parse_model
 from measurement.doubts import doubt_lines
 from measurement.errors import BadInput
@@ -198,8 +199,7 @@ def gaussian_of(table: Mapping[str, Any]) -> Gaussian:
     ----------
     table : mapping
     """
-    seen = np.array(table["seen"]).reshape(-1, len(table["weights"][0]))
-    scale = np.array(table["scale"])
+    seen, scale = _seen(table), np.array(table["scale"])
     return Gaussian(
         np.array(table["weights"]).T,
         np.diag(by_feature(scale, seen.shape[1])) - seen.T @ seen,
@@ -211,11 +211,15 @@ def gaussian_of(table: Mapping[str, Any]) -> Gaussian:
     )
 
 
+def _seen(table: Mapping[str, Any]) -> Array:
+    return np.array(table["seen"]).reshape(-1, len(table["weights"][0]))
+
+
 def _condition(table: dict[str, Any], samples: Sequence[Sample]) -> None:
     """Condition the Gaussian of a file's table on further runs."""
     after = gaussian_of(table).updated([sample for sample in samples if len(sample.hours)])
     table["weights"] = listed(after.weights.T)
-    table["seen"] = listed(directions(after, samples), digits=12)
+    table["seen"] = listed(directions(after, samples, _seen(table)), digits=12)
     table["spread"] = listed(np.sqrt(np.diag(after.spread)))
     table["rows"] = after.rows
 

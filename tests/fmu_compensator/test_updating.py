@@ -49,6 +49,16 @@ def test_one_by_one_is_all_at_once(kind, monkeypatch):
     assert {run["name"] for run in in_turn.provenance["runs"]} == {f"run{n}" for n in range(5)}
 
 
+def test_an_update_forgets_nothing_that_the_old_runs_told():
+    model = model_of(runs(0, 1, 2))
+    short = make_run("short", 3, hours=0.5)
+    before, after = (
+        np.array(one.table["gaussian"]["seen"]) for one in (model, updated(model, [short]))
+    )
+    gained = np.linalg.eigvalsh(after.T @ after - before.T @ before)
+    assert gained.min() > -1e-6 * max(model.table["gaussian"]["scale"])
+
+
 def test_what_the_old_one_left_of_the_new_runs_is_put_down():
     model, new = model_of(runs(0, 1)), runs(2, 3)
     table, before = update_compensator(model, new, created="2026-02-03")
