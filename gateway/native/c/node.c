@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "instance.h"
+#include "model_data.h"
 #include "reception.h"
 
 #define TRANSMIT 0x10u
