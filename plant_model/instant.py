@@ -147,10 +147,10 @@ def displacements(machine: Machine, pose: Sequence[float]) -> list[float]:
         drift = drift_of(pose, 0.0)
         return [entry["sign"] * drift["XYZ".index(entry["axis"])] for entry in rig["axes"].values()]
     near = rig["near_to_gauge_mm"]
-    near_x, near_y, _ = drift_of(pose, near)
-    distal_x, distal_y, _ = drift_of(pose, near + rig["spacing_mm"])
+    radial = (*drift_of(pose, near)[:2], *drift_of(pose, near + rig["spacing_mm"])[:2])
+    signs = (rig.get(f"{role}_sign", 1) for role in ("near_x", "near_y", "distal_x", "distal_y"))
     axial = -rig["axial_sign"] * drift_of(pose, rig["test_bar_mm"])[2]
-    return [near_x, near_y, distal_x, distal_y, axial]
+    return [*(sign * drift for sign, drift in zip(signs, radial, strict=True)), axial]
 
 
 def _has(effect: Effect, hook: str) -> bool:

@@ -24,7 +24,9 @@ def test_an_instant_equals_the_arrays(jig_borer_lumps, kind):
     if kind == "jig_borer_lumps":  # a sensor that reads an input, and an effect on that reading too
         first = machine.sensors[0]
         ambient = replace(first, of=next(iter(machine.boundary_index)))
-        machine = replace(machine, sensors=(ambient, *machine.sensors[1:]))
+        turned = {f"{role}_sign": -1 for role in ("near_x", "distal_y")}
+        sensors = (ambient, *machine.sensors[1:])
+        machine = replace(machine, sensors=sensors, rig=machine.rig | turned)
     values = Values(machine.parameters)
     effects = effects_in_force(machine, values)
     slices = Network(machine, values, effects).state_slices()
