@@ -8,7 +8,7 @@ import numpy as np
 
 from plant_model.anatomy import incidence
 from plant_model.effects.base import Effect, Inputs, amplitude
-from plant_model.exchange import exchange
+from plant_model.exchange import Exchange, exchange
 from plant_model.item_forms import ItemSpec, NumberSpec
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Values
@@ -118,12 +118,26 @@ class CoolantJacket(Effect):
     def prepare(self) -> None:
         """Put the conductances into the constant exchanges."""
         scale = self.own("scale")
-        exchanges = []
+        exchanges: list[Exchange] = []
+        ways: dict[tuple[int, int], FloatArray] = {}
         for item in self.items:
-            if item.kind == "coolant_flow":
-                g = scale * self.of(item, "flow") / 60.0 * self.of(item, "heat_capacity")
-                exchanges.append(exchange(self.machine, item, g, one_way=True))
+            if item.kind == "coolant_wall":
+                exchanges.append(exchange(self.machine, item, scale * self.of(item, "conductance")))
+                continue
+            g = scale * self.of(item, "flow") / 60.0 * self.of(item, "heat_capacity")
+            flow = exchange(self.machine, item, g, one_way=True)
+            if flow.boundary:
+                exchanges.append(flow)
             else:
-                g = scale * self.of(item, "conductance")
-                exchanges.append(exchange(self.machine, item, g))
+                way = flow.node, flow.other
+                ways[way] = ways[way] + g if way in ways else g
+        # Coolant that comes back is an exchange like any other, which the network steps exactly.
+        for (node, other), g in ways.items():
+            if (other, node) not in ways:
+                exchanges.append(Exchange(node, other, g, one_way=True))
+                continue
+            both = np.minimum(g, ways[other, node])
+            exchanges.append(Exchange(node, other, g - both, one_way=True))
+            if node < other:
+                exchanges.append(Exchange(node, other, both))
         self.constant_exchanges = exchanges

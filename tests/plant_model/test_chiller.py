@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.linalg import expm
 
 from measurement.errors import BadInput
 from plant_model.effects.chiller import Chiller
@@ -105,6 +106,23 @@ def test_swings_as_a_two_point_loop_does(chilled):
         assert shown[late].min() == pytest.approx(expected[settled].min(), abs=0.25)
     mean = np.mean(periods(time[settled], expected_tank[settled]))
     assert np.mean(periods(found.time_s[late], tank[late])) == pytest.approx(mean, rel=0.1)
+
+
+def test_coolant_that_goes_round_is_stepped_exactly():
+    found = simulate(machine_from_table(table_of(0), "circuit.toml"), inputs(2.0))
+    carried = 6.0 / 60.0 * 3700.0
+    per_kelvin = np.array(
+        [
+            [-150.0, 150.0, 0.0, HEAT],
+            [150.0, -150.0 - carried, carried, 0.0],
+            [0.0, carried, -carried - LOSS, 0.0],
+            [0.0, 0.0, 0.0, 0.0],
+        ]
+    )
+    rates = per_kelvin / np.array([[30e3], [2e3], [CAPACITY], [1.0]])
+    rise = expm(rates * 7200.0) @ [0.0, 0.0, 0.0, 1.0]
+    shown = [found.readings[name][0, -1] - 21.0 for name in ("T1", "T9")]
+    np.testing.assert_allclose(shown, rise[[0, 2]], rtol=1e-9)
 
 
 def test_rests_until_the_part_is_too_warm_and_then_takes_its_power(chilled):
