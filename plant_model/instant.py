@@ -142,15 +142,15 @@ def drift_of(pose: Sequence[float], length_mm: float) -> Drift:
 
 def displacements(machine: Machine, pose: Sequence[float]) -> list[float]:
     """Return what `sensors.displacements` returns, for one pose, in the rig's order [um]."""
-    rig = machine.rig
+    rig, signs = machine.rig, machine.signs.values()
     if rig["kind"] == "direct":
         drift = drift_of(pose, 0.0)
-        return [entry["sign"] * drift["XYZ".index(entry["axis"])] for entry in rig["axes"].values()]
-    near = rig["near_to_gauge_mm"]
-    radial = (*drift_of(pose, near)[:2], *drift_of(pose, near + rig["spacing_mm"])[:2])
-    signs = (rig.get(f"{role}_sign", 1) for role in ("near_x", "near_y", "distal_x", "distal_y"))
-    axial = -rig["axial_sign"] * drift_of(pose, rig["test_bar_mm"])[2]
-    return [*(sign * drift for sign, drift in zip(signs, radial, strict=True)), axial]
+        seen = [drift["XYZ".index(axis)] for axis in machine.probes.values()]
+    else:
+        near = rig["near_to_gauge_mm"]
+        pairs = drift_of(pose, near)[:2], drift_of(pose, near + rig["spacing_mm"])[:2]
+        seen = [*pairs[0], *pairs[1], drift_of(pose, rig["test_bar_mm"])[2]]
+    return [sign * drift for sign, drift in zip(signs, seen, strict=True)]
 
 
 def _has(effect: Effect, hook: str) -> bool:

@@ -175,12 +175,24 @@ class Machine:
         names = [entry.name for entry in self.inputs if entry.is_boundary]
         return {name: i for i, name in enumerate(names)}
 
-    @property
+    @cached_property
     def probes(self) -> dict[str, str]:
         """The axis that each displacement sensor looks along, by name."""
         if self.rig["kind"] == "direct":
             return {name: entry["axis"] for name, entry in self.rig["axes"].items()}
         return {self.rig[role]: axis for role, axis in FIVE_POINT.items()}
+
+    @cached_property
+    def signs(self) -> dict[str, int]:
+        """What drift along its axis is times each displacement sensor's reading, by name."""
+        if self.rig["kind"] == "direct":
+            return {name: entry["sign"] for name, entry in self.rig["axes"].items()}
+        given = (self.rig.get(f"{role}_sign", 1) for role in FIVE_POINT)
+        # The axial one says how its reading gives the elongation, which is growth towards -Z.
+        return {
+            name: -sign if axis == "Z" else sign
+            for (name, axis), sign in zip(self.probes.items(), given, strict=True)
+        }
 
     @cached_property
     def parameters(self) -> dict[str, Parameter]:

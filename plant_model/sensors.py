@@ -42,21 +42,17 @@ def displacements(machine: Machine, pose_now: FloatArray) -> dict[str, FloatArra
     dict of str to array, shape (...)
         By sensor, with its sign [um].
     """
-    rig = machine.rig
+    rig, axes, signs = machine.rig, machine.probes.values(), machine.signs
     if rig["kind"] == "direct":
         drift = drift_at(pose_now, 0.0)
-        return {
-            name: entry["sign"] * drift[..., "XYZ".index(entry["axis"])]
-            for name, entry in rig["axes"].items()
-        }
-    near = rig["near_to_gauge_mm"]
-    lengths = np.array([near, near + rig["spacing_mm"], rig["test_bar_mm"]])
-    at = drift_at(pose_now[..., None, :], lengths)
-    across = (("near_x", (0, 0)), ("near_y", (0, 1)), ("distal_x", (1, 0)), ("distal_y", (1, 1)))
-    seen = [rig.get(f"{role}_sign", 1) * at[..., i, j] for role, (i, j) in across]
-    # The axial sensor's sign says how its reading gives the elongation, which is growth towards -Z.
-    axial = -rig["axial_sign"] * at[..., 2, 2]
-    return dict(zip(displacement_names(machine), (*seen, axial), strict=True))
+        seen = [drift[..., "XYZ".index(axis)] for axis in axes]
+    else:
+        near = rig["near_to_gauge_mm"]
+        lengths = np.array([near, near + rig["spacing_mm"], rig["test_bar_mm"]])
+        at = drift_at(pose_now[..., None, :], lengths)
+        places = zip((0, 0, 1, 1, 2), axes, strict=True)
+        seen = [at[..., place, "XYZ".index(axis)] for place, axis in places]
+    return {name: signs[name] * drift for name, drift in zip(signs, seen, strict=True)}
 
 
 def readings(

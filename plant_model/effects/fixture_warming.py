@@ -52,9 +52,9 @@ class FixtureWarming(Effect):
         self._part = self.machine.node_index[self.driver]
         direction = np.radians(self.own("direction"))
         along = {"X": np.cos(direction), "Y": np.sin(direction)}
-        signs = {name: entry["sign"] for name, entry in self.machine.rig.get("axes", {}).items()}
+        signs = self.machine.signs
         self._moved = {
-            name: signs.get(name, 1) * along[axis]
+            name: signs[name] * along[axis]
             for name, axis in self.machine.probes.items()
             if axis in along
         }

@@ -160,11 +160,12 @@ def test_a_tool_of_the_structure_follows_the_hall_by_itself(jig_borer_lumps):
 
 def test_fixture_warming_moves_radial_readings_together_without_tilt(jig_borer_lumps):
     own = {"growth": 3.0, "minutes": 30.0, "nose_share": 0.0, "direction": 60.0}
-    moved, with_it, without = change(jig_borer_lumps, "fixture_warming", hall_step(5.0), **own)
+    turned = replace(jig_borer_lumps, rig=jig_borer_lumps.rig | {"distal_x_sign": -1})
+    moved, with_it, without = change(turned, "fixture_warming", hall_step(5.0), **own)
     # 3 um/K * 1 K after ten time constants: cos 60 of it along X, sin 60 along Y.
     assert moved["S1"][-1] == pytest.approx(1.5, rel=1e-3)
     assert moved["S2"][-1] == pytest.approx(3.0 * np.sin(np.radians(60.0)), rel=1e-3)
-    np.testing.assert_allclose(moved["S1"], moved["S3"], atol=1e-12)
+    np.testing.assert_allclose(moved["S1"], -moved["S3"], atol=1e-12)
     np.testing.assert_allclose(moved["S2"], moved["S4"], atol=1e-12)
     assert np.all(moved["S5"] == 0.0)
     assert np.all(with_it.pose == without.pose), "the spindle has not moved"
