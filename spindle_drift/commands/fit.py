@@ -24,7 +24,7 @@ from scenarios.fit_text import bar, report
 from scenarios.grey_options import add_choice_options, choice_options
 from scenarios.outputs import COMPENSATOR_FILE, FOLDER
 from scenarios.presets import add_as
-from spindle_drift.compensators import fit
+from spindle_drift.compensators import USUAL_MACHINE, fit
 
 NAME = "fit"
 HELP = "fit a compensator to runs and write its file"
@@ -95,8 +95,22 @@ def run(args: argparse.Namespace) -> int:
     if args.out is not None:
         drawn = draw_fit(table["provenance"]["figures"]["fit"], args.out)
         wrote = [f"wrote {name}" for name in drawn] or [f"nothing to draw: {NO_FIGURE}"]
+    rig = table["provenance"]["rig"]
+    if args.machine is None and rig["kind"] == "five_point":
+        wrote.append(_assumed(rig))
     facts = {"file": str(path), "chosen": table["chosen"], **table["provenance"]}
     return tell(args, facts, *report(table, path), *wrote)
+
+
+def _assumed(rig: dict[str, Any]) -> str:
+    """Return where the sensors of a rig stand that nobody described, since no figure shows it."""
+    near, distal = (f"{rig[f'{pair}_x']}, {rig[f'{pair}_y']}" for pair in ("near", "distal"))
+    return (
+        f"no --machine says where the displacement sensors stand; taken, as at {USUAL_MACHINE}: "
+        f"{near} {rig['near_to_gauge_mm']:g} mm outside the gauge line, {distal} "
+        f"{rig['spacing_mm']:g} mm further out, {rig['axial']} towards "
+        f"{'-' if rig['axial_sign'] > 0 else '+'}Z"
+    )
 
 
 def _options(given: list[str]) -> dict[str, Any]:
