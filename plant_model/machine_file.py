@@ -315,7 +315,8 @@ class _Reader:
         return Item(family, name, kind, refs, numbers)
 
     def _refs(self, place: str, given: object, form: str) -> tuple[str, ...]:
-        groups = {"node": self.nodes, "boundary": self.boundaries, "input": self.inputs}
+        driving = [name for name in self.inputs if name not in self.boundaries]
+        groups = {"node": self.nodes, "boundary": self.boundaries, "input": driving}
 
         def allowed(part: str) -> list[str]:
             return [name for group in part.split("|") for name in groups[group]]

@@ -71,6 +71,7 @@ def test_references_are_used_and_known(name):
         ("links.0.speed", 3, "links.0.speed: is not a known field"),
         ("links.0.conductance.low", 5.0, "the range 5..0.96 must ascend"),
         ("sources.0.driven_by", "sped", "did you mean speed?"),
+        ("sources.0.driven_by", "ambient", "sources.0.driven_by: 'ambient' is not one of"),
         ("sources.0.f0.source", "", "f0"),
         ("sensors.0.of", "nowhere", "sensors.0.of: 'nowhere' is not one of"),
         ("sensors.1.name", "T1", "the name T1 stands twice"),
