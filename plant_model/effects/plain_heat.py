@@ -10,12 +10,13 @@ from plant_model.parameters import FloatArray
 
 
 class PlainHeat(Effect):
-    """Heat in one node: P, or P (|u| / u_high)^a with an input u and the top of its range u_high.
+    """Heat in one node: P, or P (|u| / u_high)^a with an input u, of at most u_high.
 
     ``steady_heat`` is what is on as long as the machine is: a cabinet, a pump, hydraulics, a drive
     that holds its axis; some 10 to 500 W in a machine that stands by (ISO 14955-1:2017, annex A,
     lists what is on in that state). ``driven_heat`` is heat that comes with an input, in a part
     of which no more is known: a = 1 for a friction that speed does not change, 2 for a viscous one.
+    u_high is the end of the input's range that is farther from zero, without sign.
     """
 
     title = "Heat of its own in a part"

@@ -28,9 +28,9 @@ def share_of_motion(value: FloatArray, most: float) -> FloatArray:
 class StirredFilm(Effect):
     """Exchange that is there only in motion: Q = G (|u| / u_high)^0.7 (T_b - T_a).
 
-    u is an input, u_high the top of its range. It stands beside a link of the same parts that is
-    there at rest. The exponent is that of films on turning and moving surfaces, as in
-    ``forced_convection``.
+    u is an input, u_high the end of its range that is farther from zero, without sign. It stands
+    beside a link of the same parts that is there at rest. The exponent is that of films on turning
+    and moving surfaces, as in ``forced_convection``.
     """
 
     title = "Exchange that grows with motion"

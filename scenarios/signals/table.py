@@ -17,8 +17,9 @@ from scenarios.signals.base import FloatArray, Setting, Signal
 class Table(Signal):
     """``kind = "table"``: the *column* of the run file *file*, a path from the scenario's folder.
 
-    Commands such as a speed hold until the next row, measured quantities run straight between rows.
-    Before the first row and after the last the nearest value holds.
+    Time counts from its first row. Commands such as a speed hold until the next row, measured
+    quantities run straight between rows. Before the first value and after the last the nearest
+    holds.
     """
 
     kind: Literal["table"]
