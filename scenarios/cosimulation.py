@@ -44,7 +44,15 @@ from scenarios.replay import model_of
 from scenarios.scenario import Case
 from scenarios.signals.base import FloatArray
 from scenarios.views import rig_of
-from scenarios.wiring import PROBED, TOOL_LENGTH, Variables, check_signals, shared_starts, wire
+from scenarios.wiring import (
+    PROBED,
+    TOOL_LENGTH,
+    Variables,
+    check_ranges,
+    check_signals,
+    shared_starts,
+    wire,
+)
 
 NOISE_SEED = "noise_seed"
 STATUS, STATUS_SENSOR, STATUS_TEXT = "status", "status_sensor", "status_text"
@@ -121,13 +129,15 @@ def signals_over(
     Raises
     ------
     BadInput
-        For a signal that neither FMU takes or whose file cannot be used.
+        For a signal that neither FMU takes, whose file cannot be used, or that leaves the range of
+        the plant's input.
     """
     check_signals(plant, compensator, case.signals, case.setting.source)
     found = {
         name: signal.values(time_s, case.setting.inside(name))
         for name, signal in case.signals.items()
     }
+    check_ranges(plant, found, time_s, case.setting.source)
     unsaid = shared_starts(plant, compensator, found)
     return found | {name: np.full(len(time_s), value) for name, value in unsaid.items()}
 

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from measurement.errors import BadInput, near, shown
 from measurement.rig import AXES
 
@@ -139,16 +142,54 @@ def parameter_kind(
         known = [entry for entry, found in variables.items() if found.causality == "parameter"]
         problem = f"the {role} FMU has no such parameter{near(name, known)}"
         raise BadInput(source, f"{place}.{name}", problem)
-    low, high = variable.min, variable.max
-    too_low = low is not None and value < float(low)
-    if too_low or (high is not None and value > float(high)):
-        problem = f"{shown(value)} is not allowed: the {role} FMU takes {low} to {high}"
-        raise BadInput(source, f"{place}.{name}", problem)
+    if outside(variable, value):
+        raise BadInput(source, f"{place}.{name}", _refused(role, variable, shown(value)))
     kind: str = KINDS.get(variable.type, variable.type)
     kind = kind if kind in ("Real", "Boolean") else "Integer"
     if kind != "Real" and value != int(value):
         raise BadInput(source, f"{place}.{name}", f"{shown(value)} is not a whole number")
     return kind
+
+
+def outside(variable: Any, values: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+    """Return which values are out of a variable's range, each in the variable's unit."""
+    low = -np.inf if variable.min is None else float(variable.min)
+    high = np.inf if variable.max is None else float(variable.max)
+    return (np.asarray(values) < low) | (np.asarray(values) > high)
+
+
+def _refused(role: str, variable: Any, value: str) -> str:
+    low, high = variable.min, variable.max
+    return f"{value} is not allowed: the {role} FMU takes {low} to {high}"
+
+
+def check_ranges(
+    plant: Variables,
+    signals: Mapping[str, npt.NDArray[np.floating]],
+    time_s: npt.NDArray[np.floating],
+    source: str | Path,
+) -> None:
+    """Check that the plant takes every value that a signal gives it.
+
+    Parameters
+    ----------
+    plant : dict of str to variable
+    signals : mapping of str to array, shape (points,)
+        Each in its input's unit.
+    time_s : array, shape (points,)
+        [s]
+    source : str or path
+        The scenario, for refusals.
+
+    Raises
+    ------
+    BadInput
+        With the first value that is out of range, and when.
+    """
+    for name in names_of(plant, "input"):
+        for k in np.flatnonzero(outside(plant[name], signals.get(name, [])))[:1]:
+            value = f"{signals[name][k]:g} at {time_s[k]:g} s"
+            raise BadInput(source, f"signals.{name}", _refused("plant", plant[name], value))
 
 
 def shared_starts(

@@ -95,6 +95,10 @@ def test_a_length_blind_compensator_is_told_another_length(
     ("override", "message"),
     [
         (("signals.speeed", 1.0), "signals.speeed: is not an input of the plant FMU: speed"),
+        (
+            ("signals.speed", 2e5),
+            "signals.speed: 200000 at 0 s is not allowed: the plant FMU takes",
+        ),
         (("signals.dX", 1.0), "signals.dX: is what the compensator sends"),
         (("plant.parameters.gian", 1.0), "no such parameter; did you mean gain?"),
         (("plant.parameters.speed", 1.0), "no such parameter"),

@@ -26,6 +26,8 @@ class Real(PlainReal):
         for child in element:
             if child.tag == "Real":
                 child.set("unit", self.unit)
+                if self.name == "speed":
+                    child.set("max", "1e5")
         return element
 
 """
