@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -123,6 +123,31 @@ def spare_table(runs: Sequence[PreparedRun], installed: Installed) -> dict[str, 
         "sensitivity": listed(_sensitivity(records, errors, installed)),
         "usual": listed(usual),
     }
+
+
+def growth_after(
+    spare: Mapping[str, Any], runs: Sequence[PreparedRun], chosen: Sequence[int], before: int
+) -> list[float]:
+    """Return the file's ``growth`` after further runs, which its precision was not made of.
+
+    Parameters
+    ----------
+    spare : mapping
+        The file's table.
+    runs : sequence of PreparedRun
+        Further runs.
+    chosen : sequence of int
+        Places of the compensator's sensors among the runs'.
+    before : int
+        So many runs stand behind the file.
+    """
+    known = np.array(spare["precision"])
+    records = [record for record in (Rises.of(run, chosen) for run in runs) if record is not None]
+    errors = [record.values @ known / np.diag(known) for record in records]
+    squares = sum(((error**2).mean(axis=0) for error in errors), np.zeros(len(known)))
+    together = before * np.array(spare["growth"]) + squares * np.diag(known)
+    found: list[float] = listed(together / (before + len(records)))
+    return found
 
 
 def _usual_start(runs: Sequence[PreparedRun], chosen: Sequence[int]) -> Array:

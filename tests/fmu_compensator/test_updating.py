@@ -11,6 +11,7 @@ from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.gaussian import Gaussian
 from fmu_compensator.fit.promise import left_of
 from fmu_compensator.fit.updating import update_compensator
+from fmu_compensator.monitoring.sensors import Agreement
 from fmu_compensator.runtime.modelfile import Model, parse_model
 from measurement.errors import BadInput
 from measurement.runs import Run
@@ -57,6 +58,20 @@ def test_an_update_forgets_nothing_that_the_old_runs_told():
     )
     gained = np.linalg.eigvalsh(after.T @ after - before.T @ before)
     assert gained.min() > -1e-6 * max(model.table["gaussian"]["scale"])
+
+
+def test_what_monitoring_said_of_a_thermometer_an_update_ends():
+    def moved(seed: int) -> Run:
+        (run,) = runs(seed)
+        frame = run.frame.copy()
+        frame["T4_degC"] += 3.0 * (frame["T4_degC"] - frame["T4_degC"].iloc[0])
+        return Run(f"moved{seed}", frame)
+
+    model = model_of(runs(0, 1, 2, 3))
+    astray = Agreement(model).of(moved(4))
+    assert astray is not None
+    assert astray.sensor == "T4"
+    assert Agreement(updated(model, [moved(5), moved(6)])).of(moved(4)) is None
 
 
 def test_what_the_old_one_left_of_the_new_runs_is_put_down():
