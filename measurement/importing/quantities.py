@@ -52,7 +52,7 @@ _SPELLINGS: tuple[tuple[Conversion, str], ...] = (
     (Conversion("um"), "um µm micron microns micrometer micrometre mikrometer my"),
     (Conversion("um", 1e-3), "nm nanometer nanometre"),
     (Conversion("um", 1e6), "m meter metre"),
-    (Conversion("um", 25400.0), "in inch inches"),
+    (Conversion("mm", 25.4), "in inch inches"),
     (Conversion("um", 25.4), "mil thou"),
     (Conversion("mm"), "mm millimeter millimetre"),
     (Conversion("rpm"), "rpm 1/min min-1 min^-1 min^(-1) u/min r/min rev/min upm /min"),
@@ -84,7 +84,7 @@ _MULTIPLE = re.compile(
 )
 """So many of a unit, such as 0.1 °C, 1/10 K and 1000 µm; 10K may be a kind of thermistor."""
 LENGTH = re.compile(r"tool|length|laenge|länge|position|pos(?![a-z])|abstand", re.IGNORECASE)
-"""Names of lengths that stay in millimetres; other millimetres are displacement."""
+"""Names of lengths in millimetres or inches; others of these are displacement."""
 
 
 def conversion_of(unit: str, name: str = "") -> Conversion | None:
@@ -95,7 +95,7 @@ def conversion_of(unit: str, name: str = "") -> Conversion | None:
     unit : str
         As a header writes it.
     name : str
-        What is measured: millimetres are a length or a displacement.
+        What is measured: millimetres and inches are a length or a displacement.
 
     Examples
     --------
@@ -105,6 +105,8 @@ def conversion_of(unit: str, name: str = "") -> Conversion | None:
     [12.0]
     >>> conversion_of("mm", "tool_length")(np.array([100.0])).tolist()
     [100.0]
+    >>> conversion_of("inch", "tool_length")(np.array([5.0])).tolist()
+    [127.0]
     >>> conversion_of("1/10 K")(np.array([2940.0])).round(3).tolist()
     [20.85]
     """
@@ -124,8 +126,8 @@ def conversion_of(unit: str, name: str = "") -> Conversion | None:
         if many and (one := conversion_of(many["unit"], name)):
             count = float(many["over"] or many["count"].replace(",", "."))
             return replace(one, factor=one.factor / count if many["over"] else one.factor * count)
-    if found == Conversion("mm") and not LENGTH.search(name):
-        return Conversion("um", 1000.0)
+    if found and found.suffix == "mm" and not LENGTH.search(name):
+        return Conversion("um", 1000.0 * found.factor)
     return found
 
 

@@ -20,8 +20,8 @@ from measurement.importing.values import is_numeric, numbers_of
 from measurement.rig import PLACES, FivePointRig, axis_of
 from measurement.units import UNITS, column
 
-MM_OF_DISPLACEMENT = "1000 um"
-"""A unit of millimetres that are no length, whatever their column is called."""
+DISPLACEMENT = {1.0: "1000 um", 25.4: "1000 mil"}
+"""By a unit's millimetres, as much displacement, whatever its column is called."""
 
 
 @dataclass(frozen=True)
@@ -241,16 +241,17 @@ def _name_the_axes(rules: dict[str, ColumnRule], axes: Mapped[str, str]) -> None
     """Let the names of displacements tell the axis that was given: commands read it there."""
     for header, rule in rules.items():
         # Said of this very column, an axis makes a displacement of a length, too.
-        length = is_displacement(rule.model_copy(update={"name": ""})) and not is_displacement(rule)
+        kind = conversion_of(rule.unit, rule.name) if rule.unit and rule.keep else None
+        moved = DISPLACEMENT.get(kind.factor) if kind and kind.suffix == "mm" else None
         given = [
             axis
             for pattern, axis in axes.items()
-            if (header == pattern and length) or (fits(header, pattern) and is_displacement(rule))
+            if (header == pattern and moved) or (fits(header, pattern) and is_displacement(rule))
         ]
         if not given:
             continue
-        if length:
-            rule = rule.model_copy(update={"unit": MM_OF_DISPLACEMENT})
+        if moved:
+            rule = rule.model_copy(update={"unit": moved})
         axis = given[-1].lstrip("+-").lower()
         named = axis_of(rule.name)
         name = rule.name if named == (axis.upper(), 1) else f"{rule.name}_{axis}"

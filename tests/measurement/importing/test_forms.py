@@ -238,6 +238,14 @@ def test_tables_of_a_fast_recorder_lose_no_rows(tmp_path):
     assert run.frame.iloc[:, 1].tolist() == run.frame.iloc[:, 2].tolist() == list(range(40))
 
 
+def test_an_inch_is_a_length_where_its_name_says_so(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("time [s],Tool length [inch],disp_z [inch]\n0,5,0\n10,5,0.001\n20,5,0.002\n")
+    frame = import_files([path]).runs[0].frame
+    assert frame["Tool_length_mm"].tolist() == [127.0] * 3
+    assert frame["disp_z_um"].tolist() == [0.0, 25.4, 50.8]
+
+
 def test_an_axis_makes_a_displacement_of_a_position(tmp_path):
     path, header = tmp_path / "log.csv", "Pos Z [mm]"
     text = table(elapsed(), clock="t [s]", header=[*HEADER[:4], header], values=signals() * MM)
