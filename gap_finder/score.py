@@ -7,7 +7,7 @@ all runs but one, which is simulated with the numbers of its fold.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -125,9 +125,28 @@ def scored(
     return Fit(base, calibrated, tuple(observed), left, folds.other_position())
 
 
+@dataclass(frozen=True)
+class _Turn:
+    """Derivatives of all runs turned so that along one step they say what was seen there.
+
+    C. G. Broyden, Math. Comp. 19 (1965) 577-593, doi:10.1090/S0025-5718-1965-0198670-6.
+
+    Attributes
+    ----------
+    missed, clean : list of array, each (N,)
+        What they said too little of each run; the same less what the run's own unknowns imitate.
+    along : array, shape (Q,)
+        The step over its square.
+    """
+
+    missed: list[FloatArray]
+    clean: list[FloatArray]
+    along: FloatArray
+
+
 @dataclass(eq=False, kw_only=True)
 class _Fold(Descent):
-    """Calibration without one run.
+    """Calibration without one run; its derivatives are those at the start, turned by what it sees.
 
     Attributes
     ----------
@@ -135,10 +154,15 @@ class _Fold(Descent):
         The one left out.
     shown : list of array
         Residuals of all runs where it is, each (N,).
+    matrix : array, shape (Q, Q)
+        Normal matrix of the other runs, with the prior.
+    turns : list of _Turn
     """
 
     run: int
     shown: list[FloatArray]
+    matrix: FloatArray
+    turns: list[_Turn] = field(default_factory=list)
 
 
 class _Folds:
@@ -202,9 +226,14 @@ class _Folds:
             without = np.repeat([fold.run for fold in going], trials.shape[1])
             costs = self._costs(points, shown, without).reshape(trials.shape[:2])
             for i, fold in enumerate(going):
+                before = fold.x
                 taken = fold.take(trials[i], costs[i])
+                told = trials.shape[1] - 1 if taken is None else taken
+                seen = [of_run[i * trials.shape[1] + told] for of_run in shown]
+                if not fold.is_done:
+                    self._turn(fold, trials[i, told] - before, seen)
                 if taken is not None:
-                    fold.shown = [of_run[i * trials.shape[1] + taken] for of_run in shown]
+                    fold.shown = seen
         channels = len(self._observed[0].channels)
         squares = []
         for fold, design in zip(folds, self._designs, strict=True):
@@ -220,18 +249,14 @@ class _Folds:
         points = np.tile(self._start, (len(runs), 1))
         costs = self._costs(points, [np.tile(r, (len(runs), 1)) for r in shown], runs)
         return [
-            _Fold(self._start, cost, run=run, shown=shown)
+            _Fold(self._start, cost, run=run, shown=shown, matrix=self._others[run])
             for run, cost in enumerate(costs.tolist())
         ]
 
     def _trials(self, fold: _Fold) -> FloatArray:
         """Return where a fold may go, by the runs that it keeps, shape (T, Q)."""
-        pairs = zip(fold.shown, self._clean, strict=True)
-        slope = fold.x + sum(
-            (shown @ clean for run, (shown, clean) in enumerate(pairs) if run != fold.run),
-            start=np.zeros(len(fold.x)),
-        )
-        matrix, count = self._others[fold.run], self._count
+        slope = fold.x + self._slope(fold, fold.shown)
+        matrix, count = fold.matrix, self._count
         diagonal = np.diag(np.diag(matrix))
         steps = np.array(
             [np.linalg.solve(matrix + damping * diagonal, -slope) for damping in fold.dampings]
@@ -241,6 +266,34 @@ class _Folds:
         trials = np.asarray(fold.x + steps)
         trials[:, :count] = np.clip(trials[:, :count], self._moved.low, self._moved.high)
         return trials
+
+    def _slope(self, fold: _Fold, residuals: Sequence[FloatArray]) -> FloatArray:
+        """Return what a fold's derivatives make of residuals of the runs that it keeps, (Q,)."""
+        kept = [run for run in range(len(residuals)) if run != fold.run]
+        slope = np.sum([residuals[run] @ self._clean[run] for run in kept], axis=0)
+        for turn in fold.turns:
+            slope += turn.along * sum(float(residuals[run] @ turn.clean[run]) for run in kept)
+        return np.asarray(slope)
+
+    def _turn(self, fold: _Fold, step: FloatArray, seen: Sequence[FloatArray]) -> None:
+        """Let a fold's derivatives along a step say what was seen."""
+        if not all(np.isfinite(now).all() for now in seen):
+            return
+        moved = np.pad(step[: self._count], (0, len(step) - self._count))
+        missed = []
+        for run, (now, before) in enumerate(zip(seen, fold.shown, strict=True)):
+            told = self._designs[run].shared @ step
+            for turn in fold.turns:
+                told += turn.missed[run] * float(turn.along @ step)
+            missed.append(now - before - told)
+        pairs = zip(self._designs, missed, strict=True)
+        clean = [design.cleaned(part[:, None])[:, 0] for design, part in pairs]
+        turn = _Turn(missed, clean, moved / max(float(moved @ moved), 1e-300))
+        cross = np.outer(self._slope(fold, missed), turn.along)
+        kept = [run for run in range(len(missed)) if run != fold.run]
+        squares = sum(float(missed[run] @ clean[run]) for run in kept)
+        fold.matrix = fold.matrix + cross + cross.T + squares * np.outer(turn.along, turn.along)
+        fold.turns.append(turn)
 
     def _simulated(self, points: FloatArray) -> list[FloatArray]:
         """Return every run's residuals at some points, (S, Q): each (S, N)."""

@@ -36,6 +36,7 @@ SPLITS = {
     "sixteenth": 17_000_000,
     "seventeenth": 18_000_000,
     "eighteenth": 19_000_000,
+    "nineteenth": 20_000_000,
 }
 """First seed of each split; no machine, run or disturbance is in two of them.
 
