@@ -119,7 +119,8 @@ class DirectForm(SimulatedRig):
 
     kind: Literal["direct"]
     axes: dict[Name, AxisOfColumn] = Field(min_length=1)
-    """By the name of a sensor; its column is ``<name>_um``."""
+    """By the name of a sensor, which sees the nose at the gauge line; its column is
+    ``<name>_um``."""
 
 
 class FileForm(Form):
