@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from plant_model.integrate import Modes, linear_steps
@@ -50,19 +52,23 @@ class LevelStepper:
         outside : pair of array, shape (K, boundaries)
             Boundary temperatures [degC].
         """
-        first = last = self._forced(heat[0], outside[0])
+        first = last = heat[0] @ self._by_heat
+        if heat[1] is not heat[0]:
+            last = heat[1] @ self._by_heat
         # Where a master holds all inputs both ends are one array.
-        if heat[1] is not heat[0] or outside[1] is not outside[0]:
-            last = self._forced(heat[1], outside[1])
-        return first, last
+        alike = last is first and outside[1] is outside[0]
+        first = first + outside[0] @ self._by_boundary
+        return first, first if alike else last + outside[1] @ self._by_boundary
 
-    def _forced(self, heat: FloatArray, outside: FloatArray) -> FloatArray:
-        force = heat + np.einsum("snb,kb->skn", self._boundary, outside)
-        nodes = self.network.node_count
-        to_modes = np.swapaxes(self.modes.to_modes[:, :nodes, :nodes], 1, 2)
-        in_modes = np.matmul(force / self.network.capacity[:, None, :], to_modes)
-        states = self.modes.decay.shape[1] - nodes
-        return np.pad(in_modes, ((0, 0), (0, 0), (0, states))) if states else in_modes
+    @cached_property
+    def _by_heat(self) -> FloatArray:
+        """What 1 W in a node does to the modes, which are orthogonal, (sets, nodes, size) [K/J]."""
+        return self.modes.to_state[:, : self.network.node_count]
+
+    @cached_property
+    def _by_boundary(self) -> FloatArray:
+        """What 1 K of a boundary does to the modes, (sets, boundaries, size) [1/s]."""
+        return np.asarray(np.swapaxes(self._boundary, 1, 2) @ self._by_heat)
 
     def exact(
         self, start: FloatArray, steps: FloatArray, held: Held, heat: Ends, outside: Ends

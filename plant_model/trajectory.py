@@ -231,7 +231,7 @@ def _go_exactly(out: FloatArray, drive: Drive, stretches: Sequence[Stretch], hea
     steps, outside = np.diff(drive.grid), _outside(stretches[0][0].network.machine, drive)
     for level, at in stretches:
         held = {name: values[at] for name, values in drive.held.items()}
-        ends = (heats[0][:, at], heats[1][:, at]), (outside[0][at], outside[1][at])
+        ends = _within(heats, at), (outside[0][at], outside[1][at])
         out[:, at.start + 1 : at.stop + 1] = level.exact(out[:, at.start], steps[at], held, *ends)
 
 
@@ -243,10 +243,16 @@ def _track(
     first, last = (np.empty((len(start), len(drive.grid) - 1, start.shape[1])) for _ in range(2))
     levels: list[LevelStepper] = []
     for level, at in stretches:
-        ends = (heats[0][:, at], heats[1][:, at]), (outside[0][at], outside[1][at])
+        ends = _within(heats, at), (outside[0][at], outside[1][at])
         first[:, at], last[:, at] = level.forced(*ends)
         levels += [level] * (at.stop - at.start)
     return Track(start, np.diff(drive.grid), levels, drive.held, (first, last), outside)
+
+
+def _within(heats: Ends, at: slice) -> Ends:
+    """Return heat in some of the steps; one array where both ends are one."""
+    first = heats[0][:, at]
+    return first, first if heats[1] is heats[0] else heats[1][:, at]
 
 
 def _outside(machine: Machine, drive: Drive) -> Ends:
