@@ -23,7 +23,6 @@ from gateway.clocks import Stepper
 from gateway.codec import CountedTime, Finding, Sender, Value
 from gateway.database import COMPENSATOR, FAREWELLS, MACHINE, OFFSETS, TRUST, Database, key_of
 from gateway.judging import Judge, Rival
-from gateway.mapcheck import limits_of
 from gateway.probes import COUNTED, LATEST_STEPS, ProbeReceiver
 from gateway.proof import CHALLENGE, FRESHNESS, NOT_PROVEN, PROVEN, Challenges
 from gateway.reception import Cycle, Reception, Substitution
@@ -144,7 +143,6 @@ class GatewayNode:
         self._proves = database.proof is not None
         self._substitution = Substitution(database.substitutes)
         self._trust = TRUST.index(database.trust)
-        self._share = limits_of(unit.slave.path).get("share", 1.0)
         self._when_invalid: dict[str, Value] = dict(database.when_invalid)
         answered = database.closing(COMPENSATOR).signals.get("answered_time")
         timed = answered is not None and self._judge.time is not None
@@ -380,7 +378,9 @@ class GatewayNode:
             values |= self._when_invalid
         if usable and not known:
             values["status"] = "reference_unknown"
-        self.answer = by_tool_length(outputs, self.stepper.tool_length_mm, self._share) | values
+        self.answer = (
+            by_tool_length(outputs, self.stepper.tool_length_mm, self._unit.share) | values
+        )
         self._send(self._sender.messages(self.answer))
 
     def _fits(self, outputs: Mapping[str, float]) -> bool:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from fmpy.fmi1 import FMICallException
 
+from gateway.mapcheck import limits_of
 from gateway.state import Saved, StateFile
 from measurement.errors import BadInput
 from scenarios.fmu import Port, Slave
@@ -115,6 +116,8 @@ class CompensatorUnit:
         Every output but texts, by name; ``valid`` and the status are numbers.
     time_s : float
         What the FMU has reached [s].
+    share : float
+        Which share of the predicted drift is sent [1].
     """
 
     def __init__(
@@ -124,6 +127,7 @@ class CompensatorUnit:
         printed: io.StringIO | None = None,
     ) -> None:
         self.slave = StatefulSlave(path, "compensator", show, printed or io.StringIO())
+        self.share = limits_of(path).get("share", 1.0)
         named = self.slave.names("input")
         self.inputs = [name for name in named if not name.startswith(PROBED)]
         self._in = Port(self.slave, self.inputs)

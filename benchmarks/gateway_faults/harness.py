@@ -32,7 +32,7 @@ class Glass:
         self.probed: list[str] = []
         self.outputs: dict[str, float] = {f"d{axis}": 0.0 for axis in "XYZ"} | {"valid": 0.0}
         self.given: Mapping[str, float] = {}
-        self.time_s = 0.0
+        self.time_s, self.share = 0.0, 1.0
 
     def step(self, values: Mapping[str, float], step_s: float) -> dict[str, float]:
         """Take in a sample; valid if nothing is missing."""
