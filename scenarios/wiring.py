@@ -142,7 +142,7 @@ def parameter_kind(
         known = [entry for entry, found in variables.items() if found.causality == "parameter"]
         problem = f"the {role} FMU has no such parameter{near(name, known)}"
         raise BadInput(source, f"{place}.{name}", problem)
-    if outside(variable, value):
+    if _outside(variable, value):
         raise BadInput(source, f"{place}.{name}", _refused(role, variable, shown(value)))
     kind: str = KINDS.get(variable.type, variable.type)
     kind = kind if kind in ("Real", "Boolean") else "Integer"
@@ -151,7 +151,7 @@ def parameter_kind(
     return kind
 
 
-def outside(variable: Any, values: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+def _outside(variable: Any, values: npt.ArrayLike) -> npt.NDArray[np.bool_]:
     """Return which values are out of a variable's range, each in the variable's unit."""
     low = -np.inf if variable.min is None else float(variable.min)
     high = np.inf if variable.max is None else float(variable.max)
@@ -187,7 +187,7 @@ def check_ranges(
         With the first value that is out of range, and when.
     """
     for name in names_of(plant, "input"):
-        for k in np.flatnonzero(outside(plant[name], signals.get(name, [])))[:1]:
+        for k in np.flatnonzero(_outside(plant[name], signals.get(name, [])))[:1]:
             value = f"{signals[name][k]:g} at {time_s[k]:g} s"
             raise BadInput(source, f"signals.{name}", _refused("plant", plant[name], value))
 

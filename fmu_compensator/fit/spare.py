@@ -49,6 +49,11 @@ class Rises:
         kept = np.isin(np.arange(len(hours)), [0, *spread_rows(hours, np.isfinite(hours))])
         return cls(hours[kept], (values - values[0])[kept], rows.at(kept))
 
+    @classmethod
+    def of_all(cls, runs: Sequence[PreparedRun], chosen: Sequence[int]) -> list[Rises]:
+        """Return those of all runs that have any."""
+        return [record for run in runs if (record := cls.of(run, chosen)) is not None]
+
 
 def precision(runs: Sequence[Array], strength: float) -> Array:
     """Return the precision matrix of rises, shape (k, k) [1/K^2].
@@ -71,8 +76,18 @@ def left_out_errors(runs: Sequence[Array], strength: float) -> list[Array]:
     found = []
     for place, rises in enumerate(runs):
         known = precision([*runs[:place], *runs[place + 1 :]], strength)
-        found.append(rises @ known / np.diag(known))
+        found.append(_errors(rises, known))
     return found
+
+
+def _errors(rises: Array, known: Array) -> Array:
+    """Return how far each reading is from what all others say, by a precision, (n, k) [K]."""
+    return np.asarray(rises @ known / np.diag(known))
+
+
+def _variance(errors: Sequence[Array]) -> Array:
+    """Return the mean square of every sensor's errors, each run counting as one, (k,) [K^2]."""
+    return np.asarray(np.mean([(error**2).mean(axis=0) for error in errors], axis=0))
 
 
 def best_strength(runs: Sequence[Array]) -> float:
@@ -106,13 +121,13 @@ def spare_table(runs: Sequence[PreparedRun], installed: Installed) -> dict[str, 
         What was fitted to them.
     """
     chosen = installed.chosen
-    records = [record for record in (Rises.of(run, chosen) for run in runs) if record is not None]
+    records = Rises.of_all(runs, chosen)
     if len(records) < 2 or len(chosen) < 2:
         return None
     rises = [record.values for record in records]
     strength = best_strength(rises)
     known, errors = precision(rises, strength), left_out_errors(rises, strength)
-    variance = np.mean([(error**2).mean(axis=0) for error in errors], axis=0)
+    variance = _variance(errors)
     drift = [run.targets[run.known] for run in (run.history(chosen) for run in runs)]
     usual = np.mean([moved.T @ moved / len(moved) for moved in drift if len(moved)], axis=0)
     return {
@@ -142,11 +157,10 @@ def growth_after(
         So many runs stand behind the file.
     """
     known = np.array(spare["precision"])
-    records = [record for record in (Rises.of(run, chosen) for run in runs) if record is not None]
-    errors = [record.values @ known / np.diag(known) for record in records]
-    squares = sum(((error**2).mean(axis=0) for error in errors), np.zeros(len(known)))
-    together = before * np.array(spare["growth"]) + squares * np.diag(known)
-    found: list[float] = listed(together / (before + len(records)))
+    errors = [_errors(record.values, known) for record in Rises.of_all(runs, chosen)]
+    old, count = np.array(spare["growth"]), len(errors)
+    new = _variance(errors) * np.diag(known) if errors else old
+    found: list[float] = listed((before * old + count * new) / (before + count))
     return found
 
 

@@ -15,7 +15,12 @@ from measurement.importing.cells import Sheet, is_missing
 from measurement.importing.clock import Clock, clock_of
 from measurement.importing.headers import Heading, signal_name
 from measurement.importing.mapping import ColumnRule, Mapping
-from measurement.importing.quantities import KNOWN_UNITS, checked_conversion, conversion_of
+from measurement.importing.quantities import (
+    KNOWN_UNITS,
+    Conversion,
+    checked_conversion,
+    conversion_of,
+)
 from measurement.importing.values import is_numeric, numbers_of
 from measurement.rig import PLACES, FivePointRig, axis_of
 from measurement.units import UNITS, column
@@ -241,7 +246,7 @@ def _name_the_axes(rules: dict[str, ColumnRule], axes: Mapped[str, str]) -> None
     """Let the names of displacements tell the axis that was given: commands read it there."""
     for header, rule in rules.items():
         # Said of this very column, an axis makes a displacement of a length, too.
-        kind = conversion_of(rule.unit, rule.name) if rule.unit and rule.keep else None
+        kind = _conversion(rule)
         moved = DISPLACEMENT.get(kind.factor) if kind and kind.suffix == "mm" else None
         given = [
             axis
@@ -263,8 +268,13 @@ def _name_the_axes(rules: dict[str, ColumnRule], axes: Mapped[str, str]) -> None
 
 def is_displacement(rule: ColumnRule) -> bool:
     """Return whether a column is kept, and is a displacement."""
-    kind = conversion_of(rule.unit, rule.name) if rule.unit and rule.keep else None
+    kind = _conversion(rule)
     return kind is not None and kind.suffix == "um"
+
+
+def _conversion(rule: ColumnRule) -> Conversion | None:
+    """Return how a column is converted; None where it is not kept or has no unit."""
+    return conversion_of(rule.unit, rule.name) if rule.unit and rule.keep else None
 
 
 def axes_to_ask(rules: Mapped[str, ColumnRule]) -> list[str]:
