@@ -43,6 +43,14 @@ def test_it_writes_a_file_and_says_how_good_it_is(run_files, tmp_path, capsys):
     assert f"wrote {out}" in text
 
 
+@pytest.mark.parametrize(("machine", "told"), [([], True), (["--machine", "jig_borer"], False)])
+def test_a_rig_that_nobody_described_is_told(machine, told, run_files, tmp_path, capsys):
+    said = "S1, S2 30 mm outside the gauge line, S3, S4 100 mm further out, S5 towards +Z"
+    out = str(tmp_path / "compensator.json")
+    assert call(*run_files[:2], *machine, "--points", "T1,T4", "-o", out) == 0
+    assert (said in capsys.readouterr().out) is told
+
+
 def test_without_a_model_the_gaussian_stands_alone_and_a_share_is_kept(run_files, tmp_path):
     out = tmp_path / "c.json"
     assert call(*run_files, "-o", str(out), "--share", "0.7") == 0
