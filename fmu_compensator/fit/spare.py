@@ -140,10 +140,10 @@ def spare_table(runs: Sequence[PreparedRun], installed: Installed) -> dict[str, 
     }
 
 
-def growth_after(
+def spare_after(
     spare: Mapping[str, Any], runs: Sequence[PreparedRun], chosen: Sequence[int], before: int
-) -> list[float]:
-    """Return the file's ``growth`` after further runs, which its precision was not made of.
+) -> dict[str, Any]:
+    """Return the file's table after further runs: its precision, and how far that is believed.
 
     Parameters
     ----------
@@ -156,12 +156,23 @@ def growth_after(
     before : int
         So many runs stand behind the file.
     """
-    known = np.array(spare["precision"])
-    errors = [_errors(record.values, known) for record in Rises.of_all(runs, chosen)]
-    old, count = np.array(spare["growth"]), len(errors)
-    new = _variance(errors) * np.diag(known) if errors else old
-    found: list[float] = listed((before * old + count * new) / (before + count))
-    return found
+    rises = [record.values for record in Rises.of_all(runs, chosen)]
+    old = np.array(spare["precision"])
+
+    def known_from(some: Sequence[Array]) -> Array:
+        together = sum((one.T @ one / len(one) for one in some), before * np.linalg.inv(old))
+        found = np.linalg.inv(together / (before + len(some)))
+        return np.asarray((found + found.T) / 2.0)
+
+    errors = [
+        _errors(one, known_from([*rises[:place], *rises[place + 1 :]]))
+        for place, one in enumerate(rises)
+    ]
+    squares = before * np.array(spare["growth"]) / np.diag(old)
+    squares = sum(((error**2).mean(axis=0) for error in errors), squares)
+    known = known_from(rises)
+    growth = squares / (before + len(rises)) * np.diag(known)
+    return {**spare, "precision": listed(known), "growth": listed(growth)}
 
 
 def _usual_start(runs: Sequence[PreparedRun], chosen: Sequence[int]) -> Array:

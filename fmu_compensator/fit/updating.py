@@ -16,7 +16,7 @@ from fmu_compensator.fit.installed import listed, rises_of
 from fmu_compensator.fit.promise import FEWEST_JUDGED_ROWS, RunLeft, followed, judge_runs
 from fmu_compensator.fit.ranges import limits_table, sensor_table
 from fmu_compensator.fit.run_conditions import NAMES, ranges_of
-from fmu_compensator.fit.spare import growth_after
+from fmu_compensator.fit.spare import spare_after
 from fmu_compensator.fit.training import Array
 from fmu_compensator.runtime.modelfile import Model, model_text, parse_model
 from measurement.doubts import doubt_lines
@@ -147,7 +147,7 @@ def _taken_in(
     _widen(table, model, runs, prepared.sensors, chosen)
     if table["spare"] is not None:
         before = len(model.provenance["runs"])
-        table["spare"]["growth"] = growth_after(table["spare"], runs, chosen, before)
+        table["spare"] = spare_after(table["spare"], runs, chosen, before)
     return table
 
 

@@ -47,6 +47,10 @@ def test_one_by_one_is_all_at_once(kind, monkeypatch):
     one, other = (np.array(table["seen"]) for table in (whole, found))
     assert one.T @ one == pytest.approx(other.T @ other, abs=1e-5 * max(whole["scale"]))
     assert found["rows"] == whole["rows"] > model.table["gaussian"]["rows"]
+    others = [np.array(one.table["spare"]["precision"]) for one in (in_turn, model)]
+    together = np.array(updated(model, runs(2, 3, 4)).table["spare"]["precision"])
+    assert others[0] == pytest.approx(together, rel=1e-6, abs=1e-6)
+    assert others[1] != pytest.approx(together, rel=1e-2)
     assert {run["name"] for run in in_turn.provenance["runs"]} == {f"run{n}" for n in range(5)}
 
 
@@ -71,7 +75,10 @@ def test_what_monitoring_said_of_a_thermometer_an_update_ends():
     astray = Agreement(model).of(moved(4))
     assert astray is not None
     assert astray.sensor == "T4"
-    assert Agreement(updated(model, [moved(5), moved(6)])).of(moved(4)) is None
+    after = updated(model, [moved(5), moved(6)])
+    assert Agreement(after).of(moved(4)) is None
+    # It has learnt what the others say of it, and not only to believe them less.
+    assert max(after.table["spare"]["growth"]) < 3.0 * max(model.table["spare"]["growth"])
 
 
 def test_what_the_old_one_left_of_the_new_runs_is_put_down():
