@@ -77,15 +77,16 @@ class FuzzyClusters:
 
 
 def fuzzy_c_means(
-    series: Array, clusters: int, *, fuzziness: float = 2.0, seed: int = 0, rounds: int = 300
+    series: Array, clusters: int, *, fuzziness: float = 2.0, rounds: int = 300
 ) -> FuzzyClusters:
-    r"""Return a fuzzy partition of the columns.
+    r"""Return the fuzzy partition of the columns with the smallest sum of u^m d^2.
 
     .. math::
         u_{ic} = \Big( \sum_k (d_{ic} / d_{ik})^{2/(m-1)} \Big)^{-1}, \quad
         v_c = \frac{\sum_i u_{ic}^m x_i}{\sum_i u_{ic}^m}
 
-    After Bezdek (1981), doi:10.1007/978-1-4757-0450-1.
+    After Bezdek (1981), doi:10.1007/978-1-4757-0450-1. These equations have several solutions; the
+    best of those is taken that are reached from each series as the first centre.
 
     Parameters
     ----------
@@ -95,35 +96,50 @@ def fuzzy_c_means(
         From 1 to the number of series.
     fuzziness : float
         m in the equation, above 1; towards 1 the partition gets hard.
-    seed : int
-        Of the random start.
     rounds : int
         At most; it is done when nothing changes.
     """
-    points = series.T
-    if not 1 <= clusters <= len(points):
-        raise ValueError(f"{clusters} clusters are not allowed: 1 to {len(points)}")
+    if not 1 <= clusters <= series.shape[1]:
+        raise ValueError(f"{clusters} clusters are not allowed: 1 to {series.shape[1]}")
     if not fuzziness > 1.0:
         raise ValueError(f"fuzziness {fuzziness:g} is not allowed: above 1")
-    random = np.random.default_rng(seed)
-    # Starts far apart: each next centre is the point furthest from all before.
-    chosen = [int(random.integers(len(points)))]
+    # Rotated into as many coordinates as there are series, they are as far apart as before.
+    points = np.asarray(np.linalg.qr(series, mode="r")).T
+    solutions = [
+        _solution(points, _far_apart(points, first, clusters), fuzziness, rounds)
+        for first in range(len(points))
+    ]
+    _, membership = min(solutions, key=lambda solution: solution[0])
+    return FuzzyClusters(membership, _centres(series.T, membership**fuzziness))
+
+
+def _far_apart(points: Array, first: int, clusters: int) -> Array:
+    """Return as many points as clusters, each the furthest from all before it."""
+    chosen = [first]
     while len(chosen) < clusters:
         away = np.min([np.linalg.norm(points - points[c], axis=1) for c in chosen], axis=0)
         chosen.append(int(np.argmax(away)))
-    centres = points[chosen].astype(float)
-    membership = np.zeros((len(points), clusters))
+    return points[chosen]
+
+
+def _solution(points: Array, centres: Array, fuzziness: float, rounds: int) -> tuple[float, Array]:
+    """Return the sum of u^m d^2, and u, where the equations lead from some centres."""
+    membership = np.zeros((len(points), len(centres)))
     for _ in range(rounds):
         distance = np.linalg.norm(points[:, None, :] - centres[None, :, :], axis=2)
         # A point on a centre belongs there alone; the floor keeps the quotients finite.
         closeness = np.maximum(distance, 1e-12) ** (-2.0 / (fuzziness - 1.0))
         updated = closeness / closeness.sum(axis=1, keepdims=True)
         weights = updated**fuzziness
-        centres = weights.T @ points / weights.sum(axis=0)[:, None]
+        centres = _centres(points, weights)
         settled, membership = np.allclose(updated, membership), updated
         if settled:
             break
-    return FuzzyClusters(membership, centres)
+    return float(np.sum(weights * distance**2)), membership
+
+
+def _centres(points: Array, weights: Array) -> Array:
+    return np.asarray(weights.T @ points / weights.sum(axis=0)[:, None])
 
 
 def grouped(label: NDArray[np.integer]) -> list[list[int]]:

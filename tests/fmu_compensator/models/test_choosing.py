@@ -53,6 +53,11 @@ def test_fuzzy_centres_solve_their_own_equation():
     assert found.centres == pytest.approx(means, abs=1e-5)
 
 
+def test_fuzzy_partition_is_the_best_of_its_solutions():
+    series = np.array([[7.0, 9.0, 4.0, 3.0, 8.0, 2.0, 0.0]])
+    assert fuzzy_c_means(series, 3).groups == [[0, 1, 4], [2, 3, 5], [6]]
+
+
 @pytest.mark.parametrize(("clusters", "fuzziness"), [(0, 2.0), (6, 2.0), (2, 1.0)])
 def test_impossible_partitions_are_refused(clusters, fuzziness):
     with pytest.raises(ValueError, match="not allowed"):
