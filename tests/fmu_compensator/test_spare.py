@@ -150,6 +150,17 @@ def test_a_state_goes_on_in_another():
         one.restore([*one.state()[:2], 9.0, *one.state()[3:]])
 
 
+def test_a_state_comes_back_in_one_whose_sensors_are_all_good_again():
+    spare = spare_of(table_of(covariance(4)))
+    step(spare, FIRST)
+    step(spare, FIRST + 1.0, (1,))
+    kept = spare.state()
+    while spare.broken:
+        step(spare, FIRST + 1.0)
+    spare.restore(kept)
+    assert spare.state() == kept
+
+
 @pytest.mark.parametrize(
     ("change", "problem"),
     [

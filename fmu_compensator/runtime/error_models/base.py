@@ -51,7 +51,10 @@ def _filled(held: Any, values: Iterator[float]) -> Any:
         return held
     if isinstance(held, list):
         return [_filled(one, values) for one in held]
-    return type(held)(next(values))
+    value = next(values)
+    # What is whole now, as a sum of nothing is, need not have been.
+    kept = type(held)(value)
+    return kept if kept == value else value
 
 
 class ErrorModel(Remembering, ABC):
