@@ -31,7 +31,7 @@ class Preset:
     model : str
         What it installs.
     models : mapping of str to mapping
-        What it compares, with the options of each.
+        What it compares and installs, with the options of each.
     geometry_form : str
         How it turns a tilt into an offset.
     """
@@ -42,11 +42,6 @@ class Preset:
     models: Mapping[str, Mapping[str, Any]]
     places: str = ""
     geometry_form: str = "pure_rotation"
-
-    @property
-    def options(self) -> Mapping[str, Any]:
-        """Options of the model that it installs."""
-        return self.models[self.model]
 
 
 TRAINED: Mapping[str, Any] = {"decay": 0.0, "iterations": 1000}

@@ -363,9 +363,8 @@ def fit(
         as_usual |= {"points": given.points, "grey": dict(given.grey)}
         if isinstance(rig, FivePointRig):
             as_usual["geometry_form"] = given.geometry_form
-        if model in (None, given.model):
-            model = given.model
-            as_usual |= given.options
+        model = model or given.model
+        as_usual |= given.models.get(model, {})
     table = fit_compensator(recorded, rig, model, **(as_usual | options))
     return Compensator(parse_model(compensator_text(table), table["name"]))
 

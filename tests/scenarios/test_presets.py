@@ -83,6 +83,13 @@ def test_an_option_after_a_preset_overrides_and_another_model_has_its_own_option
     assert ", T4 " in text
 
 
+def test_each_model_of_a_study_has_the_study_s_options(runs, tmp_path):
+    points = ["--points", "T1,T4", "--option", "iterations=3"]
+    table = fitted(runs, tmp_path, "--as", "TS", "--model", "bp", *points)
+    options = table["provenance"]["options"]
+    assert (options["hidden"], options["decay"]) == ([5, 5], 0.0)
+
+
 def test_the_network_study_trains_without_decay_on_points_chosen_its_way(runs, tmp_path, capsys):
     table = fitted(runs, tmp_path, "--as", "GA", *QUICK)
     options = table["provenance"]["options"]
@@ -208,4 +215,4 @@ def test_equation_8_is_of_the_turning_parts_of_the_finite_elements():
         "surface_m2": 1e-6 * (outside + ends),
     }
     assert pytest.approx(reckoned, rel=0.01) == EQUATION_8
-    assert PRESETS["VAC"].options["parts"]["ne"]["mass_kg"] == EQUATION_8["mass_kg"]
+    assert PRESETS["VAC"].models["vac"]["parts"]["ne"]["mass_kg"] == EQUATION_8["mass_kg"]
