@@ -118,10 +118,9 @@ class Modes:
         length : float
             h [s].
         """
-        # Instants of a grid differ in their last digits: steps equal to a nanosecond share weights.
-        key, h = round(length, 9), length
-        weights = self._third.get(key)
+        weights = self._third.get(length)
         if weights is None:
+            h = length
             x = -self.decay * h
             p1, p2, p3 = (phi(k, x) for k in (1, 2, 3))
             weights = np.stack(
@@ -137,7 +136,7 @@ class Modes:
             )
             if len(self._third) >= KEPT:
                 self._third.clear()
-            self._third[key] = weights
+            self._third[length] = weights
         return weights
 
     @classmethod
