@@ -1,6 +1,6 @@
 """The form of a mapping file (TOML): which signal of a control's DBC file is what.
 
-What is said of the keys here stands in ``docs/gateway_maps.md``, too.
+``docs/gateway_maps.md`` prints what is written here about the keys.
 """
 
 from __future__ import annotations
@@ -44,19 +44,20 @@ class FrameMap(Form):
     check: Name = "crc"
     """The signal that holds the check value."""
     counter: Name | None = None
-    """The signal that counts; with ``e2e_profile_1`` ``counter`` if left out."""
+    """The counter signal; with ``e2e_profile_1`` ``counter`` if left out."""
     counter_values: Annotated[int, Field(ge=2, le=65536)] | None = None
-    """How many values it takes, from 0; with ``e2e_profile_1`` always 15."""
+    """How many values the counter has, from 0; always 15 with ``e2e_profile_1``."""
     data_id: Annotated[int, Field(ge=0, le=65535)] | list[Byte] | None = None
-    """Included in the check value: a number with ``e2e_profile_1`` (``E2EDataId`` of the DBC file
-    if left out), otherwise bytes before the frame's own."""
+    """Included in the check value: with ``e2e_profile_1`` a number (``E2EDataId`` of the DBC file
+    if left out), otherwise bytes that precede the frame's own."""
     cycle: Name | None = None
     """With ``together``: the signal that holds the cycle count; ``cycle`` if left out."""
     late_after_ms: Annotated[float, Field(gt=0, le=1e9)] | Literal["never"] | None = None
-    """The frame, or one page of it, is late after this silence; never, if it is sent on change
-    only. ``E2ETimeout`` of the DBC file if left out."""
+    """The frame, or one page of it, is late after this silence; ``never`` for a frame that is only
+    sent on change. ``E2ETimeout`` of the DBC file if left out."""
     fill: dict[Name, Number] = Field(default_factory=dict, max_length=64)
-    """In sent frames: raw values of signals that the map does not use; else their start values."""
+    """In sent frames: raw values of signals that the map does not use; by default their start
+    values."""
 
     @model_validator(mode="after")
     def _fits(self) -> FrameMap:
@@ -90,8 +91,8 @@ class _Mapped(Form):
     factor: Number = 1.0
     """Sign or size: input = factor x value on the bus, value on the bus = factor x output."""
     values: dict[Name, Raw] | None = Field(default=None, max_length=256)
-    """Raw values of named states: ``{ off = 0, running = 2 }``; of an output ``other`` for all that
-    are not named. The DBC file's value table, if it uses the gateway's names."""
+    """Raw values of named states: ``{ off = 0, running = 2 }``; in an output ``other`` stands for
+    all states not named. By default the DBC file's value table, if it uses the gateway's names."""
     missing_raw: Raw | None = None
     """Raw value that means *missing*; an output without one repeats its last value."""
     error_raw: Raw | None = None
@@ -120,10 +121,10 @@ class InputMap(_Mapped):
 
     signal: Place | Places | None = None
     constant: Number | Name | None = None
-    """Of an input that no frame carries; ``machine_state`` may be ``running``."""
+    """The value of an input that no frame carries; ``machine_state`` may be ``running``."""
     when_missing: Literal["missing", "hold"] | Number = MISSING
-    """``missing``: as the compensator's file says. ``hold``: the last value for ``hold_s``. A
-    number takes its place."""
+    """``missing``: the compensator's file decides. ``hold``: the last value for ``hold_s``. A
+    number replaces the value."""
     hold_s: Annotated[float, Field(gt=0, le=1e6)] | None = None
     """Needed with ``hold`` [s]."""
 
@@ -146,19 +147,19 @@ class OutputMap(_Mapped):
 
     signal: Place | Places
     when_invalid: Literal["follow", "missing"] | Number | None = None
-    """``follow``, the usual: the compensator's value, which holds or moves slowly. A number makes
-    the offset jump. Needed for offsets if ``valid`` is not sent."""
+    """``follow``, the usual choice: the compensator's value, which holds or moves slowly. A number
+    makes the offset jump. Needed for offsets if ``valid`` is not sent."""
 
 
 class CycleMap(Form):
     """How frames belong together."""
 
     frames: Literal["together", "sampled"]
-    """``together``: each frame once a cycle, all with the same counts, the last one closes it;
-    needs ``machine_time``, ``machine_step``, ``machine_state``, ``thermal_state`` and
+    """``together``: each frame comes once a cycle, all with the same counts, and the last one
+    closes it; needs ``machine_time``, ``machine_step``, ``machine_state``, ``thermal_state`` and
     ``answered_time``. ``sampled``: each frame has its own period."""
     every_ms: Annotated[float, Field(ge=1, le=60000)] | None = None
-    """With ``sampled``: how often the gateway takes the newest values and answers."""
+    """With ``sampled``: how often the gateway reads the newest values and answers."""
 
     @model_validator(mode="after")
     def _fits(self) -> CycleMap:
@@ -178,10 +179,10 @@ class MapFile(Form):
     bit_rate: Annotated[int, Field(ge=5000, le=1000000)] | None = None
     """For the bus load only [bit/s]; ``Baudrate`` of the DBC file, or 500000."""
     data_bit_rate: Annotated[int, Field(ge=5000, le=20_000_000)] | None = None
-    """CAN FD with this rate for data [bit/s]: a cycle fits into one frame of 64 bytes (a
+    """CAN FD with this data rate [bit/s]: a cycle fits into one frame of 64 bytes (a
     [proof](gateway.md#freshness) needs its own). Bit timings: ``--option``."""
     axes: list[Literal["X", "Y", "Z"]] | None = Field(default=None, min_length=1, max_length=3)
-    """The axes that the machine has; all if left out. The offset of each must be sent."""
+    """The machine's axes; all if left out. Each one's offset must be sent."""
     cycle: CycleMap
     frames: dict[Name, FrameMap] = Field(min_length=1, max_length=256)
     inputs: dict[Name, InputMap] = Field(min_length=1, max_length=256)
