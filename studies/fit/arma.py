@@ -202,16 +202,20 @@ def correlations(z: Array) -> dict[str, Any]:
 
 def _arma(z: Array, p: int, q: int) -> tuple[float, Array, Array] | None:
     """Return AIC, phi and theta of an ARMA(p, q) by maximum likelihood; None where it fails."""
+    # A likelihood may have several maxima: the largest is taken that two starts lead to, that of
+    # Yule and Walker and that of Hannan and Rissanen, statsmodels' own.
+    reached = [_maximum(z, p, q, by_yule_walker) for by_yule_walker in (True, False)]
+    return min((one for one in reached if one), key=lambda one: one[0], default=None)
+
+
+def _maximum(z: Array, p: int, q: int, by_yule_walker: bool) -> tuple[float, Array, Array] | None:
+    """Return AIC, phi and theta of the maximum that a start leads to; None where it fails."""
     try:
-        rho = yule_walker(z, order=p, method="mle")[0] if p else np.zeros(0)
-        start = np.concatenate([rho, np.zeros(q), [1.0]])
-        parameters, results = innovations_mle(
-            z,
-            order=(p, 0, q),
-            demean=False,
-            start_params=start,
-            minimize_kwargs={"options": {"maxiter": 30}},
-        )
+        start = None
+        if by_yule_walker:
+            rho = yule_walker(z, order=p, method="mle")[0] if p else np.zeros(0)
+            start = np.concatenate([rho, np.zeros(q), [1.0]])
+        parameters, results = innovations_mle(z, order=(p, 0, q), demean=False, start_params=start)
     except (ValueError, np.linalg.LinAlgError):
         return None
     ar, ma = np.asarray(parameters.ar_params), np.asarray(parameters.ma_params)

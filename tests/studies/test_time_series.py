@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.signal import lfilter
+from statsmodels.tsa.arima.model import ARIMA
 from statsmodels.tsa.statespace.mlemodel import MLEModel
 
 from fmu_compensator.fit.error_models.mlr import MultipleLinearRegression
@@ -134,6 +135,16 @@ def test_arma_differences_once_and_finds_the_coefficient():
         impulse[k] = sum(a * impulse[k - 1 - i] for i, a in enumerate(series.ar[:k]))
         impulse[k] += series.ma[k - 1] if k <= len(series.ma) else 0.0
     assert impulse[:4] == pytest.approx([1.0, 0.7, 0.49, 0.343], abs=0.1)
+
+
+def test_arma_is_that_of_the_largest_of_several_likelihoods():
+    random = np.random.default_rng(5)
+    w = lfilter([1.0, -1.12, 0.37], [1.0, -0.74], random.standard_normal(301))
+    run = run_of(random.standard_normal((301, 1)), w[:, None])
+    found = AutoregressiveMovingAverage.fit(task_of([run])).series[0].diagnostics["aic_by_order"]
+    z = (w[:-1] - w[:-1].mean()) / w[:-1].std()
+    theirs = ARIMA(z, order=(1, 0, 2), trend="n").fit().aic
+    assert found["1,2"] == pytest.approx(theirs, abs=0.1)
 
 
 def test_the_report_has_the_correlations_that_tell_the_kind_of_series():
