@@ -275,18 +275,18 @@ def _modes(look: _Look, most: int = 4) -> tuple[tuple[float, str], ...]:
 
 
 def _sources(look: _Look) -> dict[str, float]:
-    """Return the heat of each source at full speed, with the others switched off [W]."""
+    """Return the heat at full speed that goes with each source, and that of none [W]."""
     machine = look.machine
     heats = {}
     for item in machine.items:
         if item.family != "sources":
             continue
-        others = tuple(o for o in machine.items if o.family != "sources" or o is item)
-        alone = replace(machine, items=others)
-        values = Values(alone.parameters)
-        network = Network(alone, values, effects_in_force(alone, values))
-        heats[item.name] = float(network.heat(look.inputs)[0, 0].sum())
-    return heats
+        without = replace(machine, items=tuple(o for o in machine.items if o is not item))
+        values = Values(without.parameters)
+        network = Network(without, values, effects_in_force(without, values))
+        heats[item.name] = float(look.heat.sum() - network.heat(look.inputs)[0, 0].sum())
+    left = round(float(look.heat.sum()) - sum(heats.values()), 6)
+    return heats | ({"other effects": left} if left else {})
 
 
 def _wrong(look: _Look, parts: tuple[Part, ...], drift: tuple[float, float, float]) -> list[str]:
@@ -341,7 +341,8 @@ def _slow_or_hot(look: _Look, parts: tuple[Part, ...]) -> list[str]:
                 f"{part.name} takes {part.hours:.0f} h to follow what is around it: its mass may be"
                 " ten times too large, or a joint or surface is missing."
             )
-        if part.heat > 1.0 and part.warm < look.warm.min() + FINEST_K:
+        cold = look.shown.temperatures[0, 0, look.groups[part.name]].max()
+        if part.heat > 1.0 and part.warm < cold + FINEST_K:
             found.append(f"{part.name} takes up {part.heat:.0f} W and hardly warms.")
     return found
 

@@ -165,6 +165,7 @@ def test_the_machine_example_reads_and_runs(tmp_path):
     result = simulate(machine, inputs)
     assert result.temperatures[0, -1].min() > 20.0
     assert result.run_frame()["disp_z_um"].iloc[-1] < -1.0
+    assert check_sheet(machine).wrong == ()
 
 
 def test_the_example_of_a_belt_spindle_looks_right_and_moves_as_the_page_says(tmp_path):

@@ -11,6 +11,7 @@ from plant_model.drawing.fits import odd_fits, odd_of_page
 from plant_model.drawing.layout import Drawing
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine, shipped_machines
+from tests.plant_model.conftest import with_effects
 from tests.plant_model.drawing.pages import changed, machine_of, shipped_page, small_page
 
 FEED = {"unit": "mm_min", "column": "feed_mm_min", "low": 0.0, "high": 9000.0, "default": 0.0}
@@ -46,6 +47,12 @@ def test_shipped_machines_look_right_and_their_heat_is_accounted_for(name):
     assert sum(part.nodes for part in sheet.parts) == len(sheet.shown.machine.nodes)
     assert sheet.modes[0][0] == max(hours for hours, _ in sheet.modes)
     assert len(sheet.modes) == 4
+
+
+def test_heat_of_no_source_counts_once(jig_borer_lumps):
+    plain = check_sheet(jig_borer_lumps).sources
+    sources = check_sheet(with_effects(jig_borer_lumps, "windage")).sources
+    assert sources == pytest.approx(plain | {"other effects": 120.0})
 
 
 @pytest.mark.parametrize("name", ["jig_borer", "belt_spindle"])
