@@ -33,7 +33,7 @@ from pythonfmu.fmi2slave import Fmi2Slave
 from fmu_packaging.closing import close_in_order
 from fmu_packaging.variables import ZERO, Value, Variable
 
-STATE_FORMAT = 2
+STATE_FORMAT = 3
 """Of an FMU state: given by what `DriftSlave` keeps in one."""
 
 SAME_TIME = 2.0**-23
@@ -133,6 +133,15 @@ class DriftSlave(Fmi2Slave):
     def declare(self) -> Sequence[Variable]:
         """Return the variables; *folder* holds the FMU's resources."""
 
+    def prepare(self) -> None:
+        """Make ready what follows from the parameters in force, before `begin` or `restore`.
+
+        Raises
+        ------
+        FmuError
+            For a parameter that cannot be used.
+        """
+
     @abstractmethod
     def begin(self) -> None:
         """Start from the inputs and parameters in force and set all outputs.
@@ -140,7 +149,7 @@ class DriftSlave(Fmi2Slave):
         Raises
         ------
         FmuError
-            For a parameter that cannot be used.
+            For an input that cannot be used.
         """
 
     @abstractmethod
@@ -160,7 +169,7 @@ class DriftSlave(Fmi2Slave):
         return {}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Continue from what `hidden` returned; `begin` has run with the same parameters.
+        """Continue from what `hidden` returned; `prepare` has run with the same parameters.
 
         Parameters
         ----------
@@ -204,10 +213,10 @@ class DriftSlave(Fmi2Slave):
         """Take the start time and the stop time [s]."""
         if self._phase is not Phase.INSTANTIATED:
             self._fail("the experiment must be set up before the initialisation")
-        if not math.isfinite(start_time) or not start_time <= (stop_time or math.inf):
+        stop_s = math.inf if stop_time is None else stop_time
+        if not math.isfinite(start_time) or not start_time <= stop_s:
             self._fail("the experiment must begin at a finite time and not stop before it begins")
-        self.time_s = start_time
-        self._stop_s = math.inf if stop_time is None else stop_time
+        self.time_s, self._stop_s = start_time, stop_s
 
     def terminate(self) -> None:
         """End the simulation: no step follows."""
@@ -270,6 +279,7 @@ class DriftSlave(Fmi2Slave):
                 refusal = self.variables[self.refs[name]].refusal(value)
                 if refusal:
                     raise FmuError(refusal)
+            self.prepare()
             self.begin()
         except Exception as error:
             for results in self.results.values():
@@ -382,6 +392,7 @@ class DriftSlave(Fmi2Slave):
             "format": STATE_FORMAT,
             "model": f"{type(self).__module__}.{type(self).__name__}",
             "time_s": self.time_s,
+            "stop_s": self._stop_s,
             "phase": self._phase,
             "parameters": dict(self.parameters),
             "settable": {kind: list(values.values()) for kind, values in self.settable.items()},
@@ -395,10 +406,12 @@ class DriftSlave(Fmi2Slave):
         if problem:
             self._fail(f"the FMU state cannot be used: {problem}")
         try:
+            begun = state["hidden"] is not None
             if self._phase < Phase.STEPPING or state["parameters"] != self.parameters:
                 self.parameters = dict(state["parameters"])
-                self.begin()
-            if state["hidden"] is not None:
+                if begun:
+                    self.prepare()
+            if begun:
                 self.restore(json.loads(state["hidden"]))
         except Exception:
             self._fail(f"the FMU state cannot be used: {traceback.format_exc()}")
@@ -408,7 +421,7 @@ class DriftSlave(Fmi2Slave):
             results = self.results[kind]
             results.clear()
             results.update((int(ref), value) for ref, value in state["results"][kind])
-        self.time_s = state["time_s"]
+        self.time_s, self._stop_s = state["time_s"], state["stop_s"]
         self._phase = Phase(state["phase"])
 
     def _state_problem(self, state: dict[str, Any]) -> str:

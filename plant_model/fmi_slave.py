@@ -39,16 +39,26 @@ class PlantSlave(DriftSlave):
         }
         return variables(self._machine)
 
+    def prepare(self) -> None:
+        """Make the machine of the parameters in force.
+
+        Raises
+        ------
+        FmuError
+            For a parameter outside its range.
+        """
+        self._stepper = self._made()
+        self._outputs = [self.refs[name] for name in self._stepper.outputs()]
+
     def begin(self) -> None:
         """Start every node at the boundary input that it names, else above the first.
 
         Raises
         ------
         FmuError
-            For a parameter or an input outside its range.
+            For an input outside its range.
         """
         self._look()
-        self._stepper = self._made()
         inputs = dict(zip(self._names, self.inputs.values(), strict=True))
         first = inputs[next(iter(self._machine.boundary_index))]
         readings = {
@@ -56,7 +66,6 @@ class PlantSlave(DriftSlave):
             for name in start_sensors(self._machine)
         }
         self._stepper.reset(inputs, readings)
-        self._outputs = [self.refs[name] for name in self._stepper.outputs()]
         self._publish()
 
     def _made(self) -> PlantStepper:

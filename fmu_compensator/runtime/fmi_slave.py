@@ -57,8 +57,8 @@ class CompensatorSlave(DriftSlave):
         self._bundled = parse_model(self.resource(MODEL_FILE), MODEL_FILE)
         return variables(self._bundled)
 
-    def begin(self) -> None:
-        """Start from the bundled file, or from the one that the parameter names.
+    def prepare(self) -> None:
+        """Take the bundled file, or the one that the parameter names.
 
         Raises
         ------
@@ -76,6 +76,9 @@ class CompensatorSlave(DriftSlave):
         self._compensator = RunningCompensator(model)
         # Another file may predict other targets than this FMU has inputs for.
         self._takes_measured = model.targets == self._bundled.targets
+
+    def begin(self) -> None:
+        """Wait for the first sample."""
         self.outputs.update(dict.fromkeys(self._reals, 0.0))
         for name in HALF_WIDTHS:
             self.put(name, NOT_KNOWN)

@@ -107,11 +107,6 @@ static const char *derive(
 
 const struct derivatives compensator_derivatives = {place, derive};
 
-void model_restored(struct model *self, const void *content, const double *values)
-{
-    (void)self, (void)content, (void)values;
-}
-
 void model_text(const void *content, char text[PROBLEM_LENGTH])
 {
     status_text(&((const struct content *)content)->output, text, PROBLEM_LENGTH);

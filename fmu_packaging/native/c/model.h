@@ -62,9 +62,6 @@ const char *model_step(
     struct model *self, void *content, const double *values, double time_s, double step_s,
     char problem[PROBLEM_LENGTH]);
 
-/* Takes note that another content has come, with the values that belong to it. */
-void model_restored(struct model *self, const void *content, const double *values);
-
 /* What model exchange needs of a model whose states are all continuous. Its functions say what is
    wrong, NULL for nothing. */
 struct continuous {

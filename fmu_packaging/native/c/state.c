@@ -23,7 +23,6 @@ struct memory *instance_state(const struct instance *self)
 void instance_restore(struct instance *self, const struct memory *state)
 {
     memcpy(self->memory, state, self->memory_size);
-    model_restored(self->model, self->content, self->values);
 }
 
 /* FNV-1a, 64 bits. */

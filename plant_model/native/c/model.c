@@ -69,9 +69,7 @@ static void make(struct model *self, const double *values)
     const double *parameters = values + FIRST_PARAMETER;
     if (!same_parameters(self, values)) {
         memcpy(self->parameters, parameters, sizeof self->parameters);
-        /* A restored state may hold a seed that a start would refuse. */
-        uint32_t seed = parameters[0] > 0.0 ? (uint32_t)parameters[0] : 0;
-        plant_prepare(&self->plant, parameters + 1 + RISES, seed);
+        plant_prepare(&self->plant, parameters + 1 + RISES, (uint32_t)parameters[0]);
         self->made = true;
     }
 }
@@ -209,12 +207,6 @@ const struct derivatives *const model_derivatives = CONTINUOUS ? &derivatives : 
 static const struct continuous continuous = {
     SIZE, offsetof(struct plant_memory, temperatures), machine_nominals, rates, show, complete};
 const struct continuous *const model_continuous = CONTINUOUS ? &continuous : NULL;
-
-void model_restored(struct model *self, const void *content, const double *values)
-{
-    (void)content;
-    make(self, values);
-}
 
 void model_text(const void *content, char text[PROBLEM_LENGTH])
 {

@@ -56,11 +56,6 @@ const char *model_step(
     return NULL;
 }
 
-void model_restored(struct model *self, const void *content, const double *values)
-{
-    (void)self, (void)content, (void)values;
-}
-
 void model_text(const void *content, char text[PROBLEM_LENGTH])
 {
     (void)content;
