@@ -124,11 +124,15 @@ def _legend(figure: Figure, chart: Chart) -> None:
         for ax in figure.axes
         for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)
     }
-    figure.legend(
-        handles.values(),
-        handles.keys(),
-        loc="outside lower center",
-        ncols=min(len(handles), 6 if len(handles) > 4 else 3),
-        frameon=False,
-        fontsize=9,
-    )
+    for columns in range(min(len(handles), 6 if len(handles) > 4 else 3), 0, -1):
+        legend = figure.legend(
+            handles.values(),
+            handles.keys(),
+            loc="outside lower center",
+            ncols=columns,
+            frameon=False,
+            fontsize=9,
+        )
+        if columns == 1 or legend.get_window_extent().width <= figure.bbox.width:
+            return
+        legend.remove()

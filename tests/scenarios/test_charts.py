@@ -6,8 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from matplotlib.figure import Figure
 
-from scenarios.charts import kept, kept_steps
+from scenarios.charts import Chart, Line, Panel, kept, kept_steps
+from scenarios.figures import draw_on
 from scenarios.table import as_list, as_text, group_of, overall
 from scenarios.views import minute_means
 
@@ -28,6 +30,14 @@ def test_thinning_loses_no_extreme_and_no_gap(values, most):
         assert np.nanmax(values[found]) == np.nanmax(values)
         assert np.nanmin(values[found]) == np.nanmin(values)
     assert np.isnan(values[found]).any() == (not valid.all())
+
+
+def test_a_legend_stays_within_its_figure():
+    rise = np.arange(2.0)
+    lines = tuple(Line(f"A variant of a scenario {i}", rise, rise, "k") for i in range(5))
+    figure = draw_on(Chart("drift", "Drift", "", (Panel("X", lines),)), Figure())
+    (legend,) = figure.legends
+    assert legend.get_window_extent().width <= figure.bbox.width
 
 
 @given(st.lists(st.tuples(st.integers(0, 3), st.integers(1, 50)), min_size=1, max_size=30))
