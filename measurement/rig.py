@@ -45,12 +45,12 @@ class _Rig(BaseModel):
 
 
 class SimulatedRig(_Rig):
-    """Noise and resolution of the sensors of any rig, for runs that are simulated."""
+    """Noise and resolution of the sensors of any rig, for simulated runs."""
 
     noise_um: Fineness = 0.0
-    """Standard deviation of every displacement sensor."""
+    """Standard deviation of every displacement sensor's noise."""
     resolution_um: Fineness = 0.0
-    """Its step."""
+    """Their step."""
 
     @property
     def columns(self) -> list[str]:
@@ -75,19 +75,19 @@ class FivePointRig(SimulatedRig):
     near_x, near_y, distal_x, distal_y, axial : str
         The signals' names; each is the run-file column ``<name>_um``.
     spacing_mm : float
-        How far the distal pair sits beyond the near pair, counted outwards from the nose; negative
-        if the distal pair is the one nearer the nose [mm].
+        Distance of the distal pair beyond the near pair, counted outwards from the nose; negative
+        if the distal pair is nearer the nose [mm].
     near_to_gauge_mm : float
-        How far the near pair sits outside the gauge line [mm].
+        Distance of the near pair outside the gauge line [mm].
     axial_sign : +1 or -1
-        Elongation is this times the axial reading: -1 where it is drift along +Z.
+        Elongation is this times the axial reading: -1 if the reading is drift along +Z.
     near_x_sign, near_y_sign, distal_x_sign, distal_y_sign : +1 or -1
         Drift along the axis is this times the reading: -1 for a sensor that looks the other way.
     test_bar_mm : float
-        How far the axial sensor's target lies outside the gauge line; a tilted bar seems shorter
-        by about test_bar_mm (1 - cos), which is put right [mm].
+        Distance of the axial sensor's target outside the gauge line; a tilted bar appears shorter
+        by about test_bar_mm (1 - cos), which is corrected [mm].
     noise_um, resolution_um : float
-        Standard deviation of the noise, and resolution, of every sensor: for simulated rigs [um].
+        Every sensor's noise (standard deviation) and resolution, for simulated rigs [um].
     """
 
     kind: Literal["five_point"] = "five_point"

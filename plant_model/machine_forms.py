@@ -33,13 +33,13 @@ class ParameterForm(Form):
     unit: str
     """Fixed for each parameter."""
     low: Number
-    """With *high* the range: for calibration four standard deviations wide, of the logarithm where
-    it is positive, and no wall."""
+    """With *high* the range: for calibration four standard deviations wide, of the logarithm if
+    positive, and not a hard limit."""
     high: Number
     source: str = Field(min_length=1)
-    """A key of ``references``, or words."""
+    """A key of ``references``, or free text."""
     calibrate: bool = False
-    """Calibration may move it, and it is a parameter of the plant FMU."""
+    """Calibration may change it, and it is a parameter of the plant FMU."""
 
 
 class TiedForm(Form):
@@ -58,10 +58,10 @@ class InputForm(Form):
     column: str = Field(min_length=1)
     """Its run-file column, which ends in the unit."""
     low: Number
-    """With *high* the range that the model is meant for."""
+    """With *high* the model's intended range."""
     high: Number
     default: Number | None = None
-    """Its value where a run has no such column; without it a run must have one."""
+    """Its value for a run without that column; if left out, a run must have it."""
 
 
 class NodeForm(Form):
@@ -72,10 +72,10 @@ class NodeForm(Form):
     capacity: dict[str, Any]
     """A parameter, 0.001 to 1e9 J/K."""
     start: str = "ambient"
-    """Sensor or input at whose first value it starts; or ``rest``: where it stands between those
-    parts and boundaries once the machine has been at rest for long."""
+    """Sensor or input whose first value it starts at; or ``rest``: its steady state between those
+    parts and boundaries with the machine at rest."""
     start_share: Number = Field(default=1.0, ge=0.0, le=2.0)
-    """Share of the way there from the first boundary temperature."""
+    """Share of the way to that start from the first boundary temperature."""
 
 
 class SensorForm(Form):
@@ -103,7 +103,7 @@ class AxisForm(Form):
 
 
 class FiveForm(FivePointRig):
-    """A five-point rig; its sensors are variables of the plant FMU, and its signs must be said."""
+    """A five-point rig; its sensors are variables of the plant FMU, and it must give its signs."""
 
     kind: Literal["five_point"]
     near_x: Name
@@ -115,11 +115,11 @@ class FiveForm(FivePointRig):
 
 
 class DirectForm(SimulatedRig):
-    """A rig of direct displacements; unlike where a compensator is fitted, axes may come twice."""
+    """A rig of direct displacements; unlike in a fit of a compensator, axes may come twice."""
 
     kind: Literal["direct"]
     axes: dict[Name, AxisOfColumn] = Field(min_length=1)
-    """By the name of a sensor, which sees the nose at the gauge line; its column is
+    """By sensor name; the sensor sees the nose at the gauge line, and its column is
     ``<name>_um``."""
 
 
@@ -131,16 +131,16 @@ class FileForm(Form):
     title: str
     description: str = ""
     references: dict[Name, str] = Field(default_factory=dict)
-    """Sources by a key that parameters cite."""
+    """Sources, by the key that parameters cite."""
     numbers: dict[Name, ParameterForm] = Field(default_factory=dict)
     """Parameters that several others follow: ``{ number = "film", factor = 0.025, unit = "W/K" }``.
-    Calibration, sweeps and the plant FMU see ``numbers.film`` in place of all that follow it."""
+    Calibration, sweeps and the plant FMU see ``numbers.film`` instead of its followers."""
     inputs: dict[Name, InputForm] = Field(min_length=1)
     """What drives the model, by name."""
     nodes: list[NodeForm] = Field(min_length=1, max_length=MOST_NODES)
     links: list[dict[str, Any]] = Field(default_factory=list, max_length=5000)
-    """``kind``, ``name`` (else the joined names, ``shaft-housing``) and what the kind asks for:
-    [kinds](effects.md#kinds-of-links-sources-and-parts)."""
+    """``kind``, ``name`` (by default the joined names, ``shaft-housing``) and the fields of the
+    kind: [kinds](effects.md#kinds-of-links-sources-and-parts)."""
     sources: list[dict[str, Any]] = Field(default_factory=list, max_length=500)
     """The same."""
     structure: list[dict[str, Any]] = Field(default_factory=list, max_length=500)
@@ -149,4 +149,4 @@ class FileForm(Form):
     rig: FiveForm | DirectForm = Field(discriminator="kind")
     axis: AxisForm = Field(default_factory=AxisForm)
     effects: dict[str, dict[str, Any]]
-    """In force, by name; ``{}`` takes the nominal numbers: [effects](effects.md)."""
+    """In force, by name; ``{}`` uses the nominal numbers: [effects](effects.md)."""

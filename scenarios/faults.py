@@ -21,13 +21,13 @@ class SensorFault(BaseModel):
     Attributes
     ----------
     sensor : str
-        The compensator's input that is disturbed, for example ``T1``.
+        The disturbed compensator input, for example ``T1``.
     kind : str
-        ``missing``: no value (NaN). ``frozen``: the reading of *start_s* for as long as it lasts.
-        ``offset``: *value* too high. ``spike``: *value* too high for one step, at *start_s* and
-        then every *every_s*. ``drift``: runs away by *value* an hour. ``stuck-at``: reads *value*.
+        ``missing``: no value (NaN). ``frozen``: repeats the reading at *start_s*. ``offset``:
+        *value* too high. ``spike``: *value* too high for one step, at *start_s* and then every
+        *every_s*. ``drift``: runs away by *value* an hour. ``stuck-at``: reads *value*.
     start_s, end_s : float
-        When it begins and ends; without *end_s* it stays to the end of the run [s].
+        Start and end; without *end_s* it lasts to the end of the run [s].
     value : float
         See *kind* [the sensor's unit, or unit/h for a drift].
     every_s : float

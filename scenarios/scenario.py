@@ -49,22 +49,23 @@ class Plant(_Form):
 
 
 class Probe(_Form):
-    """A probe cycle: the plant's own displacement goes to the compensator.
+    """A probe cycle: the plant's own displacement is passed to the compensator.
 
-    *every_s*: at fixed intervals; *when_um*: when an uncertainty that it gives passes this.
+    *every_s*: at fixed intervals; *when_um*: when an uncertainty of the compensator exceeds this.
     """
 
     every_s: Annotated[float, Field(ge=1.0, le=1e8)] | None = None
-    """A probe cycle at fixed intervals: the plant's own displacement goes to the compensator."""
+    """A probe cycle at fixed intervals: the plant's own displacement is passed to the
+    compensator."""
     when_um: Annotated[float, Field(ge=0.01, le=1e5)] | None = None
-    """A probe cycle when an uncertainty passes this."""
+    """A probe cycle when an uncertainty exceeds this."""
 
 
 class CompensatorSection(_Form):
-    """The compensator: an FMU or a compensator file (``.json``), and what it is told.
+    """The compensator: an FMU or a compensator file (``.json``), and what it is given.
 
-    *tool_length_mm* is a length that the compensator is told in place of the real one: so a control
-    that knows nothing of tools can be shown.
+    *tool_length_mm* is given to the compensator instead of the real length, to show a control that
+    does not know its tools.
     """
 
     fmu: FileName = "compensator.fmu"
@@ -72,24 +73,24 @@ class CompensatorSection(_Form):
     enabled: bool = True
     """False: offsets stay zero."""
     tool_length_mm: Length | None = None
-    """A length that the compensator is told in place of the real one."""
+    """Length given to the compensator instead of the real one."""
     probe: Probe | None = None
 
 
 class Variant(_Form):
-    """The scenario once more, with some keys set otherwise."""
+    """The same scenario with some keys changed."""
 
     name: Name
     title: Text = ""
     set: dict[str, Any] = Field(default_factory=dict, max_length=100)
-    """The scenario once more, with these keys set otherwise: ``{ "key" = value }``."""
+    """Keys that this variant changes: ``{ "key" = value }``."""
 
 
 class Replay(_Form):
     """A compensator driven by measured runs instead of the plant."""
 
     runs: list[FileName] = Field(default_factory=list, max_length=1000)
-    """Measured runs instead of a plant; then there are no ``plant``, ``signals``, ``faults``,
+    """Measured runs instead of a plant, without ``plant``, ``signals``, ``faults`` and
     ``variants``."""
     tool_length_mm: Length | None = None
 
@@ -109,11 +110,11 @@ class Settings(_Form):
     record_s: Annotated[float, Field(ge=1e-3, le=1e6)] = 10.0
     """Time between rows of the results, a multiple of *step_s*."""
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 1
-    """Of the sensors' noise and of random signals."""
+    """For the sensors' noise and random signals."""
     plant: Plant = Plant()
     compensator: CompensatorSection = CompensatorSection()
     signals: dict[SignalName, Any] = Field(default_factory=dict, max_length=200)
-    """What drives the plant's inputs, and ``tool_length`` [mm]: a number, or a table with a
+    """Values for the plant's inputs, and ``tool_length`` [mm]: a number, or a table with a
     ``kind``."""
     faults: list[SensorFault] = Field(default_factory=list, max_length=100)
     variants: list[Variant] = Field(default_factory=list, max_length=50)

@@ -39,8 +39,8 @@ class Sensor:
     noise : float
         Largest jump from one reading to the next that noise and quantisation explain [K].
     stale_after_s : float or None
-        A reading that stays exactly the same for longer is stale, once the sensor was seen to be
-        alive [s]; None: never.
+        A reading that stays exactly the same for longer is stale, once the sensor has been seen to
+        change [s]; None: never.
     trained_low, trained_high : float
         Range of the model's input seen in training, in the file's input form [degC or K]; for
         people and `monitor`.

@@ -38,15 +38,15 @@ class Gaussian:
     Parameters
     ----------
     reference : {"start", "fixed"}
-        Rises count from the first sample, or from the fixed temperatures ``usual``.
+        Whether rises count from the first sample or from the fixed temperatures ``usual``.
     usual : list of float, one per input
         The fixed temperatures [degC]; not used with "start".
     constant : list of float, one per target
         The drift at the reference [um, urad].
     mean_share : list of float, one per target
-        a: how much of the error model's prediction counts, 0 to 1 [1]; 1 where it is missing.
+        a: how much of the error model's prediction counts, 0 to 1 [1]; 1 if left out.
     settled_h : float
-        For how long the walk has gone on at the first sample [h]; 0 with "start".
+        How long the walk has been running at the first sample [h]; 0 with "start".
     lags_s : list of float
         Time constants [s].
     weights : list of list of float, a row per target
@@ -62,7 +62,7 @@ class Gaussian:
     deviations : float
         Half width of the interval in standard deviations [1].
     coverage : float
-        Share of unseen drift that the interval is to hold [1].
+        Share of unseen drift that the interval should contain [1].
     """
 
     def __init__(

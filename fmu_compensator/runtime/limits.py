@@ -26,9 +26,9 @@ class Limits:
     recover_s : float
         How long the inputs must be good after a fault before they are used again [s].
     tool_length_mm : tuple of float
-        Shortest and longest tool that the geometry is good for [mm].
+        Shortest and longest tool for which the geometry is valid [mm].
     share : float
-        Which share of the predicted drift is sent, 0 to 1 [1]: 1 is best by squared error.
+        Share of the predicted drift that is sent, 0 to 1 [1]; 1 minimises the squared error.
     """
 
     offset_um: float

@@ -43,7 +43,7 @@ class Model:
     Attributes
     ----------
     name, title : str
-        A short name, and what a report prints.
+        A short name, and the name in reports.
     created : str or None
         Date as the file's author gave it (YYYY-MM-DD).
     sensors : tuple of Sensor
@@ -52,7 +52,7 @@ class Model:
         Indices of the sensors that the error model uses.
     input_form : {"rise", "absolute", "level"}
         ``rise``: the error model's inputs are temperatures minus their first valid reading [K].
-        ``absolute``: the readings themselves [degC]. ``level``: the readings too, for an error
+        ``absolute``: the readings themselves [degC]. ``level``: also the readings, for an error
         model whose drift counts from its start.
     targets : tuple of str
         What the error model predicts, in the geometry's order.

@@ -47,14 +47,14 @@ class Spare(Remembering):
     precision : list of list of float
         P, symmetric, a row per chosen sensor [1/K^2].
     growth : list of float, one per chosen sensor
-        g: variance of the error on runs left out, over that which P says [1].
+        g: variance of the error on runs left out, divided by the variance from P [1].
     memory_s : float
-        tau: how long a sensor's difference from what the others say stays alike [s].
+        tau: correlation time of a sensor's deviation from its estimate by the others [s].
     usual_start : list of float or None
-        What each sensor usually reads at the start, above the median of all [K]; None where rises
+        What each sensor usually reads at the start, above the median of all [K]; None if rises
         count from fixed temperatures.
     sensitivity : list of list of float, targets x chosen
-        What a lasting error of a reading does to the targets [um/K, urad/K].
+        How a lasting error of a reading changes the targets [um/K, urad/K].
     usual : list of list of float, targets x targets
         Mean square of the drift in training [um^2, um urad, urad^2].
     """

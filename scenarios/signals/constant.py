@@ -10,7 +10,7 @@ from scenarios.signals.base import FloatArray, Setting, Signal, Value
 
 
 class Constant(Signal):
-    """``kind = "constant"``: the same *value* for ever. A bare number means the same."""
+    """``kind = "constant"``: always *value*. A bare number means the same."""
 
     kind: Literal["constant"]
     value: Value

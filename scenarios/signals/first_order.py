@@ -12,7 +12,7 @@ from scenarios.signals.base import Duration, FloatArray, Seconds, Setting, Signa
 class FirstOrder(Signal):
     """``kind = "first_order"``: from *start_s* on, *start* + (*end* - *start*) (1 - exp(-t/tau)).
 
-    tau is *time_constant_s*: after one of them 63 % of the way is done, after three 95 %.
+    tau is *time_constant_s*: 63 % of the change is reached after one of them, 95 % after three.
     """
 
     kind: Literal["first_order"]

@@ -12,11 +12,11 @@ from scenarios.signals.base import MOST_STEPS, Duration, FloatArray, Setting, Si
 
 
 class RandomSteps(Signal):
-    """``kind = "random_steps"``: levels drawn evenly from *low* to *high*.
+    """``kind = "random_steps"``: levels drawn uniformly from *low* to *high*.
 
-    Each level lasts a time drawn evenly from *dwell_s* = [shortest, longest]. Levels are rounded to
-    a multiple of *round_to* when that is given. *stops* is the share of levels that are zero
-    instead. The same seed gives the same signal; *seed* stands in for the scenario's.
+    Each level lasts a time drawn uniformly from *dwell_s* = [shortest, longest]. Levels are rounded
+    to a multiple of *round_to*, if given. *stops* is the share of levels replaced by zero. The same
+    seed gives the same signal; *seed* replaces the scenario's.
     """
 
     kind: Literal["random_steps"]

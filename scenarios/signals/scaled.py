@@ -9,7 +9,7 @@ from scenarios.signals.base import FloatArray, Setting, Signal, Value
 
 
 class Scaled(Signal):
-    """``kind = "scaled"``: *factor* times *signal*, which is of any kind."""
+    """``kind = "scaled"``: *factor* times *signal*, a signal of any kind."""
 
     kind: Literal["scaled"]
     signal: Any

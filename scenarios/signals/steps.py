@@ -11,10 +11,10 @@ from scenarios.signals.base import Duration, FloatArray, Seconds, Setting, Signa
 
 
 class Steps(Signal):
-    """``kind = "steps"``: at each of *times_s* the value jumps to the one of *values* beside it.
+    """``kind = "steps"``: at each of *times_s* the value jumps to the matching one of *values*.
 
-    Before the first of the times the first value is in force. With *repeat_s* the whole pattern
-    starts again after that many seconds.
+    Before the first time, the first value applies. With *repeat_s* the whole pattern repeats after
+    that many seconds.
     """
 
     kind: Literal["steps"]

@@ -15,11 +15,10 @@ from scenarios.signals.base import FloatArray, Setting, Signal
 
 
 class Table(Signal):
-    """``kind = "table"``: the *column* of the run file *file*, a path from the scenario's folder.
+    """``kind = "table"``: the *column* of the run file *file*, relative to the scenario's folder.
 
-    Time counts from its first row. Commands such as a speed hold until the next row, measured
-    quantities run straight between rows. Before the first value and after the last the nearest
-    holds.
+    Time counts from its first row. Commands, for example a speed, hold until the next row;
+    measured quantities are interpolated linearly. Outside the rows the nearest value holds.
     """
 
     kind: Literal["table"]
