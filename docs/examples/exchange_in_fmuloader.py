@@ -37,7 +37,7 @@ fmu.enter_continuous_time_mode()
 
 
 def at(time, states):
-    """Put the FMU to a time and its states."""
+    """Set the FMU's time and states."""
     fmu.set_time(time)
     fmu.set_continuous_states(states.tolist())
 

@@ -1,6 +1,6 @@
 """Both FMUs coupled in ecospy: python in_ecospy.py PLANT COMPENSATOR SIGNALS.csv OUT.csv.
 
-SIGNALS.csv has time [s], speed, ambient, coolant_inlet, tool_length, one row a communication point.
+SIGNALS.csv has time [s], speed, ambient, coolant_inlet, tool_length; a row per communication point.
 """
 
 import ctypes
@@ -10,7 +10,7 @@ from importlib import metadata
 import fmpy
 import pandas as pd
 
-# ecospy's library needs that of the package tbb, and does not look for it there.
+# ecospy's library needs the one in the package tbb, but does not look for it there.
 (library,) = (file for file in metadata.files("tbb") if file.name == "libtbb.so.12")
 ctypes.CDLL(str(library.locate().resolve()), mode=ctypes.RTLD_GLOBAL)
 

@@ -1,6 +1,6 @@
 """Both FMUs coupled in fmpy: python in_fmpy.py PLANT.fmu COMPENSATOR.fmu SIGNALS.csv OUT.csv.
 
-SIGNALS.csv has time [s], speed, ambient, coolant_inlet, tool_length, one row a communication point.
+SIGNALS.csv has time [s], speed, ambient, coolant_inlet, tool_length; a row per communication point.
 """
 
 import sys
@@ -64,7 +64,7 @@ for row in signals.to_dict("records"):
     time = row.pop("time")
     offsets = take(compensator, OFFSETS)
     rows.append({"time": time} | take(plant, WANTED) | offsets)
-    # Both take what stands at this point, then both step: neither sees the other's new values.
+    # Both take the values at this point, then both step: neither sees the other's new values.
     give(compensator, take(plant, readings) | {name: row[name] for name in told})
     give(plant, row | offsets)
     for fmu, _ in (compensator, plant):

@@ -1,6 +1,6 @@
 """Both FMUs coupled in libcosimpy: python in_libcosimpy.py PLANT COMPENSATOR SIGNALS.csv OUT.csv.
 
-SIGNALS.csv has time [s], speed, ambient, coolant_inlet, tool_length, one row a communication point.
+SIGNALS.csv has time [s], speed, ambient, coolant_inlet, tool_length; a row per communication point.
 """
 
 import sys

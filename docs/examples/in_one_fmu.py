@@ -1,7 +1,7 @@
 """Both FMUs nested into one: python in_one_fmu.py PLANT COMPENSATOR SIGNALS.csv OUT.csv.
 
-SIGNALS.csv has time [s], speed, ambient, coolant_inlet, tool_length, one row a communication point.
-fmu-manipulation-toolbox makes machine.fmu beside OUT.csv; fmpy runs it.
+SIGNALS.csv has time [s], speed, ambient, coolant_inlet, tool_length; a row per communication point.
+fmu-manipulation-toolbox makes machine.fmu next to OUT.csv; fmpy runs it.
 """
 
 import json
@@ -23,8 +23,8 @@ assembly = {
     "name": "machine.fmu",
     "fmu": [plant, compensator],
     "step_size": step,
-    # Outputs and inputs of equal names are connected, the others are shown outside. Only an input
-    # that both take has to be named.
+    # Outputs and inputs with equal names are connected, the others exposed. Only an input that both
+    # FMUs take has to be listed.
     "input": [
         [name, fmu, name] for name in ("speed", "tool_length") for fmu in (plant, compensator)
     ],

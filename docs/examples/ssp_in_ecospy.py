@@ -6,7 +6,7 @@ from importlib import metadata
 
 import pandas as pd
 
-# ecospy's library needs that of the package tbb, and does not look for it there.
+# ecospy's library needs the one in the package tbb, but does not look for it there.
 (library,) = (file for file in metadata.files("tbb") if file.name == "libtbb.so.12")
 ctypes.CDLL(str(library.locate().resolve()), mode=ctypes.RTLD_GLOBAL)
 
@@ -20,7 +20,7 @@ WANTED = {
 step, stop = float(sys.argv[2]), float(sys.argv[3])
 rows = []
 with EcosSimulation(step, ssp_path=sys.argv[1]) as simulation:
-    # ecos applies the parameter set of the .ssp, the seed of the noise, only when it is named.
+    # ecos applies the parameter set of the .ssp (the noise seed) only when it is named.
     simulation.init(0.0, "scenario")
     while simulation.get_time() < stop - step / 2:
         found = {"time": simulation.step()}

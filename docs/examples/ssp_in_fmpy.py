@@ -1,7 +1,6 @@
 """An .ssp of SSP 2.0 in fmpy: python ssp_in_fmpy.py FILE.ssp STEP_S STOP_S OUT.csv.
 
-With FMUs of FMI 3.0, which is how FMUs in C99 are packed there. All outputs are handed on, then all
-FMUs step.
+Its FMUs must be FMI 3.0, as C99 FMUs are in SSP 2.0. All outputs are passed on, then all FMUs step.
 """
 
 import sys
@@ -53,7 +52,7 @@ class Part:
 
 
 def hand_on(starts, ends):
-    """Give the inputs of some FMUs what the outputs of some FMUs say, along the connections."""
+    """Pass the outputs of some FMUs to the inputs of others, along the connections."""
     given = {end: {} for end in ends}
     for wire in wires:
         if wire["startElement"] in starts and wire["endElement"] in ends:
@@ -70,7 +69,7 @@ root = ET.parse(f"{folder.name}/SystemStructure.ssd").getroot()
 parts = {entry.get("name"): Part(entry, folder.name) for entry in root.iter(f"{SSD}Component")}
 wires = [entry.attrib for entry in root.iter(f"{SSD}Connection")]
 step, stop = float(sys.argv[2]), float(sys.argv[3])
-# Each starts with what those before it say: first what plays the signals, then the plant.
+# Each starts with the outputs of those before it: first the FMU that plays the signals.
 order = ["signals", "plant", "compensator"]
 for place, name in enumerate(order):
     parts[name].fmu.enterInitializationMode(startTime=0.0)
