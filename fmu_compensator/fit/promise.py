@@ -187,13 +187,15 @@ def promised(unseen: Mapping[str, Any]) -> dict[str, dict[str, float]]:
     found = {}
     for axis in unseen[kinds[0]]:
         rows = [(unseen[kind][axis], unseen[f"{kind}_behind"]) for kind in kinds]
-        squares = [
-            (DEGREES * max(row["expected"], row["model"]) ** 2 + behind * row["model"] ** 2)
-            / (DEGREES + behind)
+        square, none = max(
+            (
+                (DEGREES * max(row["expected"], row["model"]) ** 2 + behind * row["model"] ** 2)
+                / (DEGREES + behind),
+                row["no_model"],
+            )
             for row, behind in rows
-        ]
-        none = max(row["no_model"] for row, _ in rows)
-        found[axis] = {"model": float(np.sqrt(max(squares))), "no_model": none}
+        )
+        found[axis] = {"model": float(np.sqrt(square)), "no_model": none}
     return found
 
 

@@ -33,6 +33,13 @@ def test_many_runs_weigh_more_than_what_the_interval_expects_and_conditions_are_
     assert found["promised"]["Z"]["no_model"] == pytest.approx(10.0)
 
 
+def test_a_promise_is_of_the_drift_of_the_runs_that_it_comes_from():
+    cold = RunLeft("cold", COLD, {"Z": replace(AXIS, none=7.0, left=4.0)}, 0.0)
+    found = promise([left("run", LIKE_FOLD, 2.0), cold])
+    assert found is not None
+    assert found["promised"]["Z"]["no_model"] == pytest.approx(7.0)
+
+
 def test_an_interval_that_expects_less_than_was_left_does_not_lower_the_promise():
     found = promise([left(f"run{n}", LIKE_FOLD, 9.0) for n in range(4)])
     assert found is not None
