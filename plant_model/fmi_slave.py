@@ -238,7 +238,7 @@ def variables(machine: Machine) -> list[Variable]:
 TEXTS = {
     "drift": "Drift of the tool tip in {axis}, without offsets",
     "offset": "Offset in force on the {axis} axis",
-    "error": "What is left at the tool tip in {axis}: drift plus offset in force",
+    "error": "Remaining error at the tool tip in {axis}: drift plus offset in force",
 }
 
 

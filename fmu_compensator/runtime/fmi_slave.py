@@ -154,8 +154,8 @@ def variables(model: Model) -> list[Variable]:
             MEASURED,
             "boolean",
             "input",
-            "True with a sample whose measured targets are to be used; false: the model goes on "
-            "alone",
+            "True with a sample whose measured targets are to be used; false: the model continues "
+            "without them",
         ),
         *(_output(f"d{axis}", f"Offset to send to the {axis} {sent}", "um") for axis in "XYZ"),
         _output(
@@ -224,8 +224,8 @@ def _half_widths(model: Model) -> list[Variable]:
     return [
         _output(
             f"d{axis}_uncertainty",
-            f"Half the width of the interval about the compensated {axis} drift in which {share} "
-            "of unseen drift lies; -1: not known",
+            f"Half the width of the interval around the compensated {axis} drift that contains "
+            f"{share} of unseen drift; -1: not known",
             "um",
             low=NOT_KNOWN,
         )
