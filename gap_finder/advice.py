@@ -78,7 +78,7 @@ def worse_than_none(machine: Machine, left: Sequence[RunResiduals]) -> list[Advi
         if model > none:
             unit = _unit(machine, name)
             text = (
-                f"{name}: the model leaves {model:.2g} {unit}, holding the first reading leaves "
+                f"{name}: the model is off by {model:.2g} {unit}, holding the first reading by "
                 f"{none:.2g} {unit}: worse than no model"
             )
             found.append((model / max(none, 1e-12), Advice("worse_than_no_model", (name,), text)))
@@ -97,8 +97,8 @@ def not_moved(machine: Machine, left: Sequence[RunResiduals]) -> list[Advice]:
         model = max(_range(run.observed.values[:, i] + run.values[:, i]) for run in left)
         if measured > left[0].observed.tolerance[i] and model < noise[i]:
             text = (
-                f"{name}: moves by {measured:.2g} um, and nothing in the machine file moves it: no "
-                "part grows or bends that way"
+                f"{name}: moves by {measured:.2g} um, but nothing in the machine file moves it: no "
+                "part grows or bends in that direction"
             )
             found.append((measured, Advice("not_moved", (name,), text)))
     return _worst_first(found)
@@ -140,7 +140,7 @@ def _far(parameters: Sequence[ParameterEstimate]) -> list[Advice]:
         text = (
             f"{name}: {value:.3g}{unit}, {deviations:.1f} deviations "
             f"{'below' if value < prior else 'above'} {prior:.3g}{source}: "
-            "look at it, or at what has a similar effect"
+            "check it, or whatever has a similar effect"
         )
         found.append((deviations, Advice("far_from_usual", (name,), text)))
     return _worst_first(found)

@@ -15,10 +15,10 @@ KINDS = {
     "runaway": "runs away",
     "saturated": "at the end of its range",
     "step": "slipped",
-    "one_run": "wrong in one run alone",
-    "probe_step": "slipped, its zero taken anew",
+    "one_run": "wrong in one run only",
+    "probe_step": "slipped, zeroed again",
     "spikes": "jumping",
-    "jump": "another recording joined on",
+    "jump": "another recording appended",
 }
 """Kinds of data faults in words, where the kind itself is none."""
 
@@ -46,14 +46,14 @@ def five_lines(table: dict[str, Any]) -> list[str]:
         _rivals(table),
         f"Added: {_added(table) or 'nothing; the machine is calibrated'} -> {table['machine']}.",
         f"Gap on the held-out run: {gap['before']:.2f} before, {gap['after']:.2f} after, in "
-        f"units of sensor noise; a regression on the inputs leaves {gap['reference']:.2f}, noise "
-        f"alone {gap['floor']:.2f}.{_worse(table)}",
+        f"units of sensor noise; for comparison: regression on the inputs {gap['reference']:.2f}, "
+        f"noise alone {gap['floor']:.2f}.{_worse(table)}",
     ]
 
 
 def _what(table: Mapping[str, Any]) -> str:
     """Return what is missing, and where that is in doubt what it may be instead."""
-    look = f" Look at: {table['look_at'][0]}." if table["look_at"] else ""
+    look = f" Check: {table['look_at'][0]}." if table["look_at"] else ""
     left = _left(table)
     if table["effects"]:
         titles = " and ".join(_title(entry) for entry in table["effects"])
@@ -63,27 +63,27 @@ def _what(table: Mapping[str, Any]) -> str:
         others = [*table["one_of_keys"][1:], *map(_runner_up, table["runners_up"][:2])]
         instead = f"{', '.join(dict.fromkeys(others))}, " if others else ""
         return (
-            f"What may be missing: {titles}. In doubt: {_doubt(table)}, so it may be "
-            f"{instead}or something that no catalogue holds, instead or besides; {left}. "
+            f"What may be missing: {titles}. In doubt: {_doubt(table)}, so the cause may instead, "
+            f"or also, be {instead}or something not in the catalogue; {left}. "
             f"{evidence[:1].upper()}{evidence[1:]}.{look}"
         )
     if table["verdict"] == "unknown":
         best = table["runners_up"][:1]
-        tried = f"; the nearest is {_runner_up(best[0])}" if best else ""
+        tried = f"; the closest is {_runner_up(best[0])}" if best else ""
         return (
-            f"What is missing: something that nothing of the list explains{tried}. "
+            f"What is missing: something that nothing in the catalogue explains{tried}. "
             f"{left[:1].upper()}{left[1:]}.{look}"
         )
-    return f"What is missing: nothing that these runs prove; residuals are within tolerance.{look}"
+    return f"What is missing: nothing that these runs show; residuals are within tolerance.{look}"
 
 
 def _doubt(table: Mapping[str, Any]) -> str:
     """Return in words why what is named is in doubt."""
     gap = table["gap"]["holdout"]
     if gap["after"] >= gap["before"]:
-        return "the held-out run is predicted no better with it"
+        return "it does not improve the prediction of the held-out run"
     much = "where it acts" if table["remaining"]["is_adequate"] else "with it"
-    return f"too much is left {much}"
+    return f"too much error remains {much}"
 
 
 def _title(entry: Mapping[str, Any]) -> str:
@@ -154,11 +154,11 @@ def _left(table: Mapping[str, Any]) -> str:
     """Return in words where something can still be explained, and what predicts it."""
     remaining = table["remaining"]
     if not remaining["where"] or remaining["share"] < 0.1:
-        return "none of it follows from the inputs in the same way in every run"
+        return "no input explains any of the remaining error in the same way in every run"
     where = "; ".join(f"{p['channel']} {p['regime']}" for p in remaining["where"][:2])
     by = " or ".join(map(_source, remaining["predicted_by"][:2]))
-    share = f"{remaining['share']:.0%} of it can be predicted from the inputs"
-    return f"{share}{f', by {by}' if by else ''}, most in {where}"
+    share = f"{remaining['share']:.0%} of the remaining error can be predicted from the inputs"
+    return f"{share}{f', by {by}' if by else ''}, mostly in {where}"
 
 
 def _source(source: Mapping[str, Any]) -> str:

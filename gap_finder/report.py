@@ -243,6 +243,6 @@ def _evidence(judged: Judged) -> str:
     step = result.search.steps[0]
     together = "all names together explain" if len(result.keys) > 1 else "it explains"
     return (
-        f"{together} {result.explained:.0%} of what is left on runs predicted from the others; "
-        f"the score falls by {step.fall:.0f}, where {MARGIN:.0f} is asked for"
+        f"{together} {result.explained:.0%} of the error on runs predicted from the others; "
+        f"the score falls by {step.fall:.0f} ({MARGIN:.0f} needed)"
     )

@@ -66,9 +66,7 @@ def checked(kind: type[M], table: dict[str, Any], source: str | Path, within: st
         first, *others = error.errors(include_url=False)
     place = ".".join([within] * bool(within) + [str(step) for step in first["loc"]])
     message = first["msg"].removeprefix("Value error, ")
-    problem = f"{message[0].lower()}{message[1:]}"
-    if first["loc"]:  # else it is the whole table that is not allowed
-        problem = f"{shown(first['input'])} is not allowed: {problem}"
+    problem = f"{shown(first['input'])} is not allowed: {message[0].lower()}{message[1:]}"
     told = {"missing": "is missing", "extra_forbidden": "is not a known field"}
     problem = told.get(first["type"], problem)
     beside = [

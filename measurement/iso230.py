@@ -245,7 +245,7 @@ def _ambient(run: Run, column: str) -> Ambient:
 
 def _not_there(rig: Rig | None, run: Run) -> list[Fault]:
     """Return a fault per column that the rig has and the run has not."""
-    text = "the rig has this column and the run has not"
+    text = "the rig has this column but the run does not"
     return [
         Fault.between(run, name, "absent", 0, -1, text)
         for name in (rig.columns if rig is not None else [])

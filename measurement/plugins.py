@@ -101,7 +101,7 @@ def refusing(plugin: PlugIn[Any]) -> Iterator[None]:
     try:
         yield
     except (Exception, SystemExit) as error:
-        problem = f"cannot be loaded: {type(error).__name__}: {error}; mend or uninstall it"
+        problem = f"cannot be loaded: {type(error).__name__}: {error}; fix or uninstall it"
         raise plugin.refuse(problem) from None
 
 
@@ -118,10 +118,10 @@ def by_name(
     named: dict[str, PlugIn[T]] = {}
     for plugin in plugins:
         if plugin.name in shipped:
-            raise plugin.refuse(f"{plugin.name} is a name that the project itself has: rename it")
+            raise plugin.refuse(f"{plugin.name} is a name that the project itself uses: rename it")
         if plugin.name in named:
             other = named[plugin.name].source
-            raise plugin.refuse(f"{plugin.name} is a name that {other} has: uninstall one")
+            raise plugin.refuse(f"{plugin.name} is a name that {other} also uses: uninstall one")
         if problem := check(plugin):
             raise plugin.refuse(problem)
         named[plugin.name] = plugin

@@ -109,7 +109,7 @@ class FivePointRig(SimulatedRig):
     @classmethod
     def _apart(cls, spacing_mm: float) -> float:
         if abs(spacing_mm) < 1.0:
-            raise ValueError("must be at least 1 mm either way, or no tilt can be seen")
+            raise ValueError("must be at least 1 mm in either direction to measure tilt")
         return spacing_mm
 
     @model_validator(mode="after")
@@ -387,13 +387,13 @@ def default_rig(run: Run, machine_rig: dict[str, Any] | Rig | None = None) -> Ri
         owner[axis] = name
         axes[signal] = {"axis": axis, "sign": sign}
     if not axes:
-        problem = "no displacement column tells its axis by its name" + _has(run.frame)
+        problem = "no displacement column names its axis" + _has(run.frame)
         raise BadInput(run.path or run.name, "", f"{problem}; {_HELP}")
     return DirectRig.model_validate({"axes": axes})
 
 
 _HELP = (
-    "say it when importing (--axis 'NAME=X'), let the name end in _x, _y or _z, or give a machine "
+    "give it when importing (--axis 'NAME=X'), end the name in _x, _y or _z, or give a machine "
     "file whose [rig] says which column is which"
 )
 

@@ -385,5 +385,5 @@ def _check_time(time: FloatArray, source: str | Path) -> None:
     if back.size:
         at = int(back[0]) + 1
         place = f"row {at + _FIRST_ROW}, column {TIME}"
-        problem = f"{float(time[at])!r} does not lie after {float(time[at - 1])!r}, the row before"
+        problem = f"{float(time[at])!r} is not after {float(time[at - 1])!r}, the previous row"
         raise BadInput(source, place, f"{problem}; time must grow from row to row")

@@ -88,16 +88,16 @@ def summary_lines(calibration: Calibration, gap: dict[str, float], runs: int) ->
     told = sum(map(is_determined, calibration.parameters))
     several = f"{runs} runs" if runs > 1 else "one run"
     lines = [
-        f"On the {several} of the calibration the model leaves {gap['after']:.2g} times the "
-        f"sensors' noise, {gap['before']:.2g} before; noise alone would leave {gap['floor']:.2g}. "
-        "How well it does on other runs is not known from this.",
+        f"On the {several} used for calibration the model error is {gap['after']:.2g} times the "
+        f"sensor noise ({gap['before']:.2g} before; noise alone gives {gap['floor']:.2g}). "
+        "This does not show how well the model predicts other runs.",
         f"The runs determine {told} of {len(calibration.parameters)} free parameters.",
     ]
     far = [parameter for parameter in calibration.parameters if parameter.is_far]
     far.sort(key=lambda parameter: -abs(parameter.deviations))
     lines += [
-        f"Look at {parameter.name}: it ends {abs(parameter.deviations):.1f} deviations from its "
-        f"value before, {parameter.prior:.3g} -> {parameter.value:.3g} ({parameter.source})."
+        f"Check {parameter.name}: it ends {abs(parameter.deviations):.1f} deviations from its "
+        f"previous value, {parameter.prior:.3g} -> {parameter.value:.3g} ({parameter.source})."
         for parameter in far[:SHOWN]
     ]
     return lines

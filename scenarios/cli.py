@@ -49,7 +49,7 @@ examples:
   spindle-drift fit RUN.csv RUN.csv -o compensator.json
   spindle-drift replay compensator.json OTHER_RUN.csv --out results/replay
 
-'spindle-drift COMMAND --help' says what a command takes.
+'spindle-drift COMMAND --help' shows a command's options.
 """
 
 
@@ -178,7 +178,7 @@ def _declare(module: ModuleType, command: argparse.ArgumentParser) -> None:
     module.add_arguments(command)
     if getattr(module, "WRITES", None):
         command.add_argument(
-            "--force", action="store_true", help="write over anything that is in the way"
+            "--force", action="store_true", help="overwrite whatever is in the way"
         )
 
 

@@ -50,7 +50,7 @@ def report(table: dict[str, Any], path: Path) -> list[str]:
     if model["kind"] != USUAL_MODEL and "mean_share" in table["gaussian"]:
         shares = zip(model["targets"], table["gaussian"]["mean_share"], strict=True)
         counted = ", ".join(f"{name} {100 * share:.0f} %" for name, share in shares)
-        lines.append(f"share of {model['kind']} that counts beside the Gaussian: {counted}")
+        lines.append(f"share of {model['kind']} used with the Gaussian: {counted}")
     promised = promise(figures, len(provenance["runs"]))
     return [promised[0], *lines, *promised[1:], f"wrote {path}"]
 
@@ -68,8 +68,8 @@ def promise(figures: dict[str, Any], runs: int) -> list[str]:
     unseen = figures["unseen"] or {}
     kinds = [kind for kind in ("like", "unlike") if kind in unseen]
     first = promise_line(unseen) or (
-        f"nothing is promised for other runs: {runs} were given, and three are the fewest of "
-        "which one can be left out"
+        f"no promise for other runs: {_count(runs, 'run')} given, and leaving one out takes at "
+        "least three"
     )
     lines = [
         first,
@@ -90,15 +90,15 @@ def promise(figures: dict[str, Any], runs: int) -> list[str]:
         for kind in kinds
     )
     lines += [
-        "like runs: each predicted by a compensator of the others; unlike: whole conditions left "
-        "out",
-        f"the 90 % interval holds, axis that it holds least: {held}",
+        "like runs: each predicted by a compensator fitted to the others; unlike: a whole "
+        "condition left out",
+        f"share of samples in the 90 % interval, worst axis: {held}",
     ]
     folds = [fold for fold in unseen.get("unlike_folds", ()) if fold["ratio_to_none"] is not None]
     hardest = max(folds, key=lambda fold: fold["ratio_to_none"], default=None)
     if hardest is not None:
         share = 100 * hardest["ratio_to_none"]
-        lines.append(f"worst: {hardest['left_out']} left out, {share:.0f} % of the drift is left")
+        lines.append(f"worst: {hardest['left_out']} left out, {share:.0f} % of the drift remains")
     return lines
 
 
@@ -113,12 +113,16 @@ def promise_line(unseen: Mapping[str, Any] | None) -> str:
     if not unseen:
         return ""
     behind = [
-        f"{unseen[name]:.0f} {unit}{'s' if round(unseen[name]) != 1 else ''}"
+        _count(round(unseen[name]), unit)
         for name, unit in (("like_behind", "run"), ("unlike_behind", "condition"))
         if name in unseen
     ]
-    left = ", ".join(
-        f"{axis} {row['model']:.1f} of {row['no_model']:.1f}"
+    errors = ", ".join(
+        f"{axis} {row['no_model']:.1f} -> {row['model']:.1f}"
         for axis, row in unseen["promised"].items()
     )
-    return f"promise, from {' and '.join(behind)} left out: what is left is {left} um RMSE"
+    return f"promise, from {' and '.join(behind)} left out: {errors} um RMSE"
+
+
+def _count(number: int, unit: str) -> str:
+    return f"{number} {unit}" if number == 1 else f"{number} {unit}s"

@@ -158,6 +158,6 @@ def add_as(parser: argparse.ArgumentParser) -> None:
         choices=tuple(PRESETS),
         type=str.upper,
         action=_As,
-        help="as that study has it: points, groups, scores, models, networks, geometry "
-        "(docs/studies.md); an option after it overrides",
+        help="do as that study does: points, groups, scores, models, networks, geometry "
+        "(docs/studies.md); options after it override it",
     )

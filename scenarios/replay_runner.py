@@ -182,12 +182,12 @@ def _notes(replays: Sequence[Replay]) -> list[str]:
     if left_out:
         rows = sum(len(entry.frame) for entry in replays)
         notes.append(
-            f"{left_out} of {rows} rows do not count: a displacement sensor was broken in them."
+            f"{left_out} of {rows} rows are not counted: a displacement sensor was broken."
         )
     if warm := named_warm([entry.run for entry in replays]):
         notes.append(
-            f"Begun while the machine was warm: {warm}. The compensator takes it for a cold start: "
-            "the drift that was there already shows as its error."
+            f"Started while the machine was warm: {warm}. The compensator assumes a cold start, so "
+            "the drift that was already there shows as its error."
         )
     notes += [note for entry in replays for note in _without_offsets(entry)]
     notes += [_probes(entry) for entry in replays if entry.probes is not None]
@@ -195,7 +195,7 @@ def _notes(replays: Sequence[Replay]) -> list[str]:
     told = [group for group in by_column(faults) if group[0].is_gross or group[0].kind in LEVELS]
     notes += [group_line(group) for group in told]
     if any(split_column(group[0].column)[1] == "degC" for group in told):
-        notes.append("The compensator was given all thermometers as they read.")
+        notes.append("The compensator was given all thermometer readings unchanged.")
     return notes
 
 
@@ -230,8 +230,8 @@ def _probes(entry: Replay) -> str:
     hasty = int(np.sum(np.diff(taken) < PAUSE_S + 2.0 * step_s))
     if hasty > len(taken) / 2:
         text += (
-            f"; most follow the one before as soon as {PAUSE_S / 60:g} min allow: "
-            "a probe does not bring the uncertainty below the limit for longer"
+            f"; most follow each other as soon as {PAUSE_S / 60:g} min allow: "
+            "a probe does not keep the uncertainty below the limit any longer"
         )
     return f"{text}."
 

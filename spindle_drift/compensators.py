@@ -325,12 +325,12 @@ def fit(
     model : str, optional
         Error model, the mean function of the Gaussian (default: gaussian, no mean function).
     machine : Machine, path or name, optional
-        Machine that says which sensors the runs hold; without it the five-point rig of `jig_borer`
-        is taken where the runs have its columns, else displacement columns tell their axis by their
-        name.
+        Machine that defines the sensors of the runs. Without it the five-point rig of `jig_borer`
+        is used if the runs have its columns; otherwise the axis is taken from each displacement
+        column's name.
     study : {"GA", "TS", "VAC"}, optional
-        As that study has it: points, their choice, model, its options, geometry. What else is given
-        counts before it.
+        Do as that study does: points, their choice, model, its options, geometry. Other arguments
+        override it.
     **options
         Of `fmu_compensator.fit.fitting.fit_compensator` (``points``, ``input_form``, ``name``,
         ``title``, ``tool_length_mm``, ...) and of the error model.

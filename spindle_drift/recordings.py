@@ -157,7 +157,7 @@ def import_log(
         Axis that a displacement measures, by header, such as 'Dia*=X', or -X where it grows
         towards -X.
     time : str or mapping, optional
-        Column of time, if it cannot be told.
+        Time column, if it is not found.
     every_row_s : float, optional
         For tables without a column of time: from row to row, such as 60s [s].
     day_first : bool, optional

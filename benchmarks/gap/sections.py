@@ -69,19 +69,19 @@ def named_right(records: Sequence[Record]) -> list[Record]:
 
 def targets(records: Sequence[Record]) -> str:
     """Return the figures that the gap finder is judged by, beside what is asked of it."""
-    return markdown(["", "Asked for", "Found; 95 % interval"], _target_rows(records))
+    return markdown(["", "Target", "Found; 95 % interval"], _target_rows(records))
 
 
 def by_simulator(folders: Sequence[Sequence[Record]]) -> str:
     """Return the same for all together and for each simulator, whose records *folders* holds."""
-    names = ["together", *(some[0].simulator for some in folders)]
+    names = ["all", *(some[0].simulator for some in folders)]
     folders = [list(chain.from_iterable(folders)), *folders]
     rows = [_target_rows(some) for some in folders]
     counts = [str(len(some)) for some in folders]
     fingers = [", ".join(sorted({one.table["finder"] for one in some})) for some in folders]
     body = [[*one[:2], *(other[i][2] for other in rows)] for i, one in enumerate(rows[0])]
     body += [["Questions", "", *counts], ["Fingerprint of the gap finder", "", *fingers]]
-    return markdown(["", "Asked for", *names], body)
+    return markdown(["", "Target", *names], body)
 
 
 def _target_rows(records: Sequence[Record]) -> list[list[str]]:
@@ -111,9 +111,13 @@ def _target_rows(records: Sequence[Record]) -> list[list[str]]:
     return [
         ["Falsely named, nothing missing", "at most 2 %", false_in("none")],
         ["Falsely named, effect deleted from the catalogue", "at most 10 %", false_in("deleted")],
-        ["... without a word of doubt", "at most 10 %", false_in("deleted", even_in_doubt=False)],
-        ["Falsely named, effect that no catalogue holds", "at most 10 %", false_in("outside")],
-        ["... both of these: told in other words", "", bounded(len(same), len(unlisted))],
+        [
+            "... and not marked as in doubt",
+            "at most 10 %",
+            false_in("deleted", even_in_doubt=False),
+        ],
+        ["Falsely named, effect in no catalogue", "at most 10 %", false_in("outside")],
+        ["... of these two: same thing in other words", "", bounded(len(same), len(unlisted))],
         [
             "Named right, strong effect",
             "at least 90 %",
@@ -146,16 +150,16 @@ def _target_rows(records: Sequence[Record]) -> list[list[str]]:
             wrong_of(others),
         ],
         [
-            "The answer, where one is given, or its set holds the truth",
+            "Truth in the answer, if one is given, or in its set",
             "at least 97 %",
             bounded(len(with_outcome(told, RIGHT, ONE_OF, MORE)), len(told)),
         ],
         [
-            "Nothing false in an answer that names something and is not in doubt",
+            "Nothing false in an answer with a name and not in doubt",
             "at least 95 %",
             held_where(in_doubt=False),
         ],
-        ["... and is in doubt", "", held_where(in_doubt=True)],
+        ["... with a name and in doubt", "", held_where(in_doubt=True)],
         [
             "Reducible gap closed on the held-out run, named right: median",
             "at least 80 %",

@@ -60,7 +60,8 @@ def advice(
     cells = [f"{axis} {after[axis]['model']:.1f} um" for axis in before if axis in after]
     beside = [f"{axis} {row['model']:.1f} um" for axis, row in before.items()]
     lines.append(
-        f"A probe every hour would leave {', '.join(cells)} RMSE (without: {', '.join(beside)})."
+        f"With a probe every hour the RMSE would be {', '.join(cells)} "
+        f"(without: {', '.join(beside)})."
     )
     return lines
 
@@ -95,8 +96,8 @@ def _most_telling(model: Model, runs: Sequence[Run], rig: Rig) -> str | None:
     start = values_of(runs[best], used)[0]
     what = "; ".join(new) or f"temperature at the start {start:.1f} degC"
     return (
-        f"Of these runs {runs[best].name} would bring most ({what}): after `update` with it the "
-        f"weights' part of the others' uncertainty falls by {1.0 - width[best] / now:.0%}."
+        f"Best run to learn from next: {runs[best].name} ({what}). An `update` with it reduces "
+        f"the weights' share of the uncertainty in the others by {1.0 - width[best] / now:.0%}."
     )
 
 

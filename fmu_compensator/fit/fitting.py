@@ -69,11 +69,11 @@ def fit_compensator(
         Gaussian. By default there is none: `fmu_compensator.fit.gaussian` does it all.
     points : {"grey", "hierarchical", "fuzzy", "all"} or names, optional
         The temperatures to use: one per group of the grey, hierarchical or fuzzy clustering, every
-        one that moves in most runs, or those named; by default what is usual for the model.
+        one that moves in most runs, or those named; the default depends on the model.
     input_form : {"rise", "absolute", "level"}, optional
         ``rise``: temperatures and displacements are relative to their first valid sample. A
         sensor whose level jumps between runs then does no harm. ``absolute``: as read. ``level``:
-        temperatures as read, displacements relative. By default what is usual for the model.
+        temperatures as read, displacements relative. The default depends on the model.
     grey : mapping, optional
         Options of `choose_points`: threshold, theta, image, absolute_image, score, and target by
         its name.
@@ -93,7 +93,7 @@ def fit_compensator(
     title : str, optional
         Title in the file.
     created : str, optional
-        Date in the file (YYYY-MM-DD); by default none, for no clock is read.
+        Date in the file (YYYY-MM-DD); none by default, because no clock is read.
     judge : bool
         Leave runs and conditions out, to promise what the compensator leaves there.
     jobs : int

@@ -138,25 +138,26 @@ def survey(
     rig : rig or MeasuredColumns
         What the displacement columns mean.
     threshold : float
-        Grey degree from which two temperatures form one group.
+        Grey degree at which two temperatures join one group.
     theta : float
-        Weight of the absolute in the comprehensive degree.
+        Weight of the absolute degree in the comprehensive one.
     image : {"initial", "mean", "interval"}
         Dimensionless form for the relative degree.
     absolute_image : {"as_read", "initial", "mean", "interval"}
-        Dimensionless form for the absolute degree; the jig-borer study has initial here and mean
+        Dimensionless form for the absolute degree; the jig-borer study uses initial here and mean
         for *image*.
     clusters : int
         Groups of the hierarchical and fuzzy clustering.
     variables : int, optional
-        Temperatures to choose: after one of each group the best of the rest; by default one of each
-        group.
+        Number of temperatures to choose: one of each group, then the best of the rest (default: one
+        of each group).
     keep_quiet : bool
-        Take temperatures that hardly move into account, too.
+        Also consider temperatures that hardly move.
     score : {"correlation", "relational"}
         What makes a temperature the best of its group.
     grouping : {"grey", "hierarchical", "fuzzy"} or names
-        The groups of which one temperature each is chosen, or the temperatures, with commas.
+        Clustering from whose groups one temperature each is chosen, or the temperatures themselves,
+        separated by commas.
     target : str
         Signal name of the error that counts, or ``growth``: elongation where it is measured, else
         what measures Z, else the first.

@@ -33,26 +33,26 @@ TOO_SHORT = "too_short"
 FITS, LEARNT, SENSOR, CHANGED = "fits", "learnt", "sensor", "changed"
 OUTSIDE, UNUSUAL, NOT_MEASURED = "outside", "unusual_runs", "not_measured"
 VERDICTS = {
-    CHANGED: "the drift is no longer what was learnt",
+    CHANGED: "the machine no longer drifts as it did in training",
     OUTSIDE: "new conditions: the runs are outside training",
-    SENSOR: "a thermometer is broken, or reads what no other explains",
-    UNUSUAL: "some runs drifted unlike training, so few that it may be chance",
+    SENSOR: "a thermometer is broken, or disagrees with all others",
+    UNUSUAL: "a few runs drifted unlike training; this may be chance",
     NOT_MEASURED: "temperatures are as in training; the drift was not measured",
     FITS: "still fits",
-    LEARNT: "nothing can be said: the compensator has learnt from these runs",
-    TOO_SHORT: "nothing can be said: the logs are too short",
+    LEARNT: "no verdict: the compensator was trained on these runs",
+    TOO_SHORT: "no verdict: the logs are too short",
 }
 """What is said, the most urgent first."""
 ADVICE = {
-    SENSOR: "check that thermometer; if it reads right, what is around it has changed: measure the "
-    "drift, and update the compensator with these runs",
-    CHANGED: "look for what changed in the machine, then update the compensator with these runs",
-    OUTSIDE: "measure the drift in such conditions, and update the compensator with these runs",
-    UNUSUAL: "measure more runs: they tell an exception from a change",
-    NOT_MEASURED: "measure the drift in one run: no thermometer shows how the machine expands",
+    SENSOR: "check that thermometer; if it reads correctly, its surroundings have changed: measure "
+    "the drift and update the compensator with these runs",
+    CHANGED: "find out what changed in the machine, then update the compensator with these runs",
+    OUTSIDE: "measure the drift in these conditions and update the compensator with the runs",
+    UNUSUAL: "measure more runs to tell an exception from a change",
+    NOT_MEASURED: "measure the drift in one run: temperatures do not show how the machine expands",
     FITS: "nothing to do",
     LEARNT: "log later runs",
-    TOO_SHORT: "log whole runs, from the start of the machine on",
+    TOO_SHORT: "log whole runs, starting when the machine starts",
 }
 OUTSIDE_SHARE = 0.25
 """From this share of samples with status 2 on, a run counts as outside training [1]: set on no
@@ -157,22 +157,22 @@ def monitor(
     notes = doubt_lines(runs)
     if warm := named_warm(runs):
         notes.append(
-            f"the machine was warm when these began: {warm}; what is left of them is no sign that "
-            "the compensator fits no longer"
+            f"the machine was warm when these began: {warm}; their errors do not mean that the "
+            "compensator no longer fits"
         )
     learnt = {run["sha256"] for run in model.provenance["runs"]}
     if known := [run.name for run in runs if run.sha256 in learnt]:
         notes.append(
-            f"the compensator has learnt from these: {', '.join(known)}; what is left of them says "
-            "nothing of later runs"
+            f"the compensator was trained on these: {', '.join(known)}; their errors say nothing "
+            "about later runs"
         )
     if rig is None and "rig" in model.provenance:
         rig = rig_from_table(model.provenance["rig"], f"{model.source}: provenance.rig")
     figures = model.provenance["figures"]
     if not (figures.get("unseen") or {}).get("by_run"):
         notes.append(
-            "the file does not say how runs left out of training differed: an error counts as too "
-            "large where its root mean square passes the promised half width"
+            "the file does not say how much runs left out of training differed: an error counts as "
+            "too large if its root mean square exceeds the promised half width"
         )
     length = model.limits.judged_tool(tool_length_mm)
     agreement, misses = Agreement(model), misses_of(figures)
@@ -239,7 +239,7 @@ def _run_report(
     if unusual:
         verdict = CHANGED
         reasons += [
-            f"{error.axis}: {error.left:.1f} um are left of {error.none:.1f} um, "
+            f"{error.axis}: {error.left:.1f} um of {error.none:.1f} um remain, "
             f"{error.miss:.1f} times the promised half width; "
             f"up to {error.bound:.1f} is usual"
             for error in unusual
@@ -262,8 +262,8 @@ def _run_report(
     elif astray is not None:
         verdict, sensor = SENSOR, astray.sensor
         reasons = [
-            f"{sensor} is {astray.off_by_K:.1f} K from what the others say; without it they are "
-            "as in training",
+            f"{sensor} is {astray.off_by_K:.1f} K away from what the others suggest; without it "
+            "they agree as in training",
             *reasons,
         ]
     if verdict in (FITS, NOT_MEASURED) and (short := _too_short(run, conditions)):
@@ -296,7 +296,7 @@ def _last_said(driven: Driven) -> str:
     for output in reversed(driven.outputs):
         if output.status == UNTRAINED:
             return output.status_text
-    return "temperatures are further from training, taken together, than in any run"
+    return "taken together, temperatures are further from training than in any training run"
 
 
 def _inside(runs: Sequence[RunReport]) -> dict[str, float]:

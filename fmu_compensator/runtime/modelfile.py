@@ -180,7 +180,6 @@ def model_text(table: dict[str, Any], source: str = "compensator file") -> str:
     try:
         text = json.dumps(table, indent=1, allow_nan=False) + "\n"
     except (TypeError, ValueError) as error:
-        _model(table, source)  # names the field
         raise ModelFileError(source, "", f"cannot be written: {error}") from None
     parse_model(text, source)
     return text

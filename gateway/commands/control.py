@@ -12,7 +12,7 @@ from typing import Any
 from scenarios.outputs import FOLDER, PROGRAM
 
 NAME = "control"
-HELP = "run a day at LinuxCNC, whose axes are moved against the drift"
+HELP = "run a simulated day on LinuxCNC, which moves its axes against the drift"
 READS = ("compensator", "plant")
 WRITES = {"out": FOLDER, "build": PROGRAM}
 

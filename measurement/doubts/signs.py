@@ -29,11 +29,11 @@ def doubted_signs(runs: Sequence[Run], warm: Sequence[FloatArray]) -> list[tuple
     for name in runs[0].displacements:
         present = [(run, rise) for run, rise in zip(runs, warm, strict=True) if name in run.frame]
         if _GROWTH.search(name) and _falls(present, name):
-            text = "falls while the machine warms, and growth should rise: flipped? then sign = -1"
+            text = "falls while the machine warms, but growth rises: flipped? then set sign = -1"
             found.append((name, text))
         odd = flipped([run for run, _ in present], name)
         if odd:
-            text = f"goes the other way in {', '.join(odd)} than in the other runs: flipped there?"
+            text = f"has the opposite sign in {', '.join(odd)} from the other runs: flipped there?"
             found.append((name, text))
     return found
 

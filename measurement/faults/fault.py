@@ -29,8 +29,8 @@ class Kind:
     use: str = "all"
 
 
-LEFT_OUT = Kind("this time of the channel is left out", "none")
-WRONG_LEVEL = Kind("not used where levels count; rises do not feel it", "rises")
+LEFT_OUT = Kind("this part of the channel is left out", "none")
+WRONG_LEVEL = Kind("not used where absolute levels count; rises are not affected", "rises")
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from measurement.faults.checks import checks
 from measurement.faults.fault import Kind
 
-ABSENT = {"absent": Kind("nothing that needs it is stated")}
+ABSENT = {"absent": Kind("nothing that needs it is given")}
 """What a run lacks of its rig: no check of runs, `measurement.iso230` says it."""
 
 _KINDS = {**ABSENT, **{name: kind for check in checks() for name, kind in check.kinds.items()}}

@@ -172,7 +172,7 @@ def _dated(sheet: Sheet, at: Sequence[int], rule: TimeRule) -> tuple[FloatArray,
     if rule.day_first is None:
         rule = rule.model_copy(update={"day_first": day_comes_first(texts)})
     if rule.day_first is None:
-        problem = f"{texts[0]} may be read in two ways: say --day-first or --month-first"
+        problem = f"{texts[0]} can be read in two ways: use --day-first or --month-first"
         raise BadInput(sheet.where, name, problem)
     day_first = rule.day_first
     read = cache(lambda text: seconds_of_date(text, day_first) if text else math.nan)
@@ -246,7 +246,7 @@ def _ordered(sheet: Sheet, at: int, time: FloatArray, *, dated: bool) -> tuple[F
     between = np.diff(time[fresh])
     if not between.size or np.median(between) > MOST_S_OF_A_STAMP:
         row = int(same[0])
-        raise refuse(row, f"has the time of the row before it, {_told(time[row], dated)}")
+        raise refuse(row, f"has the same time as the previous row, {_told(time[row], dated)}")
     counts = np.diff(np.append(fresh, len(time)))
     width = np.minimum(np.append(between, np.median(between)), MOST_S_OF_A_STAMP)
     within = np.arange(len(time)) - np.repeat(fresh, counts)

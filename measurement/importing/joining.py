@@ -84,8 +84,8 @@ def _paired(chains: Sequence[Sequence[Table]]) -> tuple[list[Log], list[str]]:
     pairs = [group for group in groups.values() if len(group) == len(chains)]
     if not pairs:
         names = " and ".join(_examples(chain) for chain in chains)
-        problem = "count from a start of their own, have different columns, and no name in common: "
-        raise BadInput(names, "", problem + "import those of a run together, each run by itself")
+        problem = "count from different starts, have different columns and no name in common: "
+        raise BadInput(names, "", problem + "import each run separately, with all its tables")
     lonely = [
         table.where for group in groups.values() if len(group) < len(chains) for table in group
     ]
@@ -185,7 +185,7 @@ def _on_one_clock(chains: Sequence[Sequence[Table]]) -> list[list[Table]]:
     counting = [table for chain in found for table in chain if not table.clock.absolute]
     if dated and counting:
         where = next(iter(dated.values())).where
-        problem = f"counts from a start that nobody knows, while {where} has dates"
+        problem = f"counts from an unknown start, while {where} has dates"
         raise BadInput(counting[0].where, "", problem + ": they cannot be put on one clock")
     return found
 
@@ -255,5 +255,5 @@ def _overlapping(logs: Sequence[Log]) -> None:
     start, end = max(first for first, _ in spans), min(last for _, last in spans)
     if start > end:
         latest = logs[[first for first, _ in spans].index(start)]
-        problem = "begins after another table has ended: their clocks are not the same, it seems"
+        problem = "begins after another table has ended: their clocks seem to differ"
         raise BadInput(latest.paths[0], "", problem)

@@ -47,7 +47,7 @@ def _flat(path: Path, row: int, value: dict[str, Any]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name, cell in _leaves("", value):
         if name in found:
-            raise BadInput(path, f"row {row}", f"holds {name!r} twice, but for blanks")
+            raise BadInput(path, f"row {row}", f"holds {name!r} twice (apart from blanks)")
         found[name] = cell
     return found
 

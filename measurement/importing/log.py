@@ -182,7 +182,7 @@ def _said(table: Table) -> list[str]:
     notes = [*table.sheet.notes, *table.notes]
     if table.clock.shared:
         count = table.clock.shared
-        notes.append(f"{count} rows share a time stamp with the row before and are spread over it")
+        notes.append(f"{count} rows share the previous row's time stamp and are spread between")
     return notes
 
 
@@ -191,8 +191,8 @@ def _sparse(log: Log, pieces: Sequence[Piece], mapping: Mapping) -> list[str]:
     share = float(pd.concat([frame.isna().any(axis=1) for frame in signals]).mean())
     if len(set(log.paths)) < 2 or share < 0.5 or mapping.every_s:
         return []
-    text = f"{100 * share:.0f} % of the rows lack a value, since the tables' clocks differ"
-    return [f"{text}: --every SECONDS puts all on one grid"]
+    text = f"{100 * share:.0f} % of the rows lack a value because the tables' clocks differ"
+    return [f"{text}; --every SECONDS puts them on one grid"]
 
 
 def _speeds(sources: Mapped[str, str]) -> list[str]:

@@ -116,7 +116,7 @@ def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
     if data and data[0] == 0:
         raise BadInput(path, f"{place}row 1", "holds numbers; a header with names must stand first")
     if first is None:
-        problem = f"no row of numbers in the first {HEAD_LINES} rows"
+        problem = f"has no row of numbers in the first {HEAD_LINES} rows"
         raise BadInput(path, title, f"holds no table: {problem}")
     named, width, skipped = _headings(path, rows, first, place)
     above = max(i for i in range(first) if _filled(rows[i]))
@@ -135,7 +135,7 @@ def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
     # A recorder that goes on writes its header anew.
     again = {number for number, row in kept if row == heads.get(str(row[0]))}
     if again:
-        notes.append(f"{_lines(len(again))} with the header once more: skipped")
+        notes.append(f"{_lines(len(again))} that repeat the header: skipped")
         kept = [entry for entry in kept if entry[0] not in again]
     _check_widths(path, place, kept, width, notes)
     numbers = [number for number, _ in kept]
@@ -163,7 +163,7 @@ def _lines(count: int) -> str:
 
 
 def _nameless(path: Path, place: str, headings: Sequence[Heading]) -> BadInput:
-    problem = "has values and no name"
+    problem = "has values but no name"
     if 2 * sum(bool(entry.text) for entry in headings) == len(headings):
         problem += ": decimal commas need another separator than a comma, such as a semicolon"
     return BadInput(path, place, problem)

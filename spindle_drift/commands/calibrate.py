@@ -10,7 +10,7 @@ from scenarios.arguments import add_json, add_output, add_parameters, add_runs
 from scenarios.outputs import MACHINE_FILE, PAGE, check_output, marked
 
 NAME = "calibrate"
-HELP = "move a machine's free parameters so that it follows measured runs"
+HELP = "calibrate a machine's free parameters to measured runs"
 READS = ("machine", "runs")
 WRITES = {"output": MACHINE_FILE}
 

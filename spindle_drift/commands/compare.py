@@ -26,7 +26,7 @@ from scenarios.results import write_findings
 from spindle_drift.comparisons import compare
 
 NAME = "compare"
-HELP = "compare all error models on runs that they never saw"
+HELP = "compare all error models on unseen runs"
 READS = ("train", "validate", "runs", "machine")
 WRITES = {"out": FOLDER}
 

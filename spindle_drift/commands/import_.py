@@ -18,7 +18,7 @@ from scenarios.arguments import add_json, add_output, add_parameters, parameters
 from scenarios.outputs import FOLDER_OF_RUNS
 
 NAME = "import"
-HELP = "make run files of a spreadsheet, a text table or a recorder's log"
+HELP = "convert a spreadsheet, a text table or a recorder's log to run files"
 READS = ("files", "mapping")
 WRITES = {"output": FOLDER_OF_RUNS}
 RULES = (

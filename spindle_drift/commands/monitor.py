@@ -14,7 +14,7 @@ from scenarios.arguments import add_json, add_parameters, add_results, add_runs
 from scenarios.outputs import FOLDER
 
 NAME = "monitor"
-HELP = "say whether a compensator still fits, from logs of the machine"
+HELP = "check from machine logs whether a compensator still fits"
 READS = ("compensator", "runs", "machine")
 WRITES = {"out": FOLDER}
 

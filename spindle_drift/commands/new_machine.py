@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 NAME = "new-machine"
 READS = ("from_run",)
 WRITES = {"output": MACHINE_FILE}
-HELP = "write a machine's page from a handful of answers, or from a run's columns as well"
+HELP = "write a machine's page from a few answers and, if given, a run's columns"
 
 QUESTIONS = {
     "bearing": "Front bearing: designation or bore in mm (for example 7014)",

@@ -23,7 +23,7 @@ from spindle_drift._inputs import as_runs
 from spindle_drift.surveys import points
 
 NAME = "points"
-HELP = "show which temperatures are alike, and which tell most of the drift"
+HELP = "show which temperatures move alike and which explain the drift best"
 READS = ("runs", "machine")
 WRITES = {"out": FOLDER}
 COLUMN = 14

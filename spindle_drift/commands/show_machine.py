@@ -12,7 +12,7 @@ from scenarios.outputs import PAGE, check_output
 NAME = "show-machine"
 READS = ("machine",)
 WRITES = {"output": PAGE}
-HELP = "show a machine on one page: section, network, free numbers, and what looks wrong"
+HELP = "show a machine on one page: section, network, free numbers, warnings"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -8,7 +8,7 @@ from scenarios.arguments import add_output, add_parameters
 from scenarios.outputs import RUN_FILE
 
 NAME = "simulate"
-HELP = "simulate a machine over a scenario's speeds and write the run that a rig would measure"
+HELP = "simulate a machine over a scenario's speeds and write what a rig would measure"
 READS = ("scenario", "machine")
 WRITES = {"output": RUN_FILE}
 

@@ -10,7 +10,7 @@ from scenarios.arguments import add_json, add_parameters, add_results, tell
 from scenarios.outputs import FOLDER_THAT_GOES_ON
 
 NAME = "sweep"
-HELP = "simulate a scenario many times, with what varies on a grid or drawn at random"
+HELP = "simulate many variants of a scenario, on a grid or drawn at random"
 READS = ("scenario", "overrides")
 WRITES = {"out": FOLDER_THAT_GOES_ON}
 

@@ -11,7 +11,7 @@ from scenarios.outputs import COMPENSATOR_FILE
 from spindle_drift.compensators import Compensator
 
 NAME = "update"
-HELP = "take new runs into a compensator, without the files of the old ones"
+HELP = "update a compensator with new runs, without the old files"
 READS = ("compensator", "runs")
 WRITES = {"output": COMPENSATOR_FILE}
 

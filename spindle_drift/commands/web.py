@@ -11,7 +11,7 @@ from scenarios.outputs import PAGE, check_output
 NAME = "web"
 READS = ("machine", "compensator")
 WRITES = {"output": PAGE}
-HELP = "write one web page in which a machine and its compensator run live"
+HELP = "write a web page that runs a machine and its compensator live"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -38,8 +38,8 @@ def test_it_writes_a_file_and_says_how_good_it_is(run_files, tmp_path, capsys):
     text = capsys.readouterr().out
     row = next(line for line in text.splitlines() if line.startswith("Z ")).split()
     assert float(row[1]) > 3 > 0.4 > float(row[3]) > 0  # without it, and in runs left out
-    assert text.startswith("promise, from 3 runs and 3 conditions left out: what is left is ")
-    assert "the 90 % interval holds" in text
+    assert text.startswith("promise, from 3 runs and 3 conditions left out: X ")
+    assert "share of samples in the 90 % interval, worst axis: like " in text
     assert f"wrote {out}" in text
 
 
@@ -62,7 +62,7 @@ def test_without_a_model_the_gaussian_stands_alone_and_a_share_is_kept(run_files
 def test_few_runs_promise_nothing(run_files, tmp_path, capsys):
     out = tmp_path / "c.json"
     assert call(*run_files[:2], "-o", str(out)) == 0
-    assert "nothing is promised" in capsys.readouterr().out
+    assert "no promise for other runs: " in capsys.readouterr().out
     model = load_model(out)
     assert model.provenance["figures"]["unseen"] is None
 

@@ -122,13 +122,13 @@ def test_the_figures_that_are_asked_for(records):
     assert cells["Falsely named, effect deleted from the catalogue"].startswith("0 of 1")
     assert cells["Named right, strong effect"].startswith("1 of 1")
     assert cells["Named wrong, weaker effect"].startswith("1 of 2")
-    holding = next(value for name, value in cells.items() if name.startswith("The answer"))
+    holding = next(value for name, value in cells.items() if name.startswith("Truth in"))
     assert holding.startswith("1 of 2 (50 %)")
     closed = next(value for name, value in cells.items() if "closed" in name)
     assert closed.strip(" |") == "83 %"
     sure = next(value for name, value in cells.items() if name.startswith("Nothing false"))
     assert sure.startswith("2 of 3 (67 %)")
-    assert cells["... and is in doubt"].startswith("0 of 1")
+    assert cells["... with a name and in doubt"].startswith("0 of 1")
     assert cells["Processor seconds a case: median"].strip(" |") == "45"
 
 

@@ -93,7 +93,7 @@ def test_the_figures_of_several_simulators_stand_side_by_side(tmp_path, capsys, 
     assert table.main(arguments) == 0
     rows = capsys.readouterr().out.splitlines()
     assert page.read_text().splitlines()[2:-2] == rows
-    assert rows[0] == "|  | Asked for | together | jig_borer | belt |"
+    assert rows[0] == "|  | Target | all | jig_borer | belt |"
     (strong,) = (row for row in rows if row.startswith("| Named right, strong effect"))
     shares = ("2 of 3 (67 %)", "1 of 1 (100 %)", "1 of 2 (50 %)")
     for cell, share in zip(strong.split("|")[3:6], shares, strict=True):

@@ -76,12 +76,12 @@ def test_the_first_line_of_a_name_in_doubt_says_what_it_may_be_instead(in_doubt,
     missing = five_lines(table)[0]
     assert missing.startswith("What may be missing: Windage. In doubt:") == in_doubt
     assert missing.startswith("What is missing: Windage;") != in_doubt
-    assert ("it may be motor_iron_loss, or" in missing) == in_doubt
-    assert ("too much is left where it acts" in missing) == (in_doubt and is_adequate)
-    assert ("Look at: links.film.coefficient" in missing) == in_doubt
+    assert ("may instead, or also, be motor_iron_loss, or" in missing) == in_doubt
+    assert ("too much error remains where it acts" in missing) == (in_doubt and is_adequate)
+    assert ("Check: links.film.coefficient" in missing) == in_doubt
     table["gap"]["holdout"]["after"] = 2.0
     worse = five_lines(table)[0]
-    assert ("In doubt: the held-out run is predicted no better with it" in worse) == in_doubt
+    assert ("In doubt: it does not improve the prediction of the held-out run" in worse) == in_doubt
 
 
 def test_channels_that_got_worse_are_told():
@@ -101,9 +101,11 @@ def test_channels_keep_their_names_in_the_answer():
         "predicted_by": [],
     }
     missing = five_lines(answer(verdict="unknown", remaining=remaining))[0]
-    assert missing.endswith(" 23% of it can be predicted from the inputs, most in PT03 standing.")
+    assert missing.endswith(
+        " 23% of the remaining error can be predicted from the inputs, mostly in PT03 standing."
+    )
     nothing = five_lines(answer(verdict="unknown"))[0]
-    assert nothing.endswith(" None of it follows from the inputs in the same way in every run.")
+    assert " No input explains any of the remaining error in the same way in every" in nothing
 
 
 def test_the_setting_of_what_a_part_switches_is_told():

@@ -87,7 +87,7 @@ def test_thousands_of_turns(tmp_path):
 
 def test_a_growth_that_falls_with_warming(tmp_path):
     header = (*HEADER[:4], "growth [um]")
-    assert "flipped? then sign = -1" in doubted(tmp_path, signals(), header)["growth_um"]
+    assert "flipped? then set sign = -1" in doubted(tmp_path, signals(), header)["growth_um"]
     values = signals()
     values[:, 4] *= -1.0
     assert doubted(tmp_path, values, header) == {}
@@ -116,7 +116,7 @@ def test_a_sign_that_one_run_alone_has():
     assert flipped(runs_with({0: -1.0}, 2), "z_um") == []  # two runs are no majority
     ((column, text),) = doubts(runs_with({1: -1.0}))
     assert column == "z_um"
-    assert "goes the other way in r1" in text
+    assert "has the opposite sign in r1" in text
 
 
 @pytest.mark.long

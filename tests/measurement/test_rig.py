@@ -91,7 +91,7 @@ def test_a_missing_reading_costs_only_what_needs_it():
 @pytest.mark.parametrize(
     ("change", "expected"),
     [
-        ({"spacing_mm": 0.0}, "must be at least 1 mm either way"),
+        ({"spacing_mm": 0.0}, "must be at least 1 mm in either direction"),
         ({"spacing_mm": math.inf}, "spacing_mm: "),
         ({"spacing_mm": "wide"}, "spacing_mm: 'wide' is not allowed"),
         ({"axial_sign": 2}, "axial_sign: 2 is not allowed"),
@@ -173,7 +173,7 @@ def test_the_default_rig_is_the_machines_where_it_fits_and_else_by_name():
 @pytest.mark.parametrize(
     ("columns", "expected"),
     [
-        ({"S1_um": [0.0]}, "no displacement column tells its axis by its name .*S1_um"),
+        ({"S1_um": [0.0]}, "no displacement column names its axis .*S1_um"),
         ({"T1_degC": [0.0]}, "it has no displacement column"),
         ({"a_x_um": [0.0], "b_x_um": [0.0]}, "columns a_x_um and b_x_um both stand for axis X"),
     ],

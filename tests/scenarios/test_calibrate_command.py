@@ -39,7 +39,7 @@ def test_a_page_is_written_beside_the_machine_file(runs, tmp_path, capsys, refus
             assert f'<td class="text">{name}' in text
     for channel in told["channels"]["before"]:
         assert f"<tr><td>{channel}</td>" in text
-    assert "How well it does on other runs is not known from this." in text
+    assert "This does not show how well the model predicts other runs." in text
     assert "not compared: T3, its column T3_degC is not in stop_and_go" in text
     for run in RUNS:
         assert f"Measured against model, temperatures: {run}" in text

@@ -79,7 +79,7 @@ def test_overrides_reach_every_variant_unless_it_says_otherwise():
         ("duration_s = 20", "duration_s = -1", "duration_s: -1"),
         ("duration_s = 20", "duration_s = true", "duration_s: True"),
         ("duration_s = 20", "duration_s = 1e8", "more than 1000000 steps"),
-        ("record_s = 2", "record_s = 1.5", "small.toml: record_s, 1.5, must be a multiple"),
+        ("record_s = 2", "record_s = 1.5", "record_s, 1.5, must be a multiple"),
         ("record_s = 2", "recordings = 2", "recordings: is not a known field"),
         ('kind = "missing"', 'kind = "lost"', "faults.0.kind: 'lost'"),
         ("ambient = 20.0", "ambient = nan", "signals.ambient.value: nan"),

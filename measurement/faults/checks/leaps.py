@@ -91,7 +91,7 @@ def _spikes(run: Run, column: str, moves: Moves, spikes: Mapping[int, float]) ->
     for at, by in spikes.items():
         text = f"one reading leaps away by {by:+.3g} {unit} and comes back"
         if at == 0:
-            text = f"the first reading is {by:+.3g} {unit} from those after it"
+            text = f"the first reading is off by {by:+.3g} {unit} from the next ones"
         yield _fault(run, column, "spikes", moves, range(at, at + 1), text)
 
 

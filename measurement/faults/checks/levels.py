@@ -34,7 +34,7 @@ class Levels(Check):
         found: dict[tuple[int, str], Fault] = {}
         for column, name in enumerate(columns):
             for place, off in _level_jumps(tables, column):
-                text = f"reads {off:+.0f} K from its level in the other runs"
+                text = f"reads {off:+.0f} K compared with its level in the other runs"
                 fault = Fault.between(runs[place], name, "level_jump", 0, -1, text, place)
                 found[place, name] = fault
         for place, run in enumerate(runs):
@@ -42,7 +42,7 @@ class Levels(Check):
             for column, name in enumerate(run.temperatures):
                 off = own.never_right(column)
                 if off and (place, name) not in found:
-                    text = f"reads {off:+.0f} K from all others, whatever the machine does"
+                    text = f"reads {off:+.0f} K compared with all others, whatever the machine does"
                     fault = Fault.between(run, name, "never_right", 0, -1, text, place)
                     found[place, name] = fault
         yield from found.values()

@@ -21,7 +21,7 @@ class Missing(Check):
     """
 
     kinds: ClassVar = {
-        "missing": Kind("gaps of up to five usual intervals are bridged, longer ones left out")
+        "missing": Kind("gaps of up to five usual intervals are bridged, longer ones are left out")
     }
     stage = 0
 

@@ -40,7 +40,7 @@ class Seams(Check):
             at = int(np.argmax(leaps))
             most = np.nanmax(np.abs(np.diff(run.frame[names].to_numpy()[at : at + 2], axis=0)))
             text = (
-                f"half of the temperatures or more leap at once, by up to {most:.1f} K: "
+                f"at least half of the temperatures leap at once, by up to {most:.1f} K: "
                 "joined recordings, or the logger restarted"
             )
             yield Fault.between(run, TIME, "jump", at + 1, -1, text)

@@ -20,7 +20,7 @@ reading before in most samples, are on a staircase [1]: set on no data."""
 class Staircases(Check):
     """No error below the step can be told; nothing is wrong with the rest."""
 
-    kinds: ClassVar = {"staircase": Kind("kept: no error below the step can be told")}
+    kinds: ClassVar = {"staircase": Kind("kept: no error smaller than the step can be seen")}
 
     def in_run(self, run: Run) -> Iterator[Fault]:
         """Return the displacements of a run that are read so."""

@@ -132,7 +132,7 @@ def _stands(
         if not why and rest.size and length > UNUSUALLY * float(np.median(rest)):
             told = told_by_others(float(time[first]), float(time[last]))
             if told >= enough:
-                why = f"while the others say that it moved by {told:.1f} K"
+                why = f"while the others suggest that it moved by {told:.1f} K"
         if why:
             dead = last == len(values) - 1 and (first == 0 or dropped)
             text = f"exactly {values[first]:g} degC {why}"

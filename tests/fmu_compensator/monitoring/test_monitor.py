@@ -166,7 +166,7 @@ def test_one_run_that_is_so_far_off_is_no_chance(model):
 
 def test_what_it_has_learnt_from_is_no_sign_that_it_fits(model):
     report = monitor(model, [TRAINING[0], NEW[0]])
-    assert report.notes[0].startswith("the compensator has learnt from these: old0;")
+    assert report.notes[0].startswith("the compensator was trained on these: old0;")
     assert [run.verdict for run in report.runs] == [LEARNT, FITS]
     only = monitor(model, [TRAINING[0]])
     assert (only.verdict, only.inside) == (LEARNT, {})

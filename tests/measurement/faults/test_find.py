@@ -31,9 +31,9 @@ def test_a_sensor_that_jumps_between_runs_is_named_in_each():
     later = [changed(run, "T3_degC", run.frame["T3_degC"].to_numpy() + 31.0) for run in GOOD[4:]]
     first, last = find_faults([*GOOD[:4], *later])
     assert (first.kind, first.column) == ("level_jump", "T3_degC")
-    assert "reads +31 K from its level in the other runs" in first.text
+    assert "reads +31 K compared with its level in the other runs" in first.text
     assert (first.run, last.run, first.place) == ("run4", "run5", 4)
-    assert first.line().endswith("not used where levels count; rises do not feel it")
+    assert first.line().endswith("not used where absolute levels count; rises are not affected")
     assert "T3_degC, level_jump in run4, run5; " in faults_text([first, last])
 
 

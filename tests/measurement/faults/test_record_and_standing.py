@@ -44,7 +44,7 @@ def test_a_channel_that_freezes_while_others_go_on():
     assert (finding.start_s, finding.end_s) == (1800.0, 59 * 60.0)
     assert finding.text.startswith(f"exactly {frozen[30]:g} um while T1")
     assert finding.line().startswith("r, S1_um, 30 to 59 min: exactly")
-    assert finding.line().endswith("; this time of the channel is left out")
+    assert finding.line().endswith("; this part of the channel is left out")
 
 
 def test_other_displacements_tell_too_where_there_are_no_temperatures():

@@ -290,7 +290,7 @@ def test_rows_of_whole_seconds_are_spread_and_told(tmp_path):
     path.write_text(table(clock), encoding="utf-8")
     found = imported(path)
     np.testing.assert_allclose(found.runs[0].time_s, np.arange(40) / 4.0)
-    assert "30 rows share a time stamp" in found.notes[0]
+    assert "30 rows share the previous row's time stamp" in found.notes[0]
 
 
 def test_clocks_set_back_are_undone_with_a_zone(tmp_path):
@@ -510,8 +510,8 @@ def test_json(a_line_each, tmp_path):
     [
         ("{}", "no table"),
         ("[{}, 7]", "row 2: is no JSON object"),
-        ('{"T 1": 20, "T  1": 21}', "row 1: holds 'T 1' twice, but for blanks"),
-        ('{"T 1": 20, "T": [21]}', "row 1: holds 'T 1' twice, but for blanks"),
+        ('{"T 1": 20, "T  1": 21}', r"row 1: holds 'T 1' twice \(apart from blanks\)"),
+        ('{"T 1": 20, "T": [21]}', r"row 1: holds 'T 1' twice \(apart from blanks\)"),
         # Which of the two gives up first is the interpreter's matter.
         ('{"a":' * 20_000 + "1" + "}" * 20_000, "is no JSON: maximum recursion|too deep"),
     ],

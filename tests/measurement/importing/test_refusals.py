@@ -89,7 +89,7 @@ CASES = {
     ),
     "the same minute twice": Bad(
         (table([*stamps("%d.%m.%Y %H:%M", 40, 300.0)[:39], "02.03.2026 10:25"]),),
-        "row 41, column Zeit: has the time of the row before it, 2026-03-02 10:25:00",
+        "row 41, column Zeit: has the same time as the previous row, 2026-03-02 10:25:00",
     ),
     "clocks set back": Bad(
         (changed(6, "07:19:00", "06:19:00", LOCAL),), "--timezone Europe/Berlin mends it"
@@ -99,10 +99,10 @@ CASES = {
         "row 6, column Zeit: '31.02.2026 07:19:00'",
     ),
     "day or month": Bad(
-        (table(stamps("%d/%m/%Y %H:%M:%S")),), "may be read in two ways: say --day-first or"
+        (table(stamps("%d/%m/%Y %H:%M:%S")),), "can be read in two ways: use --day-first or"
     ),
     "a value with no name": Bad(
-        (with_header(LINES[0].replace("T hinten (degC)", "")),), "column 3: has values and no name"
+        (with_header(LINES[0].replace("T hinten (degC)", "")),), "column 3: has values but no name"
     ),
     "two columns of one name": Bad(
         (with_header(LINES[0].replace("T hinten (degC)", HEADER[0])),),
@@ -128,7 +128,7 @@ CASES = {
     "overlapping logs": Bad((LOCAL, LOCAL), "overlaps 0.csv in time, with the same columns"),
     "dates beside a count": Bad(
         (LOCAL, table(elapsed(), clock="t [s]", header=["Öl [°C]"], values=signals()[:, :1])),
-        "counts from a start that nobody knows, while",
+        "counts from an unknown start, while",
     ),
     "clocks that never meet": Bad(
         (

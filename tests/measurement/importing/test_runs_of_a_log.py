@@ -159,7 +159,7 @@ def test_two_clocks_are_joined_without_a_row_or_a_value_invented(tmp_path):
     np.testing.assert_allclose(probe["z_um"], values[:26, 4])
     both = {*(of_day + 60.0 * np.arange(40)), *(of_day + 30.0 + 90.0 * np.arange(26))}
     assert len(run.frame) == len(both)
-    assert any("--every SECONDS puts all on one grid" in note for note in found.notes)
+    assert any("--every SECONDS puts them on one grid" in note for note in found.notes)
 
 
 def test_an_even_grid_fills_what_lies_between_and_nothing_else(tmp_path):
@@ -197,7 +197,7 @@ def test_a_time_of_day_gets_the_date_of_the_table_that_its_name_goes_with(tmp_pa
         probe_s = run.time_s[run.frame["z_um"].notna()]
         np.testing.assert_allclose(probe_s, 30.0 + 90.0 * np.arange(26))
     # Which of two days a lone probe's times are of nobody can tell.
-    with pytest.raises(BadInput, match="counts from a start that nobody knows"):
+    with pytest.raises(BadInput, match="counts from an unknown start"):
         import_files([paths[0], paths[2], paths[1]])
 
 
