@@ -136,7 +136,7 @@ def plant_recipe(machine: Machine, name: str) -> tuple[Recipe, Reference]:
         name,
         f"Spindle that warms up: {machine.title}",
         "Lumped-thermal model of a machine-tool spindle: temperatures, drift of the tool tip, and "
-        f"what is left after the offsets received. Machine: {machine.name}.",
+        f"the error that remains after the offsets. Machine: {machine.name}.",
         version(),
         *EXPERIMENT,
     )

@@ -60,7 +60,7 @@ def calibration_page(
     drawn = sorted(np.argsort([-value for value in left], kind="stable")[:SHOWN].tolist())
     note = "A run that it was calibrated on."
     if len(drawn) < len(observed):
-        note += f" Drawn are the {len(drawn)} of {len(observed)} that the model leaves most of."
+        note += f" The figure shows the {len(drawn)} of {len(observed)} with the largest error."
     charts = [
         chart
         for run in drawn

@@ -78,7 +78,7 @@ def interval(time_s: FloatArray, half_width: FloatArray) -> list[Line]:
     known = np.where(half_width >= 0.0, half_width, np.nan)
     if not np.isfinite(known).any():
         return []
-    label = "interval of what is left"
+    label = "interval of the remaining error"
     return [Line(label, time_s, sign * known, INTERVAL, thin=True, rank=0) for sign in (1.0, -1.0)]
 
 

@@ -77,7 +77,7 @@ def draw_monitor(report: Report, folder: Path) -> list[Path]:
         panels[-1].xaxis.set_major_formatter(lambda at, _: names.get(at, ""))
         panels[-1].tick_params("x", labelrotation=60)
         panels[0].set_title(
-            "at each run: what is left / the drift [µm RMSE]",
+            "at each run: remaining error / drift [µm RMSE]",
             fontsize=8,
             color="#4a505a",
             loc="left",

@@ -42,7 +42,7 @@ def plot_frames(frames: Mapping[str, pd.DataFrame]) -> Figure:
         ]
         if lines:
             panels.append(Panel(f"{axis} [µm]", tuple(lines)))
-    return _drawn(Chart("scenario", "What is left of the drift", "", tuple(panels)))
+    return _drawn(Chart("scenario", "Remaining error", "", tuple(panels)))
 
 
 def plot_run(run: Run) -> Figure:

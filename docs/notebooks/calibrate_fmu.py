@@ -8,11 +8,11 @@
 # %% [markdown]
 # # Calibrating through the FMU: sensitivities from its derivatives
 #
-# `spindle-drift calibrate` fits a machine file. Who has only the FMU can fit its parameters, too: the plant's
-# [derivatives](../fmu.md#derivatives) by states and parameters give, beside each simulation, how every reading
-# follows each parameter. No further simulation is needed for the Jacobian of the fit. What is measured here is
-# simulated: by the same FMU with other parameters, to which noise is added. So the model is right but for
-# these, which it never is with a real machine.
+# `spindle-drift calibrate` fits a machine file. If you have only the FMU, you can fit its parameters as well:
+# with the plant's [derivatives](../fmu.md#derivatives) by states and parameters, one simulation also gives the
+# sensitivity of every reading to each parameter, so the Jacobian of the fit needs no further simulations. The
+# "measurements" here come from the same FMU with other parameters, plus noise. Apart from these parameters the
+# model is exact, which it never is for a real machine.
 
 # %%
 import tempfile
@@ -98,7 +98,7 @@ def simulated(parameters, sensitivities=False):
 
 
 # %% [markdown]
-# Beside central differences, which take two simulations a parameter:
+# Compared with central differences, which take two simulations per parameter:
 
 # %%
 _, exact = simulated(known, sensitivities=True)
@@ -115,8 +115,8 @@ for place, name in enumerate(fitted):
 # %% [markdown]
 # ## The fit
 #
-# Here derivatives save simulations, but no time: Python calls the FMU for every column of the Jacobians in each
-# step. What they do give is a Jacobian for which no size of a difference has to be chosen.
+# Here derivatives save simulations but no time, because Python calls the FMU for every column of the Jacobians
+# in each step. Their advantage is that no difference step has to be chosen.
 
 # %%
 NOISE = np.array([0.05] * 9 + [0.5] * 3)  # [K], [um]

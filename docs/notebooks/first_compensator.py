@@ -8,10 +8,10 @@
 # %% [markdown]
 # # My first compensator, from an xlsx
 #
-# From a recorder's workbook to a compensator that has been judged on a day that it never saw, and to
-# the FMU that a control or a simulation tool takes. `march.xlsx` holds five days of a simulated jig
-# borer, written as a German recorder would: local dates, units in a second header line, kelvin,
-# millimetres. It lies beside this notebook; `docs/site/make_march.py` made it. Yours goes the same way.
+# From a recorder's workbook to a compensator, judged on an unseen day, and to the FMU for a control or
+# a simulation tool. `march.xlsx` holds five days of a simulated jig borer, written as a German recorder
+# would write them: local dates, units in a second header line, kelvin, millimetres. It is in the same
+# folder as this notebook; `docs/site/make_march.py` made it. Your own workbook works the same way.
 
 # %%
 import spindle_drift as sd
@@ -20,7 +20,7 @@ import spindle_drift as sd
 # ## Import
 #
 # Names become signals with units, units are converted, and the long log is cut at its pauses: one run
-# a day. What could not be placed, and what looks doubtful, is said.
+# a day. The import lists what it could not place and what looks doubtful.
 
 # %%
 log = sd.import_log("march.xlsx")
@@ -34,7 +34,7 @@ log.runs[0].frame.head()
 # %% [markdown]
 # ## Look
 #
-# Before any model: how far does the nose move, how fast, and what is wrong with the sensors?
+# Before fitting a model: how far does the nose move, how fast, and are any sensors faulty?
 
 # %%
 print(sd.summary(log.runs[1]).text())
@@ -58,9 +58,9 @@ compensator = sd.fit(train, name="my_compensator")
 compensator.model.title
 
 # %% [markdown]
-# What it promises: root mean square errors in µm without compensation, on its own training runs, and on runs
-# left out: like the rest, and unlike them. Believe the worse of the last two. In conditions that training did not
-# see the compensator says so while it runs (status 2), and its interval widens.
+# The promise: root mean square errors in µm without compensation, on the training runs, and on runs left out,
+# like and unlike the rest. Rely on the worse of the last two. In conditions outside training the compensator
+# reports status 2 and its interval widens.
 
 # %%
 compensator.figures
@@ -68,7 +68,7 @@ compensator.figures
 # %% [markdown]
 # ## Judge
 #
-# The day that was kept back, with all checks and limits, as a control would run it.
+# The unseen day, with all checks and limits, as a control would run it.
 
 # %%
 judged = compensator.judge(unseen)
@@ -88,8 +88,8 @@ print(report.verdict, "-", report.summary)
 # %% [markdown]
 # ## Take it elsewhere
 #
-# The file holds what was learnt and how surely, so that `update` can take in more days without the old ones. The FMU is FMI 2.0 co-simulation: temperatures, speed and
-# tool length in; offsets, uncertainty and status out.
+# The file holds the model and its uncertainty, so `update` can add more days without the old ones. The FMU is
+# FMI 2.0 co-simulation: temperatures, speed and tool length in; offsets, uncertainty and status out.
 
 # %%
 import tempfile

@@ -9,9 +9,9 @@
 # # How warm is the shaft? A Kalman filter around the plant FMU
 #
 # No thermometer sits on a turning shaft. The plant's FMU in C is for [model exchange](../fmu.md#model-exchange)
-# and gives exact directional derivatives, so a filter of a few lines corrects its states by the
-# thermometers that there are. The machine here is a plant whose bearings make 40 % more friction than the
-# model knows, and which has run for two hours when the filter starts: the model by itself gets both wrong.
+# and gives exact directional derivatives, so a filter of a few lines can correct its states with the
+# available thermometers. The machine here is a plant whose bearings have 40 % more friction than the model
+# assumes, and it has been running for two hours when the filter starts: the model alone gets both wrong.
 
 # %%
 import tempfile
@@ -69,10 +69,9 @@ read += 0.05 * noise.standard_normal(read.shape)
 # %% [markdown]
 # ## The filter
 #
-# One step moves the states by the exponential of the Jacobian, which is put together column by column from
-# directional derivatives; what the thermometers say of the states likewise. Friction that the model does not
-# know acts much like another speed, so one more state is a factor of the speed: its column is the derivative
-# by that input.
+# One step moves the states by the exponential of the Jacobian, assembled column by column from directional
+# derivatives, and so is the matrix from states to thermometers. Unknown friction acts much like another
+# speed, so one more state is a factor on the speed; its column is the derivative by that input.
 
 
 # %%

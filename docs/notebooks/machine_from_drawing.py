@@ -35,7 +35,7 @@ print((folder / "mine.toml").read_text()[:2500], "...")
 # %% [markdown]
 # ## What became of it
 #
-# `show-machine` draws the section to scale and says in plain sentences what looks wrong.
+# `show-machine` draws the section to scale and lists what looks wrong.
 
 # %%
 # !spindle-drift show-machine {folder}/mine.toml -o {folder}/mine.html --force

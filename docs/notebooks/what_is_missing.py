@@ -8,11 +8,11 @@
 # %% [markdown]
 # # What does my model lack?
 #
-# A model of a spindle is never complete. The gap finder compares it with measured runs, says how much of
-# the difference could be explained at all, names what is missing, adds it, and judges the answer on runs
-# that it did not use. The model is the jig borer in 24 lumps; the page `jig_borer` takes some minutes more.
-# Here the truth is known: on the machine that "measured" the runs a long tool holder warms through the
-# nose and grows, and our model does not know it.
+# A spindle model is never complete. The gap finder compares it with measured runs, shows how much of the
+# difference can be explained at all, names what is missing, adds it, and judges the answer on unseen runs.
+# The model is the jig borer in 24 lumps; the page `jig_borer` takes some minutes longer. Here the truth is
+# known: on the machine that "measured" the runs, a long tool holder warms through the nose and grows, and
+# our model lacks this effect.
 
 # %%
 # %% [markdown]
@@ -36,8 +36,8 @@ runs = [sd.simulate(truth, name, every_s=60.0, noise_seed=n) for n, name in enum
 # %% [markdown]
 # ## Ask
 #
-# Only five effects are considered, so that this page builds quickly; without `without` the whole
-# catalogue is asked. The last run is kept back and judges.
+# Only five effects are considered so that this page builds quickly; leave out `without` to try the whole
+# catalogue. The last run is kept back for judging.
 
 # %%
 from plant_model.effects import catalogue
@@ -50,16 +50,16 @@ print(gap.text)
 # %% [markdown]
 # ## The gap, channel by channel
 #
-# Residuals before and after, beside what sensor noise alone would leave.
+# Residuals before and after, and the part that comes from sensor noise alone.
 
 # %%
 figure = gap.plot()
 
 # %% [markdown]
 # `gap.machine` is the model with the effect in force; every command takes it as a machine. The report in
-# the folder shows where and when the gap was, and which effects came close. When the data cannot tell two
-# effects apart, the verdict is `one_of` and says what kind of run would; when nothing on the list
-# explains the gap it is `unknown`. See [what a model lacks](../gap.md) and [how often it is
+# the folder shows where and when the model was off, and which effects came close. If the data cannot tell two
+# effects apart, the verdict is `one_of` and the report describes a run that would; if nothing in the catalogue
+# explains the gap, the verdict is `unknown`. See [what a model lacks](../gap.md) and [how often it is
 # right](../gap_benchmark.md).
 
 # %%

@@ -79,7 +79,7 @@ def lines_of(report: Any) -> list[str]:
     if calm and report.inside and not math.isnan(report.promised):
         held = ", ".join(f"{axis} {share:.0%}" for axis, share in report.inside.items())
         lines.append(f"inside the interval that promises {report.promised:.0%}: {held}")
-    lines += ["", "run by run; RMSE [um] of the drift, and of what the compensator leaves:"]
+    lines += ["", "run by run: RMSE [um] without -> with the compensator"]
     for run in report.runs:
         cells = [
             f"{e.axis} {e.none:.1f} -> {e.left:.1f}"
