@@ -100,7 +100,8 @@ class MachineFacts:
     sources : dict of str to float
         Heat at full speed [W].
     given_off : dict of str to float
-        Heat given to each boundary at the end of running [W].
+        Heat given to each boundary, and to coolant from jacket to jacket, at the end of running
+        [W].
     stored : float
         Heat that still goes into warming there [W].
     readings : dict of str to (float, str)
@@ -155,6 +156,12 @@ class _Look:
         values = Values(machine.parameters)
         self.network = Network(machine, values, effects_in_force(machine, values))
         self.matrix, self.boundary = (part[0] for part in self.network.conductances(self.inputs))
+        # Coolant in series brings heat, and takes none back.
+        self.carried = 0.0
+        for entry in self.network.one_way:
+            g = float(entry.conductance[0, 0])
+            self.matrix[entry.node, entry.other] -= g
+            self.carried += g * float(self.warm[entry.node] - self.warm[entry.other])
         self.heat: FloatArray = self.network.heat(self.inputs)[0, 0]
         groups: dict[str, list[int]] = defaultdict(list)
         for i, name in enumerate(self.names):
@@ -198,7 +205,9 @@ def check_sheet(machine: Machine) -> MachineFacts:
     parts = tuple(_part(look, name, which) for name, which in look.groups.items())
     boundary = np.array([look.inputs[name][0] for name in machine.boundary_index])
     flows = look.boundary * (look.warm[:, None] - boundary)
-    given = dict(zip(machine.boundary_index, flows.sum(axis=0), strict=True))
+    given = dict(zip(machine.boundary_index, flows.sum(axis=0).tolist(), strict=True))
+    if carried := round(look.carried, 6):
+        given["coolant in series"] = carried
     before, after = look.shown.temperatures[0, look.at - 1 : look.at + 1]
     seconds = float(look.shown.time_s[look.at] - look.shown.time_s[look.at - 1])
     stored = float(np.sum(look.capacity * (after - before)) / seconds)
@@ -214,7 +223,7 @@ def check_sheet(machine: Machine) -> MachineFacts:
         _paths(look),
         _modes(look),
         _sources(look),
-        {name: float(value) for name, value in given.items()},
+        given,
         stored,
         readings,
         (x, y, z),
@@ -252,9 +261,10 @@ def _paths(look: _Look) -> dict[tuple[str, str], float]:
     conductances: dict[tuple[str, str], float] = defaultdict(float)
     for i, name in enumerate(names):
         for j in range(i):
-            if names[j] != name and look.matrix[i, j] != 0.0:
+            g = -float(min(look.matrix[i, j], look.matrix[j, i]))
+            if names[j] != name and g != 0.0:
                 pair = (name, names[j]) if name < names[j] else (names[j], name)
-                conductances[pair] -= float(look.matrix[i, j])
+                conductances[pair] += g
         for k, outside in enumerate(look.machine.boundary_index):
             if look.boundary[i, k] != 0.0:
                 conductances[name, outside] += float(look.boundary[i, k])

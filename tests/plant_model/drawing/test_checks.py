@@ -55,6 +55,18 @@ def test_heat_of_no_source_counts_once(jig_borer_lumps):
     assert sources == pytest.approx(plain | {"other effects": 120.0})
 
 
+def test_coolant_from_jacket_to_jacket_is_accounted_for(jig_borer_lumps):
+    def in_series(item: Any) -> Any:
+        into = item.kind == "coolant_flow" and item.refs["between"][0] == "jacket_motor"
+        return replace(item, refs={"between": ("jacket_motor", "jacket_rear")}) if into else item
+
+    items = tuple(in_series(item) for item in jig_borer_lumps.items)
+    sheet = check_sheet(replace(jig_borer_lumps, items=items))
+    made = sum(sheet.sources.values())
+    assert sum(sheet.given_off.values()) + sheet.stored == pytest.approx(made, rel=2e-3)
+    assert sheet.links["jacket_motor", "jacket_rear"] == pytest.approx(308.3, rel=1e-3)
+
+
 @pytest.mark.parametrize("name", ["jig_borer", "belt_spindle"])
 def test_shipped_pages_fit(name):
     assert odd_fits(Drawing(shipped_page(name), name)) == []
