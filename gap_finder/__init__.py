@@ -1,1 +1,1 @@
-"""Where a machine's model and measured runs disagree, and what is missing in the model."""
+"""Finds where a machine's model and measured runs disagree, and what the model lacks."""

@@ -1,14 +1,15 @@
-"""What one more heat path changes, for thousands of paths at once, without their modes.
+"""The response to one more heat path, for thousands of paths at once, without their modes.
 
-A path between parts i and j adds the flow g y from i to j, with y = T_i - T_j. What it changes, D,
-obeys C dD/dt = -L D - g d y with y = y0 + d.D, d = e_i - e_j, and y0 the difference without it: in
-the modes of the machine as it stands a flow that is one unknown number. With y taken as linear over
-a step the rest is exact, and a step costs as many operations as there are parts, where the modes of
-every changed machine would cost their cube. A path to a mass that nothing else touches is the same
-with one more number, the mass's own temperature.
+A path between parts i and j adds the flow g y from i to j, with y = T_i - T_j. The change in
+temperatures D obeys C dD/dt = -L D - g d y with y = y0 + d.D, d = e_i - e_j, and y0 the difference
+without the path. In the modes of the unchanged machine, the flow is a single unknown. With y linear
+over a step the rest is exact, and a step costs as many operations as there are parts; computing the
+modes of every changed machine would cost their cube. A path to a mass that nothing else touches
+adds one more unknown, the temperature of the mass.
 
-What depends on temperature, and own states, are linear about the course without the path: they add
-J D, the same J for all paths. The answers are for small changes then; they only propose.
+Temperature-dependent effects and their own states are linearised about the course without the path:
+they add J D, with the same J for all paths. The responses are then valid for small changes only,
+which is enough to propose candidates.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from plant_model.simulate import at_rows, simulate
 from plant_model.structure import pose
 
 AT_ONCE = 512
-"""Answers that are computed together: more only fill memory. Set on no data."""
+"""Responses computed together; more only use more memory. Set on no data."""
 
 
 @dataclass(frozen=True)
@@ -43,18 +44,18 @@ class AddedPath:
     Attributes
     ----------
     between : tuple of str
-        Two parts, a part and a boundary temperature, or a part alone for a mass of its own; a part
-        and several others if the heat is shared among them.
+        Two parts, a part and a boundary temperature, or only a part for a path to a separate mass;
+        a part and several others if the heat is shared among them.
     sizes : tuple of float
-        Conductances, of a driven path at the top of the input's range [W/K].
+        Conductances; of a driven path, at the top of the input's range [W/K].
     driver : str
-        The input that it grows with, as a stirred film does; without one it is always there.
+        The input that the conductance grows with, as for a stirred film; empty if it is constant.
     masses : tuple of float
-        Heat capacities, one for each size, of a mass that starts as warm as the part [J/K]; empty
-        for a path that ends in the machine.
+        Heat capacities, one for each size, of a mass that starts at the part's temperature [J/K];
+        empty for a path that ends in the machine.
     shares : tuple of float
-        Of the heat, one for each of several others [1]; their sum is 1, and the path is driven by
-        the difference to their mean, weighted alike.
+        Shares of the heat, one for each of several others [1], with sum 1. The path is driven by
+        the difference from their mean with these weights.
     """
 
     between: tuple[str, ...]
@@ -69,14 +70,14 @@ def path_answers(
     observed: Observations,
     paths: Sequence[AddedPath],
 ) -> list[FloatArray]:
-    """Return what paths change in a run, weighted, each (sizes, N).
+    """Return the weighted response of a run to each path, (sizes, N).
 
     Parameters
     ----------
     machine : Machine
     observed : Observations
     paths : sequence of AddedPath
-        With as many sizes each.
+        All with the same number of sizes.
     """
     if not paths:
         return []
@@ -89,7 +90,7 @@ def path_answers(
 
 
 class _Stepped:
-    """One run of a machine on its grid, and the modes of every level of its inputs."""
+    """One run of a machine on its grid, with the modes at every level of its inputs."""
 
     def __init__(self, machine: Machine, observed: Observations) -> None:
         self.observed = observed
@@ -126,7 +127,7 @@ class _Stepped:
         self._gains: dict[tuple[tuple[float, ...], float], tuple[FloatArray, ...]] = {}
 
     def _gain(self, key: tuple[float, ...], step: float) -> tuple[FloatArray, ...]:
-        """Return what is kept over a step, and the gains of its first and last forcing."""
+        """Return the decay over a step, and the gains of the forcing at its start and end."""
         place = (key, round(step, 9))
         if place not in self._gains:
             x = -self.modes[key].decay[0] * step
@@ -135,7 +136,7 @@ class _Stepped:
         return self._gains[place]
 
     def answers(self, paths: Sequence[AddedPath]) -> list[FloatArray]:
-        """Return what some paths change, each (sizes, N)."""
+        """Return the weighted response to each path, (sizes, N)."""
         index, count = self.machine.node_index, len(paths[0].sizes)
         ends = np.zeros((len(paths), self.size))
         first, last = np.zeros((2, len(paths), len(self.steps)))
@@ -183,9 +184,9 @@ class _Stepped:
         last: FloatArray,
         share: FloatArray,
     ) -> FloatArray:
-        """Return what channels show more than without the paths, shape (paths, grid, C).
+        """Return how the paths change the channels, shape (paths, grid, C).
 
-        *warming* is what a joule warms the mass behind by [K/J], 0 where there is none.
+        *warming* is by how much a joule warms the mass behind [K/J], 0 if there is none.
         """
         out = np.zeros((len(ends), len(self.drive.grid), self.shown.shape[1]))
         state = np.zeros_like(ends)
@@ -222,7 +223,7 @@ class _Stepped:
 def _weights(
     machine: Machine, effects: Sequence[Effect], network: Network, channels: Sequence[str]
 ) -> FloatArray:
-    """Return what each channel shows per kelvin of each part, and by own state, (size, C)."""
+    """Return each channel's reading per kelvin of each part and per own state, (size, C)."""
     slices = network.state_slices()
     nodes, size = network.node_count, network.node_count + network.state_count
     inputs = {entry.name: np.zeros(size + 1) for entry in machine.inputs}

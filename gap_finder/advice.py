@@ -1,7 +1,6 @@
-"""What a calibrated machine says of its own description, in plain words.
+"""What a calibration shows about a machine's description, in plain words.
 
-Nothing is tried and nothing is named here, as ``find-gap`` does: it is what can be read off a
-calibration at once.
+Unlike ``find-gap``, this tries and names no effects: it only reads the result of one calibration.
 """
 
 from __future__ import annotations
@@ -20,13 +19,12 @@ from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
 
 MOST_LINES = 6
-"""Lines of a kind, and runners-up, at most, the worst first: as many as a page shows, and set on no
-data."""
+"""Most lines of a kind, and most runners-up, worst first: as many as fit a page. Set on no data."""
 
 
 @dataclass(frozen=True)
 class Advice:
-    """Something that the description may lack.
+    """A possible defect of the description.
 
     Attributes
     ----------
@@ -35,7 +33,7 @@ class Advice:
     place : tuple of str
         The sensors, parameter or channel.
     text : str
-        One line for a person.
+        One readable line.
     """
 
     kind: str
@@ -46,16 +44,16 @@ class Advice:
 def advice(
     machine: Machine, left: Sequence[RunResiduals], parameters: Sequence[ParameterEstimate]
 ) -> list[Advice]:
-    """Return what a calibrated machine says of its description.
+    """Return what a calibration shows about the machine's description.
 
     Parameters
     ----------
     machine : Machine
         Calibrated.
     left : sequence of RunResiduals
-        What it leaves of the runs that it was calibrated on.
+        Its residuals on the runs that it was calibrated on.
     parameters : sequence of ParameterEstimate
-        What calibration says of its numbers.
+        Its parameters before and after calibration.
     """
     return [
         *worse_than_none(machine, left),
@@ -70,7 +68,7 @@ def _worst_first(found: Sequence[tuple[float, Advice]]) -> list[Advice]:
 
 
 def worse_than_none(machine: Machine, left: Sequence[RunResiduals]) -> list[Advice]:
-    """Return the channels that the model predicts worse than if each stayed at its first value."""
+    """Return the channels predicted worse by the model than by their first reading."""
     found = []
     for i, name in enumerate(left[0].observed.channels):
         without = [run.observed.moved[:, i] for run in left]
@@ -86,7 +84,7 @@ def worse_than_none(machine: Machine, left: Sequence[RunResiduals]) -> list[Advi
 
 
 def not_moved(machine: Machine, left: Sequence[RunResiduals]) -> list[Advice]:
-    """Return the displacements that move, and that the model moves by less than the noise."""
+    """Return the displacements that move, but that the model moves by less than the noise."""
     names = left[0].observed.channels
     noise = noise_of(machine, names)
     found = []
@@ -128,7 +126,7 @@ def disagreeing(machine: Machine, observed: Sequence[Observations]) -> list[Advi
 
 
 def _far(parameters: Sequence[ParameterEstimate]) -> list[Advice]:
-    """Return the numbers that calibration takes out of the range in which they are expected."""
+    """Return the parameters that calibration moved out of their expected range."""
     found = []
     for estimate in parameters:
         if not estimate.is_far:
@@ -156,7 +154,7 @@ def _range(values: FloatArray) -> float:
 
 
 def _rms_of_both(first: Sequence[FloatArray], second: Sequence[FloatArray]) -> tuple[float, float]:
-    """Return the root mean squares of two series where both are known; 0 if nowhere."""
+    """Return the root mean squares of two series where both are finite; 0 if they never are."""
     parts = np.concatenate(first), np.concatenate(second)
     both = np.isfinite(parts[0]) & np.isfinite(parts[1])
     if not both.any():

@@ -1,4 +1,4 @@
-"""Calibration: parameters moved, each as far as its range makes likely, to follow measured runs."""
+"""Calibration: moves parameters, within what their ranges make likely, to fit measured runs."""
 
 from __future__ import annotations
 
@@ -36,15 +36,15 @@ def quiet(_: str) -> None:
 
 
 class Sensitivities(Protocol):
-    """What need not be computed again of one run; see ``design.RunSensitivities``."""
+    """Derivatives of one run that can be reused; see ``design.RunSensitivities``."""
 
     @property
     def nuisance(self) -> FloatArray:
-        """Nuisance parameters of the run alone, shape (N, O)."""
+        """By the run's nuisance parameters, shape (N, O)."""
 
     @property
     def bias(self) -> FloatArray:
-        """Thermometers' errors, shape (N, C)."""
+        """By the thermometers' errors, shape (N, C)."""
 
 
 @dataclass(frozen=True)
@@ -59,15 +59,15 @@ class ParameterEstimate:
     low, high : float
         95 % interval after.
     prior_contraction : float
-        1 - posterior / prior standard deviation: 0 where the runs say nothing, 1 where they say
-        all [1].
+        1 - posterior / prior standard deviation: 0 if the runs say nothing about it, 1 if they
+        determine it [1].
     at_bound : bool
-        Whether it ends where physics does, or the law of an added effect.
+        Whether it ends at a bound set by physics or by the law of an added effect.
     deviations : float
-        How far it ends from its value before, in deviations of the prior; the range is as wide as
-        four [1].
+        Distance from its value before, in standard deviations of the prior; the range is four wide
+        [1].
     source : str
-        Where value and range before come from.
+        Source of the value and range before.
     """
 
     name: str
@@ -83,7 +83,7 @@ class ParameterEstimate:
 
     @property
     def is_far(self) -> bool:
-        """Whether it ends farther from its value before than the range makes likely."""
+        """Whether it ends farther from its prior value than its range makes likely."""
         return self.at_bound or abs(self.deviations) >= FAR
 
 
@@ -94,14 +94,14 @@ class Calibration:
     Attributes
     ----------
     machine : Machine
-        With the values found.
+        With the calibrated values.
     cost : float
-        Weighted squares plus prior at the end.
+        Final weighted squares plus prior.
     starts : tuple of float
-        Cost reached from each start.
+        Final cost from each starting point.
     parameters : tuple of ParameterEstimate
     parts : tuple of Linearisation
-        Every run about the machine.
+        Every run, linearised about the calibrated machine.
     """
 
     machine: Machine
@@ -112,9 +112,9 @@ class Calibration:
 
 
 class _LeastSquares:
-    """Least squares over all runs, nuisance parameters of single runs eliminated exactly.
+    """Least squares over all runs; the nuisance parameters of each run are eliminated exactly.
 
-    Several points are simulated at once: many sets of parameters cost hardly more than one.
+    Simulates several points at once, because many parameter sets cost hardly more than one.
     """
 
     def __init__(
@@ -133,11 +133,11 @@ class _LeastSquares:
             self._bias = [part.bias for part in sensitivities]
 
     def linear(self, points: FloatArray) -> list[list[Linearisation]]:
-        """Return every run about every point, (S, P)."""
+        """Linearise every run about every point, (S, P)."""
         return linear_about(self.machine, self.observed, self.priors, points)
 
     def gram(self, parts: Sequence[Linearisation]) -> tuple[FloatArray, FloatArray, float]:
-        """Return normal matrix, right side and squares of parameters and biases together."""
+        """Return the normal matrix, right side and squares for parameters and biases together."""
         matrix: FloatArray | float = 0.0
         right: FloatArray | float = 0.0
         squares = 0.0
@@ -146,7 +146,7 @@ class _LeastSquares:
             r = part.residual * weight
             shared = np.hstack([part.by_parameter, bias]) * weight[:, None]
             single = own * weight[:, None]
-            # Minimising over the run's own unknowns is a projection of the rest.
+            # Minimising over the run's own unknowns projects the other columns.
             inner = single.T @ single + np.eye(single.shape[1])
             solved = np.linalg.solve(inner, single.T @ np.column_stack([shared, r]))
             cleaned = np.column_stack([shared, r]) - single @ solved
@@ -157,14 +157,14 @@ class _LeastSquares:
         return np.asarray(matrix), np.asarray(right), float(squares)
 
     def costs(self, points: FloatArray) -> FloatArray:
-        """Return the cost at every point, (S,); NaN where the machine cannot be stepped."""
+        """Return the cost at every point, (S,); NaN if the machine cannot be stepped there."""
         residuals = residuals_at(self.machine, self.observed, self.priors, points)
         return np.array(
             [self.cost(x, [shown[i] for shown in residuals]) for i, x in enumerate(points)]
         )
 
     def cost(self, x: FloatArray, residuals: Sequence[FloatArray]) -> float:
-        """Return the cost at a point, (P,), whose residuals are known, each (N,)."""
+        """Return the cost at a point, (P,), from its residuals, each (N,)."""
         parts = [Linearisation(shown, np.zeros((len(shown), 0))) for shown in residuals]
         matrix, right, squares = self.gram(parts)
         inner = matrix + np.eye(len(right))
@@ -189,7 +189,7 @@ def calibrate(
     sensitivities: Sequence[Sensitivities] | None = None,
     progress: Progress = quiet,
 ) -> Calibration:
-    """Move the machine's free parameters so that it follows the runs.
+    """Calibrate the machine's free parameters to fit the runs.
 
     Parameters
     ----------
@@ -197,24 +197,24 @@ def calibrate(
     observed : sequence of Observations
         Of the calibration runs.
     starts : int
-        Number of starting points; all but the machine as it stands are drawn.
+        Number of starting points; the first is the machine itself, the others are random.
     seed : int
-        Of the further starting points.
+        Seed of the random starting points.
     iterations : int
         At most, from each start.
     start_from : sequence of Machine
-        Starting points instead of the machine itself; priors stay the machine's.
+        Starting points instead of the machine itself; the priors stay the machine's.
     go_on : Calibration, optional
-        One of this machine on these runs, to start from where it ended instead.
+        An earlier calibration of this machine on these runs, to be continued.
     sensitivities : sequence of Sensitivities, optional
-        How what only one run has acts, if it is known already, of a machine near by.
+        Derivatives of each run about a similar machine, if already known.
     progress : callable
-        Told what is being done.
+        Called with each step in words.
 
     Returns
     -------
     Calibration
-        The machine with its free parameters moved, and how well they are known.
+        The calibrated machine, and how well its parameters are known.
     """
     # The matrices are small: threads would wait for each other, at ten times the processor time.
     with threadpool_limits(1):
@@ -242,13 +242,13 @@ def calibrate(
 
 @dataclass(eq=False, kw_only=True)
 class _Begun(Descent):
-    """A start on its way down, with every run about where it is."""
+    """A descent, with every run linearised about its current point."""
 
     parts: list[Linearisation]
 
 
 def _begun(problem: _LeastSquares, points: FloatArray) -> list[_Begun]:
-    """Return the starts, (S, P), that the machine can be stepped from."""
+    """Return descents from those points, (S, P), at which the machine can be stepped."""
     begun = []
     for x in points:
         try:
@@ -265,7 +265,7 @@ def _begun(problem: _LeastSquares, points: FloatArray) -> list[_Begun]:
 def _descend(
     problem: _LeastSquares, descents: list[_Begun], iterations: int, progress: Progress
 ) -> list[_Begun]:
-    """Go down inside what physics allows, from every start, side by side."""
+    """Descend from all starts side by side, within physical bounds."""
     for iteration in range(iterations):
         progress(f"iteration {iteration + 1}")
         going = [descent for descent in descents if not descent.is_done]
@@ -284,7 +284,7 @@ def _descend(
 
 
 def _trials(problem: _LeastSquares, descent: _Begun) -> FloatArray:
-    """Return where a descent may go, shape (T, P)."""
+    """Return the trial points of a descent, shape (T, P)."""
     priors, x = problem.priors, descent.x
     matrix, right, _ = problem.gram(descent.parts)
     matrix += np.eye(len(matrix))
@@ -303,10 +303,10 @@ def _bounded_step(
     count = len(x)
     factor = np.linalg.cholesky(matrix)
     free = np.full(len(right) - count, np.inf)
-    # Derivatives know little of what is farther away than a range is wide to one side.
+    # Derivatives are unreliable farther away than half the width of a range.
     low, high = np.maximum(priors.low - x, -FAR), np.minimum(priors.high - x, FAR)
     room = np.concatenate([low, -free]), np.concatenate([high, free])
-    # Rounding must not put the present point outside its own bounds.
+    # Rounding must not put the current point outside its bounds.
     bounds = np.minimum(room[0], -1e-12), np.maximum(room[1], 1e-12)
     target = -np.linalg.solve(factor, right)
     return np.asarray(lsq_linear(factor.T, target, bounds, method="bvls").x[:count])
@@ -324,15 +324,15 @@ def _estimates(
 def intervals(
     machine: Machine, priors: Priors, x: FloatArray, spread: FloatArray
 ) -> tuple[ParameterEstimate, ...]:
-    """Return what is said of every parameter.
+    """Return the estimate of every parameter.
 
     Parameters
     ----------
     machine : Machine
-        Its values are the prior's centre.
+        Its values are the centre of the prior.
     priors : Priors
     x, spread : array, shape (P,)
-        Where calibration left it and its standard deviation, in the fitting scale.
+        Calibrated values and their standard deviations, in the fitting scale.
     """
     points = {
         key: priors.values((x + shift * spread)[None, :])

@@ -1,4 +1,4 @@
-"""The effects that may be missing, and what each would change in every run."""
+"""The effects that may be missing, and the response of every run to each."""
 
 from __future__ import annotations
 
@@ -25,15 +25,16 @@ from plant_model.sensors import displacement_names
 from plant_model.simulate import Simulation
 
 SIZES = (0.12, 0.4, 1.0, 2.5)
-"""Amplitudes tried, as shares of the way from off to each end of the usual range; set on no
+"""Amplitudes tried, as shares of the distance from off to each end of the usual range; set on no
 data."""
 
 LEAST_SCALE, MOST_SCALE = 0.05, 5.0
-"""An answer may be scaled by this much: what is tried small stands for what is smaller still.
+"""Limits of the factor on a response: the smallest size tried also stands for smaller ones.
 Set on no data."""
 
 SHAPES = (0.2, 0.8)
-"""Shape parameters tried beside the nominal value, as shares of their range; set on no data."""
+"""Shape parameters tried in addition to the nominal value, as shares of their range; set on no
+data."""
 
 
 @dataclass(frozen=True)
@@ -43,18 +44,18 @@ class Candidate:
     Attributes
     ----------
     key : str
-        As a machine file names it.
+        As in a machine file.
     values : dict of str to float
         Its parameters.
     answers : tuple of array, each (N,)
-        What it changes in every run, weighted (not robust).
+        Response of every run, weighted (without robust weights).
     begins : int
-        Position of the first run that has it.
+        Position of the first run with the effect.
     own : tuple of dict of str to float
-        Parameters that every run has for itself, by position; empty if there are none.
+        Parameters with a value of their own in each run, by position; empty if there are none.
     seen : tuple of Leaps or Relay
-        What every run shows of it, by position, for an effect that slips or that a part switches;
-        else empty.
+        What was measured of it in each run, by position, for an effect that slips or that a part
+        switches; otherwise empty.
     """
 
     key: str
@@ -66,11 +67,11 @@ class Candidate:
 
     @property
     def is_switched(self) -> bool:
-        """Whether a part switches it: then it acts when the rows say, and nearly in proportion."""
+        """Whether a part switches it: then the rows determine when it acts, almost linearly."""
         return any(isinstance(seen, Relay) for seen in self.seen)
 
     def marked(self, position: int, observed: Observations) -> Observations:
-        """Return a run's observations with what this candidate says of that run alone."""
+        """Return a run's observations with what is specific to this run in the candidate."""
         if position < self.begins:
             return replace(observed, absent=observed.absent | {self.key})
         if self.seen:
@@ -81,7 +82,7 @@ class Candidate:
         return replace(observed, own={**observed.own, **named})
 
     def scaled(self, scale: float) -> dict[str, float]:
-        """Return its parameters with what its answer is proportional to scaled, in its range."""
+        """Return its parameters, the one that scales the response multiplied, within its range."""
         effect = catalogue()[name_of(self.key)]
         name = effect.proportional or effect.amplitude
         off = 0.0 if effect.proportional else effect.off
@@ -91,7 +92,7 @@ class Candidate:
 
 
 def missing_effects(machine: Machine, without: Sequence[str] = ()) -> list[type[Effect]]:
-    """Return the effects of the catalogue that are not in force, other than *without*."""
+    """Return the effects of the catalogue that are not in force, except *without*."""
     in_force = set(laws_of(machine.effects))
     return [
         effect
@@ -106,8 +107,8 @@ def missing_effects(machine: Machine, without: Sequence[str] = ()) -> list[type[
 def with_effect(machine: Machine, key: str, values: dict[str, float] | None = None) -> Machine:
     """Return the machine with an effect in force, its parameters free to be calibrated.
 
-    A range of the catalogue says what is usual. Amplitude and law may leave it as far as physics
-    lets them: what is unusual pays for it in the score.
+    A range of the catalogue is the usual one. Amplitude and law may leave it within physical
+    limits, but unusual values cost score.
     """
     effect = catalogue()[name_of(key)]
     idle = unused_with(machine, key)
@@ -156,7 +157,7 @@ def _between(parameter: Parameter, share: float) -> float:
 
 
 def keys_of(machine: Machine, effect: type[Effect], observed: Sequence[Observations]) -> list[str]:
-    """Return the effect's keys: one for every driver, or for every thermometer without it."""
+    """Return the effect's keys: one for every driver, or for every thermometer not yet affected."""
     if not effect.on_channel:
         return driver_keys(machine, effect)
     lengths = displacement_names(machine)
@@ -168,7 +169,7 @@ def keys_of(machine: Machine, effect: type[Effect], observed: Sequence[Observati
 def candidates(
     machine: Machine, observed: Sequence[Observations], effect: type[Effect]
 ) -> Iterator[Candidate]:
-    """Return an effect at every size and shape, leaving out what cannot be simulated."""
+    """Yield an effect at every size and shape that can be simulated."""
     plain = simulate_runs(machine, observed)
     if effect.swings:
         yield from swinging(machine, observed, plain, effect)
@@ -206,9 +207,10 @@ def candidates(
 def _carried(
     machine: Machine, observed: Sequence[Observations], key: str
 ) -> tuple[tuple[dict[str, float], ...], list[Observations]]:
-    """Return what runs carry to those after them, and the observations with it; empty if nothing.
+    """Return what each run inherits from the runs before it, and the observations with it.
 
-    Pieces of a log carry it by themselves: each is driven from the log's beginning.
+    Empty if the effect carries nothing over. Pieces of a log need nothing: each is driven from the
+    beginning of the log.
     """
     effect, driver = catalogue()[name_of(key)], driver_of(machine, key)[0]
     if any(is_piece(run.run) for run in observed):
@@ -223,7 +225,7 @@ def _carried(
 
 
 def given_values(key: str, values: Mapping[str, float]) -> dict[str, float]:
-    """Return the values of an effect that nobody fits, because runs say them."""
+    """Return the values of an effect that are not fitted because the runs give them."""
     given = catalogue()[name_of(key)].given
     return {name: value for name, value in values.items() if name in given}
 
@@ -234,7 +236,7 @@ def _answers(
     sets: dict[str, FloatArray],
     bases: Sequence[FloatArray],
 ) -> list[FloatArray]:
-    """Return what every set changes in every run, weighted, each (sets, N)."""
+    """Return the weighted response of every run to every set, each (sets, N)."""
     shown = simulate_runs(grown, observed, sets)
     return [
         ((modelled(simulated, run) - base) * run.weights).reshape(len(simulated.temperatures), -1)
@@ -252,10 +254,10 @@ def swinging(
     plain: Sequence[Simulation],
     effect: type[Effect],
 ) -> Iterator[Candidate]:
-    """Return an effect that swings by itself, at the likeliest periods and each run's own phase.
+    """Yield an effect that oscillates, at the likeliest periods, with each run's own phase.
 
-    A run begins anywhere in the cycle, so that phases say nothing of the effect and are taken as
-    each run shows them; a period is what the residuals of all runs have in common.
+    A run may begin anywhere in the cycle. So the phase is fitted to each run, and only the period
+    is common to the residuals of all runs.
     """
     period, phase = effect.swings
     bases = _shown(plain, observed)
@@ -282,9 +284,9 @@ def switched(
     plain: Sequence[Simulation],
     effect: type[Effect],
 ) -> Iterator[Candidate]:
-    """Return an effect that a part switches, on the likeliest parts at their likeliest settings.
+    """Yield an effect that a part switches, on the likeliest parts at their likeliest settings.
 
-    When it is on is taken from what the part's thermometer measured in each run.
+    The readings of the part's thermometer determine when it is on in each run.
     """
     parts = list(effect.drivers(machine))[1:]
     if not (effect.switched and parts):

@@ -1,4 +1,4 @@
-"""Residuals of a machine before and after, side by side, beside what any model could do."""
+"""Residuals of a machine before and after, compared with what any model could achieve."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class GapComparison:
             self.after = [residuals(after, in_step(after, run)) for run in observed]
 
     def gap(self) -> dict[str, float]:
-        """Return the gap before and after and its floor [1]."""
+        """Return the gap before and after, and its floor [1]."""
         return {
             "before": gap_of(self.machine, self.before),
             "after": gap_of(self.machine, self.after),
@@ -48,12 +48,12 @@ class GapComparison:
         }
 
     def gap_against(self, reference: Sequence[FloatArray]) -> dict[str, float]:
-        """Return the gap with what the reference leaves, (K, C) of each run, and the rest of it.
+        """Return the gap, the gap of the reference, and the reducible difference.
 
         Parameters
         ----------
         reference : sequence of array, each (K, C)
-            Residuals of each run that no description of this machine could take away [K, um].
+            Residuals of each run that no description of this machine could remove [K, um].
 
         Returns
         -------
@@ -68,10 +68,9 @@ class GapComparison:
         return [replace(run, values=left) for run, left in zip(self.after, values, strict=True)]
 
     def channels(self) -> dict[str, dict[str, Any]]:
-        """Return every channel's residual before and after, its noise, and what noise leaves.
+        """Return every channel's residual before and after, its noise and its noise floor.
 
-        ``no_model`` is how far it moves from its first reading: what is left if nothing is
-        modelled.
+        ``no_model`` is the residual without a model: the distance from the first reading.
         """
         names = self.before[0].observed.channels
         lengths = set(displacement_names(self.machine))
@@ -91,7 +90,7 @@ class GapComparison:
         }
 
     def channels_against(self, reference: Sequence[FloatArray]) -> dict[str, dict[str, Any]]:
-        """Return the channels with what the reference leaves of each, and the rest of it.
+        """Return the channels, each with the residual of the reference and the reducible rest.
 
         Parameters
         ----------

@@ -1,6 +1,6 @@
-"""What of measured runs a model is not to be compared with: broken sensors, joined recordings.
+"""Data that a model must not be compared with: broken sensors, joined recordings.
 
-Found before any physics is looked at, and by the data alone: no model decides what is left out.
+They are found by the data alone, before any model is fitted: no model decides what is left out.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from plant_model.machine import Machine
 from plant_model.sensors import column_of, displacement_names
 
 WHOLE_RUN = "the whole run"
-"""The channel of a fault for which a run, or the rest of it, is left out."""
+"""The channel of a fault that excludes a whole run, or the rest of it."""
 
 
 @dataclass(frozen=True)
 class DataFault:
-    """Something wrong with the data, and the time that is left out for it.
+    """A fault in the data, and the time that is left out because of it.
 
     Attributes
     ----------
     run, channel, kind : str
-        The channel is a sensor of the machine, an input's name, or `WHOLE_RUN`; the kind one of
+        The channel is a sensor of the machine, an input's name, or `WHOLE_RUN`; the kind is one of
         ``measurement.faults``, or ``probe_step``.
     start_s, end_s : float
-        [s]; the same instant for ``probe_step``, of which nothing is left out.
+        [s]; the same instant for ``probe_step``, which leaves nothing out.
     text : str
-        One line that a person can read.
+        One readable line.
     """
 
     run: str
@@ -47,20 +47,20 @@ class DataFault:
 
 
 def without_faults(machine: Machine, runs: Sequence[Run]) -> tuple[list[Run], list[DataFault]]:
-    """Take out of runs what is grossly wrong with them.
+    """Remove gross faults from runs.
 
     Parameters
     ----------
     machine : Machine
-        Only its own sensors and inputs are looked at, against all thermometers that the runs hold.
+        Only its sensors and inputs are checked, against all thermometers in the runs.
     runs : sequence of Run
-        All that are to be compared with the machine, in any order.
+        All runs to be compared with the machine, in any order.
 
     Returns
     -------
     runs : list of Run
-        In the order given, readings that are bad taken out and probes that slipped put back; runs
-        that are spoilt are missing.
+        In the given order, without bad readings and with the zeros of slipped probes corrected;
+        without unusable runs.
     faults : list of DataFault
         By run and channel.
 
@@ -102,14 +102,14 @@ def without_faults(machine: Machine, runs: Sequence[Run]) -> tuple[list[Run], li
 
 
 def without_bad_readings(machine: Machine, run: Run, faults: Sequence[DataFault]) -> Run:
-    """Return a run without the readings of its thermometers that are bad.
+    """Return a run without the bad readings of its sensors.
 
     Parameters
     ----------
     machine : Machine
     run : Run
     faults : sequence of DataFault
-        Of sensors; those of other runs are passed over.
+        Of sensors; those of other runs are ignored.
     """
     spans = [
         (column_of(machine, fault.channel), fault.start_s, fault.end_s)
@@ -120,15 +120,15 @@ def without_bad_readings(machine: Machine, run: Run, faults: Sequence[DataFault]
 
 
 def need_readings(machine: Machine, runs: Sequence[Run], option: str) -> None:
-    """Refuse runs in which no channel is left that the machine can be compared with.
+    """Refuse runs without a usable channel to compare with the machine.
 
     Parameters
     ----------
     machine : Machine
     runs : sequence of Run
-        What is broken in them is NaN already.
+        With broken readings already NaN.
     option : str
-        Of the command line; named in the refusal.
+        Of the command line, for the error message.
 
     Raises
     ------
@@ -146,7 +146,7 @@ def need_readings(machine: Machine, runs: Sequence[Run], option: str) -> None:
 
 
 def _names(machine: Machine) -> dict[str, str]:
-    """Return what the columns that the machine knows are called, and the record as a whole."""
+    """Return the channel of each column that the machine uses; of time, `WHOLE_RUN`."""
     sensors = [sensor.name for sensor in machine.sensors] + displacement_names(machine)
     named = {entry.column: entry.name for entry in machine.inputs}
     named |= {column_of(machine, name): name for name in sensors}
@@ -154,13 +154,13 @@ def _names(machine: Machine) -> dict[str, str]:
 
 
 def _is_its_own(machine: Machine, fault: Fault) -> bool:
-    """Return whether a fault only says that a boundary is unlike the machine, which it may be."""
+    """Whether a fault only says that a boundary is unlike the machine, which is allowed."""
     driving = {entry.column for entry in machine.inputs if entry.is_boundary}
     return fault.kind in ("never_right", "dead") and fault.column in driving
 
 
 def _usable(machine: Machine, run: Run, bad: Sequence[Fault]) -> Run | None:
-    """Return a run without what is bad in it; None if too little is left to drive the machine."""
+    """Return a run without its bad readings; None if too little is left to drive the machine."""
     if not bad:
         return run
     driving = {entry.column for entry in machine.inputs}
@@ -169,7 +169,7 @@ def _usable(machine: Machine, run: Run, bad: Sequence[Fault]) -> Run | None:
         if fault.column == TIME:
             end = min(end, fault.start_s)
         elif fault.column in driving and fault.end_s - fault.start_s > INDEPENDENT_S:
-            return None  # Bridged for longer than a misfit lasts, it would be a guess.
+            return None  # Bridging it for longer than a misfit lasts would be a guess.
         else:
             spans.append((fault.column, fault.start_s, fault.end_s))
     frame = _without(run.frame[run.time_s < end], spans)
@@ -177,10 +177,10 @@ def _usable(machine: Machine, run: Run, bad: Sequence[Fault]) -> Run | None:
 
 
 def _without(frame: pd.DataFrame, spans: Sequence[tuple[str, float, float]]) -> pd.DataFrame:
-    """Return a run's frame without what columns hold from a start to an end [s]."""
+    """Return a run's frame without the values of columns in spans (column, start, end) [s]."""
     frame = frame.copy()
     for column, start_s, end_s in spans:
         frame.loc[frame[TIME].between(start_s, end_s), column] = np.nan
-    # A channel without a reading is one that the run does not have.
+    # A run without any reading of a channel does not have that channel.
     dead = [column for column in {name for name, *_ in spans} if frame[column].isna().all()]
     return frame.drop(columns=dead)

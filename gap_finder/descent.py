@@ -1,4 +1,4 @@
-"""Levenberg-Marquardt, one descent: how boldly it goes, and when it has arrived."""
+"""One Levenberg-Marquardt descent: its damping, and when it has converged."""
 
 from __future__ import annotations
 
@@ -9,36 +9,36 @@ import numpy as np
 from plant_model.parameters import FloatArray
 
 ITERATIONS = 20
-"""Steps at most; set for time, on no data."""
+"""Maximum number of steps; set for time, on no data."""
 
 ENOUGH = 1e-3
-"""Relative improvement of the cost below which a descent has arrived [1]; set on no data."""
+"""Relative improvement of the cost below which a descent has converged [1]; set on no data."""
 
 SHARES = (0.0, 1 / 6.0, 1.0, 6.0)
-"""Multiples of the last damping that are tried at once [1]; set on no data."""
+"""Multiples of the last damping that are tried together [1]; set on no data."""
 
 BOLD = 0.5
-"""Share of what the best of these wins for which a step with less damping is taken [1]: in a
-narrow curved valley, whoever takes the best single step creeps. Set on no data."""
+"""Share of the best trial's gain that suffices for a step with less damping [1]: always taking the
+best single step creeps along narrow curved valleys. Set on no data."""
 
 
 @dataclass(eq=False)
 class Descent:
-    """One start on its way down.
+    """A descent from one starting point.
 
-    Less damping is preferred where it wins nearly as much, as in Transtrum and Sethna,
+    Less damping is preferred if it gains nearly as much, as in Transtrum and Sethna,
     arXiv:1201.5885 (2012).
 
     Attributes
     ----------
     x : array
-        Where it is.
+        Current point.
     cost : float
-        There.
+        Cost there.
     damping : float
         In diagonals of the normal matrix [1].
     is_done : bool
-        Whether it has arrived, or no step helps.
+        Whether it has converged, or no step helps.
     """
 
     x: FloatArray
@@ -48,22 +48,22 @@ class Descent:
 
     @property
     def dampings(self) -> list[float]:
-        """What is to be tried next."""
+        """Dampings to try next."""
         return [self.damping * share for share in SHARES]
 
     def take(self, trials: FloatArray, costs: FloatArray) -> int | None:
-        """Take one of the steps tried; return which, or None if none helps.
+        """Take one of the tried steps; return its index, or None if none helps.
 
         Parameters
         ----------
         trials : array, shape (len(SHARES), P)
-            Where they lead.
+            Points reached.
         costs : array, shape (len(SHARES),)
-            There; NaN where the machine cannot be stepped.
+            Cost at each; NaN if the machine cannot be stepped there.
         """
         won = np.nan_to_num(self.cost - costs, nan=-np.inf)
         if not won.max() > 0.0:
-            # It has arrived, or goes down the slope already, however short the step.
+            # It has converged, or already follows the slope with short steps.
             self.is_done = bool(won.max() > -ENOUGH * self.cost or self.damping > 1.0)
             self.damping *= SHARES[-1] / SHARES[1]
             return None
