@@ -1,4 +1,4 @@
-"""A thread for jobs that may be slow or fail, in order.
+"""A thread that runs jobs which may be slow or fail, in order.
 
 A full or hanging disk must not delay an answer. So the main loop hands such jobs over and never
 waits; if the thread cannot keep up, jobs are dropped and counted.
@@ -14,19 +14,19 @@ from collections.abc import Callable
 
 Job = Callable[[], None]
 ROOM = 20_000
-"""Jobs that may wait: of 120 frames a second to be written, nearly three minutes. Set on no
+"""Largest number of waiting jobs: nearly three minutes of writing 120 frames a second. Set on no
 data."""
 LAST_S = 5.0
 """Longest wait for the remaining jobs at the end [s]: set on no data."""
 
 
 class Background:
-    """A thread for jobs that the loop must not wait for.
+    """Runs jobs that the main loop must not wait for.
 
     Parameters
     ----------
     room : int
-        Most jobs that may wait; further ones are dropped.
+        Largest number of waiting jobs; further ones are dropped.
     idle : callable, optional
         Called about once a second by the thread, whether or not there are jobs.
 
@@ -40,7 +40,7 @@ class Background:
         self._jobs: queue.Queue[Job | None] = queue.Queue(room)
         self._idle = idle
         self.dropped = 0
-        # A daemon: a job that hangs does not keep the program from ending.
+        # A daemon, so that a hanging job does not keep the program from ending.
         self._thread = threading.Thread(target=self._work, daemon=True)
         self._thread.start()
 
@@ -78,7 +78,7 @@ class Background:
         try:
             job()
         except Exception:
-            # The jobs after it must be done all the same.
+            # Later jobs must still be done.
             self.dropped += 1
             with contextlib.suppress(OSError, ValueError):
                 traceback.print_exc()

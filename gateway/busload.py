@@ -1,32 +1,32 @@
-"""How much of the bus the frames take."""
+"""The bus load of the frames."""
 
 from __future__ import annotations
 
 from gateway.database import Database
 
 OVERHEAD_BITS = 44
-"""A standard frame without its data, start bit to end of frame: given by ISO 11898-1."""
+"""Bits of a standard frame without its data, start bit to end of frame: given by ISO 11898-1."""
 STUFFED_BITS = 34
-"""Those of them that bit stuffing reaches, start bit to CRC: given by ISO 11898-1."""
+"""Those of them that are subject to bit stuffing, start bit to CRC: given by ISO 11898-1."""
 PAUSE_BITS = 3
-"""Between two frames: given by ISO 11898-1."""
+"""The pause between two frames: given by ISO 11898-1."""
 
 
 EXTENSION_BITS = 20
-"""What an identifier of 29 bits adds, all of it stuffed: given by ISO 11898-1."""
+"""Added by a 29-bit identifier, all subject to bit stuffing: given by ISO 11898-1."""
 
 
 def frame_bits(size: int, *, stuffed: bool = True, extended: bool = False) -> int:
-    """Return the bits that a frame of *size* bytes takes, the pause after it included.
+    """Return the length of a frame with *size* data bytes, including the pause after it [bit].
 
     Parameters
     ----------
     size : int
         Data bytes.
     stuffed : bool
-        With as many stuff bits as any content can need; without any otherwise.
+        Whether to count the most stuff bits that any content needs, or none.
     extended : bool
-        With an identifier of 29 bits.
+        Whether the identifier has 29 bits.
 
     Notes
     -----
@@ -39,7 +39,7 @@ def frame_bits(size: int, *, stuffed: bool = True, extended: bool = False) -> in
 
 
 def bus_load(database: Database, *, stuffed: bool = True) -> float:
-    """Return the share of the bus that all frames take at its bit rate; 1 is all of it."""
+    """Return the share of the bit rate that all frames take; 1 is a full bus."""
     bits = sum(
         frame_bits(frame.size, stuffed=stuffed, extended=frame.extended) / frame.cycle_s
         for frame in database.frames

@@ -1,8 +1,8 @@
-"""The gateway as a CANopen node: NMT, heartbeat, EMCY and SDO beside its PDOs.
+"""The gateway as a CANopen node: NMT, heartbeat, EMCY and SDO in addition to its PDOs.
 
-The PDOs are frames of the gateway as any others. Everything else goes through the canopen library,
-on a connection of its own to the same bus. The heartbeat is sent by the gateway's own loop, not by
-a thread: a gateway that hangs shall not look alive.
+The gateway handles PDOs like any other frames. Everything else goes through the canopen library, on
+a separate connection to the same bus. The gateway's own loop sends the heartbeat, not a thread, so
+that a hanging gateway does not look alive.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from gateway.protocols.base import Participant, Report
 from measurement.errors import BadInput
 
 OPERATIONAL = 5
-"""The NMT state as a heartbeat carries it: given by CiA 301."""
+"""The NMT state in a heartbeat: given by CiA 301."""
 GENERIC, COMMUNICATION, MANUFACTURER = 0x01, 0x10, 0x80
 """Bits of the error register: given by CiA 301."""
 NO_ERROR, COMMUNICATION_ERROR, DEVICE_SPECIFIC = 0x0000, 0x8100, 0xFF00
@@ -37,11 +37,11 @@ COLLISION, TOO_SHORT, TOO_LONG = 0x8150, 0x8210, 0x8220
 UNKNOWN_COMMAND = 0x05040001
 """SDO abort code, the client's command is not valid or not known: given by CiA 301."""
 STOPPED = ("starting", "ready")
-"""States of a gateway that has nothing to complain of yet."""
+"""States of a gateway that has no fault to report yet."""
 
 
 class _Nmt(NmtSlave):
-    """Keeps the heartbeat's time; the gateway's loop sends it."""
+    """Keeps the heartbeat period; the gateway's loop sends the heartbeat."""
 
     beat_ms = 0
 
@@ -53,7 +53,7 @@ class _Nmt(NmtSlave):
 
 
 class _Sdo(SdoServer):
-    """Answers what the library's server would answer without a transfer, or not at all."""
+    """Handles requests that the library's server answers without a transfer, or not at all."""
 
     _open = ""
 
@@ -64,7 +64,7 @@ class _Sdo(SdoServer):
     def _begin(self, way: str, initiate: Callable[[bytes], None], request: bytes) -> None:
         self._buffer, self._open = None, ""
         initiate(request)
-        if self._buffer is not None:  # it does not fit into one frame
+        if self._buffer is not None:  # the value does not fit into one frame
             self._open = way
 
     def init_upload(self, request: bytes) -> None:
@@ -86,9 +86,9 @@ class _Sdo(SdoServer):
         self._open = "" if command & NO_MORE_DATA else self._open
 
     def block_upload(self, data: bytes) -> None:
-        """Change to a transfer in segments, if the client allows it.
+        """Change to a segmented transfer, if the client allows it.
 
-        It says by the threshold in byte 5 up to which size it does; 0 means never.
+        The client allows it up to the size in byte 5, the protocol switch threshold; 0 means never.
         """
         _, self._index, self._subindex = SDO_STRUCT.unpack_from(data)
         if data[0] & 0x03:
@@ -112,7 +112,7 @@ class _Node(canopen.LocalNode):
 
 
 class CanOpenNode(Participant):
-    """What a CANopen master sees of the gateway beside its PDOs.
+    """What a CANopen master sees of the gateway, except its PDOs.
 
     Parameters
     ----------
@@ -127,12 +127,12 @@ class CanOpenNode(Participant):
     say : callable
         Takes a line for people.
     listen_s : float, optional
-        How long to listen for another node of this number before the first message [s].
+        How long to listen for another node with this number before the first message [s].
 
     Raises
     ------
     BadInput
-        If there is one.
+        If there is another node with this number.
     """
 
     def __init__(
@@ -185,7 +185,7 @@ class CanOpenNode(Participant):
 
     @property
     def operational(self) -> bool:  # type: ignore[override]
-        """Whether the master has started the node: only then PDOs are used and sent."""
+        """Whether the master has started the node; PDOs are used and sent only then."""
         return bool(self._node.nmt._state == OPERATIONAL) and not self._collided
 
     def _boot(self) -> None:
@@ -198,7 +198,7 @@ class CanOpenNode(Participant):
         return self._raw.get((index, subindex))
 
     def update(self, now: float, report: Callable[[], Report]) -> None:
-        """Show what was sent and heard last; send a heartbeat or an EMCY if one is due."""
+        """Update the objects to the newest values; send a heartbeat or an EMCY if one is due."""
         found = report()
         answer, given = found.answer, found.given
         for name, (place, signal) in self._places.items():
@@ -221,11 +221,11 @@ class CanOpenNode(Participant):
                 self._complain_of_lengths()
 
     def _reconnect(self) -> None:
-        """Hear the master again after the bus was lost, which ended the library's thread."""
+        """Reconnect after the bus was lost, which ended the library's thread."""
         notifier = self._network.notifier
         if notifier is not None and notifier.exception is not None:
             with contextlib.suppress(can.CanError, OSError):
-                self._network.disconnect()  # tells once more what ended it
+                self._network.disconnect()  # raises once more what ended the thread
             self._network.connect(**self._bus)
 
     def _complain(self, answer: Mapping[str, Value]) -> None:
@@ -242,14 +242,14 @@ class CanOpenNode(Participant):
             self._node.emcy.send(code, register, bytes(emergency[1:]))
 
     def _look_around(self, node_id: int) -> None:
-        """Stop where another node of the same number has come to the bus."""
+        """Stop if another node with the same number has joined the bus."""
         if self._heard > (self._sent if self._echoes else 0) and not self._collided:
             self._collided = True
             self._say(f"CANopen: another node {node_id} is on this bus; no PDO is used or sent")
             self._node.emcy.send(COLLISION, GENERIC | COMMUNICATION)
 
     def _complain_of_lengths(self) -> None:
-        """Send an emergency when an RPDO begins to have a wrong length, and when it is right."""
+        """Send an EMCY when an RPDO gets a wrong length, and when its length is right again."""
         while self._lengths:
             number, more = self._lengths.popleft()
             code = NO_ERROR if not more else TOO_LONG if more > 0 else TOO_SHORT

@@ -1,8 +1,8 @@
 """The gateway's CANopen objects and PDOs: one layout, as frames for the gateway and as an EDS.
 
-Process values are INTEGER16 with one or two decimal digits, as analogue inputs of CiA 404 have them
-(objects 7130h, 6131h, 6132h). What the node receives, and its states, stand in the manufacturer's
-area.
+Process values are INTEGER16 with one or two decimal digits, like the analogue inputs of CiA 404
+(objects 7130h, 6131h, 6132h). Received values and the node's states are manufacturer-specific
+objects.
 """
 
 from __future__ import annotations
@@ -29,27 +29,28 @@ from measurement.errors import BadInput, checked
 from measurement.files import sha256_of
 
 NO_READING = -32768
-"""What a process value that is not known is sent as: the lowest INTEGER16, given by CiA 301."""
+"""Sent for an unknown process value: the lowest INTEGER16, given by CiA 301."""
 MOST_TEMPERATURES = 12
-"""Given by the PDOs: three of four values each."""
+"""Given by the PDOs: three with four values each."""
 PROFILE = 404
 """Measuring devices and closed-loop controllers: given by CiA 404."""
 OFFSETS, UNITS, DIGITS = 0x7130, 0x6131, 0x6132
 TEMPERATURES, SPEED, TOOL_LENGTH, STATE, THERMAL = 0x2100, 0x2101, 0x2102, 0x2103, 0x2104
 VALID, STATUS, SENSOR, GATEWAY, FAULT, TRUSTED = 0x2200, 0x2201, 0x2202, 0x2203, 0x2204, 0x2205
 UNCERTAINTY, LIMITS, HASH = 0x2210, 0x2300, 0x2301
-"""Objects: the profile's own are given by CiA 404, the others by the range that CiA 301 leaves."""
+"""Objects: the profile's own are given by CiA 404, the others lie in the range that CiA 301 leaves
+to manufacturers."""
 MICROMETRE = 0xFA010000
 """The unit, prefix then unit: given by CiA 303-2."""
 REVISION = 1
-"""Of the sheet: given by this version."""
+"""Revision of the data sheet: given by this version."""
 FILE = {
     "FileName": "spindle_drift.eds",
     "FileVersion": "1",
     "FileRevision": "0",
     "EDSVersion": "4.0",
     "Description": "Compensator of thermal drift",
-    # The sheet is printed anew whenever it is asked for: its date is that of its form.
+    # The sheet is generated on every request, so its date is that of its layout.
     "CreationTime": "12:00PM",
     "CreationDate": "11-23-2026",
     "CreatedBy": "spindle-drift",
@@ -57,7 +58,7 @@ FILE = {
     "ModificationDate": "11-23-2026",
     "ModifiedBy": "spindle-drift",
 }
-"""What the data sheet says of itself."""
+"""The data sheet's information about itself."""
 KINDS = {"i16": (od.INTEGER16, 16), "i32": (od.INTEGER32, 32), "u8": (od.UNSIGNED8, 8)}
 RECEIVE, SEND = "inputs", "outputs"
 LIMIT_NAMES = ("offset_um", "slew_um_per_s", "hold_s", "recover_s")
@@ -65,7 +66,7 @@ LIMIT_NAMES = ("offset_um", "slew_um_per_s", "hold_s", "recover_s")
 
 @dataclass(frozen=True)
 class Entry:
-    """A mapped object: the gateway's name, where it stands, its type, scale and unit."""
+    """A mapped object: the gateway's name for it, its index, type, scale and unit."""
 
     name: str
     index: int
@@ -76,13 +77,13 @@ class Entry:
 
     @property
     def bits(self) -> int:
-        """Its length."""
+        """The object's length [bit]."""
         return KINDS[self.kind][1]
 
 
 @dataclass(frozen=True)
 class Pdo:
-    """A PDO: its number from 1, whether it is received or sent, and its objects."""
+    """A PDO: its number from 1, whether the node receives or sends it, and its objects."""
 
     number: int
     way: str
@@ -90,16 +91,16 @@ class Pdo:
 
     @property
     def size(self) -> int:
-        """Its bytes."""
+        """The PDO's length [byte]."""
         return sum(entry.bits for entry in self.entries) // 8
 
     def cob_id(self, node_id: int) -> int:
-        """Return the identifier by the predefined connection set."""
+        """Return the identifier from the predefined connection set."""
         return (0x100 if self.way == RECEIVE else 0x80) + 0x100 * self.number + node_id
 
     @property
     def name(self) -> str:
-        """What the frame is called."""
+        """The frame's name."""
         return f"{'R' if self.way == RECEIVE else 'T'}PDO{self.number}"
 
 
@@ -109,7 +110,7 @@ def layout(temperatures: Sequence[str]) -> list[Pdo]:
     Raises
     ------
     BadInput
-        If they are too many for the predefined PDOs.
+        If there are too many for the predefined PDOs.
     """
     if len(temperatures) > MOST_TEMPERATURES:
         problem = f"{len(temperatures)} temperatures: three PDOs hold {MOST_TEMPERATURES}"
@@ -133,7 +134,7 @@ def layout(temperatures: Sequence[str]) -> list[Pdo]:
 
 
 def _array(names: Sequence[str], index: int, scale: float, unit: str) -> tuple[Entry, ...]:
-    """Return the process values of an object."""
+    """Return an object's process values."""
     return tuple(Entry(name, index, sub, "i16", scale, unit) for sub, name in enumerate(names, 1))
 
 
@@ -143,17 +144,17 @@ def _bytes(**indices: int) -> tuple[Entry, ...]:
 
 @cache
 def usual() -> Frame:
-    """Return the gateway's own heartbeat, whose times are those of process values, too."""
+    """Return the gateway's own heartbeat, whose period and timeout also apply to the PDOs."""
     return read_database().closing(COMPENSATOR)
 
 
 def heartbeat_ms() -> int:
-    """Return the usual time between a node's heartbeats [ms]."""
+    """Return the default heartbeat period [ms]."""
     return round(1e3 * usual().timeout_s)
 
 
 def _pdos_of(fmu: Path) -> list[Pdo]:
-    """Return the PDOs for a compensator: what is neither speed nor length is a temperature."""
+    """Return a compensator's PDOs; an input that is neither speed nor length is a temperature."""
     return layout([name for name in inputs_of(fmu) if name not in ("speed", "tool_length")])
 
 
@@ -197,7 +198,7 @@ def node_mapping(node_id: int, fmu: Path) -> Mapping:
     mapping = mapping_of(source, checked(MapFile, table, source), dbc, source)
     if mapping.problems:
         raise mapping.problems[0]
-    # CiA 301: of an RPDO that is longer than its mapping, the first bytes are used.
+    # CiA 301: if an RPDO is longer than its mapping, its first bytes are used.
     frames = tuple(replace(frame, longer=True) for frame in mapping.database.frames)
     mapping.database = replace(mapping.database, frames=frames)
     return mapping
@@ -294,14 +295,14 @@ def node_eds(node_id: int, fmu: Path) -> str:
         The compensator.
     """
     text, dictionary = io.StringIO(), node_dictionary(node_id, fmu)
-    dictionary.__edsFileInfo = {}  # or the library would add a version of its own
+    dictionary.__edsFileInfo = {}  # otherwise the library adds its own version
     export_eds(dictionary, text, dict(FILE))
-    # CiA 306-1 has this key, and the library does not know it: no PDO maps bits.
+    # CiA 306-1 requires this key, which the library does not know: no PDO maps bits.
     return text.getvalue().replace("GroupMessaging=", "CompactPDO=0\nGroupMessaging=", 1)
 
 
 def _of_node(variable: od.ODVariable, node_id: int) -> od.ODVariable:
-    """Note that an identifier moves with the number of the node."""
+    """Make an identifier depend on the node's number."""
     variable.default_raw = f"$NODEID+0x{variable.default - node_id:X}"
     return variable
 

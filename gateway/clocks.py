@@ -1,7 +1,7 @@
-"""What time it is: by this computer, by the machine, by the time of day; and for the compensator.
+"""The compensator's time, from three clocks: this computer's, the machine's and the time of day.
 
-The compensator is stepped by this computer's clock or by the machine's. Time that one of the clocks
-has seen go by, and the compensator was not told of, counts as time without inputs.
+The compensator is stepped by this computer's clock or by the machine's. Time that has passed on
+only one of the clocks counts as time without inputs.
 """
 
 from __future__ import annotations
@@ -21,43 +21,43 @@ _BOOT = getattr(time, "CLOCK_BOOTTIME", None)
 
 
 AGREE_S = 10.0
-"""By so much may the two ages of a state differ, the machine's and this computer's [s]: set on no
-data."""
+"""Largest difference between a state's age by the machine's clock and by this computer's [s]: set
+on no data."""
 
 
 def steady() -> float:
-    """Return a time that never goes back and, where the system can, goes on in a suspend [s]."""
+    """Return a monotonic time that, if the system supports it, also counts while suspended [s]."""
     return time.monotonic() if _BOOT is None else time.clock_gettime(_BOOT)
 
 
 class Stepper:
-    """Steps the compensator over cycles of the machine, over silence, and over time not seen.
+    """Steps the compensator over the machine's cycles, over silence, and over unseen time.
 
     Parameters
     ----------
     unit : CompensatorUnit
         The compensator, started.
     speed_up : float
-        Its seconds in one of this computer's clock.
+        Seconds of the compensator per second of this computer's clock.
     machine_clock : bool
-        It is stepped by the machine's count of time, which has nothing to do with this clock.
+        Whether to step by the machine's count of time, which is independent of this clock.
     cycle_s, timeout_s : float
-        How often cycles come, and after which time without one inputs are missing [s].
+        The period of cycles, and the time without one after which inputs are missing [s].
     now : float
         The time of this computer's clock [s].
     warm : Saved or None
-        The state that it was restored from.
+        The state that the compensator was restored from.
     wall : callable or None
-        The time of day; None: not looked at.
+        The time of day; None: not used.
 
     Attributes
     ----------
     machine_time_s : float
-        What the machine's clock showed last [s].
+        The last reading of the machine's clock [s].
     tool_length_mm : float
-        The newest that was heard; NaN before one was [mm].
+        The last tool length received; NaN before the first [mm].
     steps : int
-        How many were taken.
+        Number of steps taken.
     """
 
     def __init__(
@@ -76,15 +76,15 @@ class Stepper:
         self._wall = None if machine_clock else wall
         self._wall_offset_s = self._wall() - now if self._wall else 0.0
         self._stepped_at = now - (warm.age_s if warm and not machine_clock else 0.0)
-        self._fresh = warm is None  # no step yet: nothing to measure one from
-        # Machine time that it has been stepped to [s].
+        self._fresh = warm is None  # no step yet, so no time since the last one
+        # Machine time up to which the compensator has been stepped [s].
         self._covered = warm.machine_time_s if warm else None
         self.machine_time_s = warm.machine_time_s if warm else 0.0
         self._started_at = self._heard_at = now
         self.tool_length_mm, self.steps = nan, 0
 
     def hear(self, beat: Mapping[str, float], now: float, *, sampled: bool) -> None:
-        """Take note of a heartbeat; a machine whose frames are sampled has no time of its own."""
+        """Take the time of a heartbeat; a machine with sampled frames has no time of its own."""
         if not isnan(beat.get("machine_time", nan)):
             self.machine_time_s, self._heard_at = beat["machine_time"], now
         elif sampled:
@@ -92,12 +92,12 @@ class Stepper:
             self._heard_at = now
 
     def machine_time_at(self, now: float) -> float:
-        """Return what the machine's clock is likely to show at a time [s]."""
+        """Return what the machine's clock probably shows at a time [s]."""
         gone_s = 0.0 if self._machine_clock else now - self._heard_at
         return self.machine_time_s + gone_s * self._speed_up
 
     def too_old(self, saved: Saved, shown_s: float, counted: CountedTime | None, now: float) -> str:
-        """Return why a state that was restored is too old by the machine's clock; empty if not.
+        """Return why a restored state is too old by the machine's clock; empty if it is not.
 
         Parameters
         ----------
@@ -106,7 +106,7 @@ class Stepper:
         shown_s : float
             What the machine's clock shows; NaN for a machine without one [s].
         counted : CountedTime or None
-            How frames count it; None for a machine without a clock.
+            How frames count this time; None for a machine without a clock.
         now : float
             The present [s].
         """
@@ -122,7 +122,7 @@ class Stepper:
         return f"the state is too old: {age_s:.0f} s by the machine's clock{own}" if old else ""
 
     def unseen_s(self, now: float) -> float:
-        """Return the machine's time that only the time of day has seen go by [s]."""
+        """Return the machine's time that has passed by the time of day only [s]."""
         if self._wall is None:
             return 0.0
         offset_s = self._wall() - now
@@ -135,12 +135,12 @@ class Stepper:
         self._fresh, self._covered = True, None
 
     def silence(self, unseen_s: float, now: float) -> None:
-        """Step over the time since the step before, and over time that no clock but one has seen.
+        """Step over the time since the last step, and over time that only one clock has seen.
 
         Parameters
         ----------
         unseen_s : float
-            That time [s].
+            Time that only one clock has seen [s].
         now : float
             The present [s].
         """
@@ -154,8 +154,7 @@ class Stepper:
     ) -> None:
         """Step over a cycle of the machine.
 
-        Time in which nothing came, or that one clock has seen and the others have not, counts as
-        time without inputs.
+        Time in which nothing came, or that only one clock has seen, counts as time without inputs.
 
         Parameters
         ----------
@@ -178,7 +177,7 @@ class Stepper:
             unseen_s = begins_s - self._covered if self._covered is not None else 0.0
             self._covered = begins_s + step_s
         if unseen_s > 1e-6:
-            # In two steps: only a second sample that is missing shows that the first was no slip.
+            # In two steps, because a single missing sample could be a slip.
             last_s = min(unseen_s, self._cycle_s * self._speed_up)
             self._step({}, unseen_s - last_s, now)
             self._step({}, last_s, now)

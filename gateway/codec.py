@@ -1,7 +1,7 @@
-"""Values to frames and back, by the DBC file alone.
+"""Encodes values into frames and decodes them, from the DBC file alone.
 
-A value that is not known (NaN) is sent as *not available*, one that the frame cannot carry as
-*error*. Read back, both are NaN, and so is a raw value outside the signal's range.
+An unknown value (NaN) is sent as *not available*, one that the frame cannot carry as *error*. Both
+are decoded as NaN, and so is a raw value outside the signal's range.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from gateway.proof import ECHO, ECHO_BITS, PROOF, proof_of
 Value = float | str
 """A number in the signal's unit, or a name from its value table."""
 ROUNDING = {16: 2.0**-11, 32: 2.0**-24}
-"""By how much of itself a number is rounded, by its bits: given by IEEE 754."""
+"""Largest relative rounding error of a number, by its length in bits: given by IEEE 754."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """Something wrong: the kind of fault as the DBC names it, the frame, a text for people.
+    """A problem: the kind of fault as the DBC names it, the frame, and a text for people.
 
-    The signal, where only that is concerned.
+    If only one signal is affected, that signal as well.
     """
 
     fault: str
@@ -36,26 +36,28 @@ class Finding:
 
 
 def raw_of(signal: Signal, value: Value, before: float | None = None) -> float:
-    """Return the raw value to send; a signal without special codes sends its start value then.
+    """Return the raw value to send, a special code for a value that cannot be sent.
+
+    A signal without such a code sends its start value instead.
 
     Parameters
     ----------
     signal : Signal
-        What is sent.
+        The signal to send.
     value : float or str
-        Its value, or the name of one.
+        A value, or the name of one.
     before : float, optional
-        The raw value that was sent last; a signal that holds sends it again where it has no code.
+        The raw value sent last, which a signal that holds sends again instead of its start value.
 
     Raises
     ------
     KeyError
-        For a name that is not in the signal's value table.
+        If a name is not in the signal's value table.
     """
     if not isinstance(value, str) and signal.numbers and isfinite(value):
         value = signal.numbers.get(round(value), OTHER)
     if isinstance(value, str) and signal.wire_name and value not in signal.codes:
-        # A control's own table need not have a word for everything.
+        # A control's own value table need not have every name.
         value = OTHER if OTHER in signal.codes else nan
     if isinstance(value, str):
         return signal.codes[value]
@@ -74,12 +76,12 @@ def _whole(signal: Signal, raw: float) -> float:
 
 
 def low_raw(signal: Signal) -> float:
-    """Return the smallest raw value that is allowed."""
+    """Return the smallest allowed raw value."""
     return _ends(signal)[0]
 
 
 def high_raw(signal: Signal) -> float:
-    """Return the largest raw value that is allowed."""
+    """Return the largest allowed raw value."""
     return _ends(signal)[1]
 
 
@@ -87,25 +89,25 @@ def _ends(signal: Signal) -> tuple[float, float]:
     low, high = sorted((end - signal.offset) / signal.scale for end in (signal.low, signal.high))
     if not signal.is_float:
         return round(low), round(high)
-    # A raw value that is an end of the range may come rounded.
+    # A raw value at an end of the range may arrive rounded.
     rounding = ROUNDING.get(signal.bits, 0.0)
     return low - rounding * abs(low), high + rounding * abs(high)
 
 
 class CountedTime:
-    """A time as frames count it: in steps from 0 to the largest, and then anew.
+    """A time as frames count it: in steps from 0 to the largest value, then from 0 again.
 
     Parameters
     ----------
     signal : Signal
-        What carries it.
+        The signal that carries the time.
 
     Attributes
     ----------
     count : int
-        How many steps there are; special codes are none.
+        Number of steps, special codes excluded.
     scale : float
-        A step [s].
+        Length of a step [s].
     """
 
     def __init__(self, signal: Signal) -> None:
@@ -113,7 +115,7 @@ class CountedTime:
 
     @property
     def period_s(self) -> float:
-        """It starts anew after this time [s]."""
+        """The time after which the count starts again [s]."""
         return self.count * self.scale
 
     def raw(self, time_s: float) -> int:
@@ -121,21 +123,21 @@ class CountedTime:
         return round(time_s / self.scale) % self.count
 
     def carried_s(self, time_s: float) -> float:
-        """Return what a frame shows of a time [s]."""
+        """Return a time as a frame carries it [s]."""
         return self.raw(time_s) * self.scale
 
     def since_s(self, earlier_s: float, time_s: float) -> float:
-        """Return how long before a time another one was, by what frames show of both [s]."""
+        """Return the time from *earlier_s* to *time_s*, both as frames carry them [s]."""
         return (self.raw(time_s) - self.raw(earlier_s)) % self.count * self.scale
 
 
 class Encoder:
-    """Makes one frame's messages, counting them.
+    """Makes and counts one frame's messages.
 
     Parameters
     ----------
     frame : Frame
-        What is sent.
+        The frame to send.
     """
 
     def __init__(self, frame: Frame) -> None:
@@ -146,11 +148,11 @@ class Encoder:
         self._sent: dict[str, float] = {}
 
     def message(self, values: Mapping[str, Value]) -> can.Message:
-        """Return the next message of a frame of one page; see `messages`."""
+        """Return the next message of a frame with one page; see `messages`."""
         return self.messages(values)[0]
 
     def messages(self, values: Mapping[str, Value]) -> list[can.Message]:
-        """Return the next message, or one for each page; a signal without value is missing."""
+        """Return the next message, or one per page; a signal without a value is missing."""
         for name, signal in self.frame.signals.items():
             raw = raw_of(signal, values.get(name, nan), self._sent.get(name))
             self._raw[signal.key] = self._sent[name] = raw
@@ -183,9 +185,9 @@ class Sender:
     database : Database
         The frames.
     node : str
-        Who sends.
+        The sender.
     key : bytes, optional
-        What a proof is made with; see `proof.proof_of`.
+        The key for proofs; see `proof.proof_of`.
     """
 
     def __init__(self, database: Database, node: str, key: bytes | None = None) -> None:
@@ -201,9 +203,9 @@ class Sender:
         Parameters
         ----------
         values : mapping of str to float or str
-            By signal; one that is not in it is missing.
+            By signal; a signal that is not in it is missing.
         challenge : int, optional
-            The newest one that was heard, for a node that proves its cycles to be fresh.
+            The newest one received, for a node that proves that its cycles are fresh.
         """
         made = {
             encoder.frame.key: encoder.messages(values)
@@ -223,9 +225,9 @@ class Sender:
 
 @dataclass(frozen=True)
 class Content:
-    """What a frame holds: its cycle count, its values, and what is wrong with them.
+    """A frame's content: its cycle count, its values, and the problems with them.
 
-    A frame with pages holds the values of the one that came.
+    A frame with pages holds the values of the page that came.
     """
 
     cycle: int = 0
@@ -236,19 +238,19 @@ class Content:
 
 
 def decode(frame: Frame, data: bytes | bytearray) -> Content:
-    """Return a frame's content; values are NaN where there is none.
+    """Return a frame's content; a missing value is NaN.
 
     Parameters
     ----------
     frame : Frame
-        Which frame it is.
+        The frame.
     data : bytes
-        Its bytes, as many as it must have; the check value is not looked at here.
+        Its bytes, of the right number; the check value is not checked here.
 
     Raises
     ------
     LookupError
-        If its multiplexer has a value that the DBC file does not know.
+        If the multiplexer has a value that is not in the DBC file.
     """
     try:
         found = frame.message.decode(bytes(data), decode_choices=False, scaling=False)
@@ -271,7 +273,7 @@ def decode(frame: Frame, data: bytes | bytearray) -> Content:
 
 
 def name_of(signal: Signal, value: float) -> str:
-    """Return the name of a value of an enumeration; *not_available* for NaN."""
+    """Return the name of an enumeration's value; *not_available* for NaN."""
     for name, raw in signal.codes.items():
         if raw == value:
             return name

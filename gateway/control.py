@@ -1,4 +1,4 @@
-"""How a control uses the offsets that it receives, and what it does without them."""
+"""How a control uses the offsets that it receives, and what it does without any."""
 
 from __future__ import annotations
 
@@ -11,17 +11,16 @@ NONE_YET, FOLLOWING, HOLDING, RETURNING = "none_yet", "following", "holding", "r
 
 
 class OffsetFollower:
-    """The offsets that a control wants to have in force; its axes move there at their own pace.
+    """The offsets that a control wants to apply; its axes move there at their own pace.
 
-    Offsets that are not valid are followed too: the gateway holds or ramps them, and a control
-    that dropped them would make the step that the gateway avoids. Without offsets, because the
-    gateway is silent, its frames are faulty, or it has none to give, the last ones are held, then
-    given up.
+    Invalid offsets are followed too: the gateway holds or ramps them, and a control that dropped
+    them would make the step that the gateway avoids. If no offsets come, because the gateway is
+    silent, its frames are faulty or it has none to give, the last ones are held, then given up.
 
     Parameters
     ----------
     hold_s : float
-        How long they are held, in the machine's time [s].
+        How long offsets are held, in the machine's time [s].
 
     Attributes
     ----------
@@ -43,7 +42,7 @@ class OffsetFollower:
         Parameters
         ----------
         cycle : Cycle or None
-            The gateway's newest answer; None if none came since the step before.
+            The gateway's newest answer; None if none came since the last step.
         step_s : float
             How long that step took, in the machine's time [s].
         """

@@ -1,4 +1,4 @@
-"""Units of DBC files to those of the compensator."""
+"""Converts units of DBC files to those of the compensator."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     import pint
 
 SPELLINGS = {
-    # Read as they stand, these would be angular frequencies of other size, or something else.
+    # Taken literally, these are angular frequencies of another size, or something else.
     "1/min": "rpm",
     "min-1": "rpm",
     "min^-1": "rpm",
@@ -23,20 +23,20 @@ SPELLINGS = {
     "Grad C": "degC",
     "Cel": "degC",
 }
-"""What DBC files write, and what it means."""
+"""Spellings in DBC files, and what they mean."""
 TURNS = {"Hz": "60 rpm", "1/s": "60 rpm", "rev/s": "60 rpm", "U/s": "60 rpm"}
-"""The same of spindle speeds: turns, where a physicist would count radians."""
+"""The same for spindle speeds: they count turns, not radians."""
 
 
 @cache
 def _registry() -> pint.UnitRegistry[float]:
-    import pint  # takes as long as everything else of a gateway that converts no unit
+    import pint  # takes as long as starting the rest of the gateway, and is often not needed
 
     return pint.UnitRegistry(autoconvert_offset_to_baseunit=False)
 
 
 def conversion(unit: str, wanted: str) -> tuple[float, float]:
-    """Return factor and offset: value in *wanted* = factor * value in *unit* + offset.
+    """Return factor and offset of value in *wanted* = factor * value in *unit* + offset.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def conversion(unit: str, wanted: str) -> tuple[float, float]:
     Raises
     ------
     BadInput
-        If one is not known or cannot be converted into the other.
+        If either is unknown or *unit* cannot be converted to *wanted*.
     """
     unit, wanted = SPELLINGS.get(unit.strip(), unit.strip()), wanted.strip()
     unit = TURNS.get(unit, unit) if wanted == "rpm" else unit
@@ -64,12 +64,12 @@ def conversion(unit: str, wanted: str) -> tuple[float, float]:
         problem = f"cannot be converted to {wanted}: {one_line(error)}"
         raise BadInput(unit or "no unit", "", problem) from None
     factor = number * (one - zero)
-    # What is a whole number of steps shall stay one.
+    # Rounded, so that a whole number of steps stays one.
     return float(f"{factor:.12g}"), float(f"{zero:.12g}")
 
 
 def _size(unit: str) -> tuple[float, str]:
-    """Return the number before a unit, 1 if there is none, and the unit."""
+    """Return the number before a unit (1 if there is none) and the unit."""
     end = len(unit) - len(unit.lstrip("0123456789.eE+-"))
     number = unit[:end].strip()
     return (float(number), unit[end:].strip()) if number else (1.0, unit)

@@ -17,14 +17,14 @@ MACHINE, COMPENSATOR = "MACHINE", "COMPENSATOR"
 CYCLE = "cycle"
 ERROR, NOT_AVAILABLE, OTHER = "error", "not_available", "other"
 MAY_BE_LOST = 1
-"""So many cycles in a row may be lost before it matters: set on no data."""
+"""Number of consecutive cycles whose loss is tolerated: set on no data."""
 FAREWELLS = 1 + MAY_BE_LOST
-"""So often a node says that it leaves."""
+"""How many times a node announces that it leaves."""
 EXTENDED = 1 << 31
-"""Marks an identifier of 29 bits in a DBC file: given by its format."""
+"""Marks a 29-bit identifier in a DBC file: given by its format."""
 OFFSETS = ("dX", "dY", "dZ")
 TRUST = ("none", "partly", "protected")
-"""From the least: what of the faults of a frame can be noticed."""
+"""How many of a frame's faults can be detected, from the least."""
 
 
 @dataclass(frozen=True)
@@ -42,19 +42,20 @@ class Signal:
     bits : int
         Length.
     codes : dict of str to int
-        Raw values of the value table, by their names.
+        Raw values of the value table, by name.
     start : float
-        Raw value that a receiver takes before the first frame.
+        Raw value that a receiver assumes before the first frame.
     wire_name : str
-        The signal's name in the DBC file, where a map gives it another here.
+        The signal's name in the DBC file, if a map renames it.
     numbers : dict of int to str
-        Names of the values that the gateway has as numbers, where the DBC file numbers otherwise.
+        Names of the gateway's numeric values, if the DBC file numbers them differently.
     holds : bool
-        What has no value is sent as it was before: the DBC file has no raw value for *missing*.
+        Whether a missing value is sent as the last one, because the DBC file has no raw value for
+        *missing*.
     is_float : bool
-        The raw value is a floating-point number.
+        Whether the raw value is a floating-point number.
     page : int or None
-        The value of the frame's multiplexer with which it comes; None: always.
+        The value of the frame's multiplexer with which the signal comes; None: always.
     """
 
     name: str
@@ -75,7 +76,7 @@ class Signal:
 
     @property
     def key(self) -> str:
-        """The name that cantools knows it by."""
+        """The name that cantools uses."""
         return self.wire_name or self.name
 
     @property
@@ -101,29 +102,29 @@ class Frame:
     frame_id : int
         The identifier on the bus.
     cycle_s, timeout_s : float
-        How often it is sent, and after which silence it is late [s].
+        The period at which it is sent, and the silence after which it is late [s].
     signals : dict of str to Signal
         Its content by name, without CRC and counts.
     cycles : int
-        The cycle count starts anew after so many cycles.
+        Number of cycles after which the cycle count starts again.
     message : cantools Message
-        What encodes and decodes it.
+        Encodes and decodes it.
     protection : Protection
-        What seals it and finds faults in it.
+        Seals it and finds faults in it.
     cycle : str
         The signal with the cycle count; empty for none.
     extended : bool
-        The identifier has 29 bits.
+        Whether the identifier has 29 bits.
     fixed : dict of str to float
-        Raw values of the DBC file's other signals, for sending.
+        Raw values to send for the DBC file's other signals.
     multiplexer : str
-        The signal that says which page of signals a frame holds; empty for none.
+        The signal that selects a frame's page of signals; empty for none.
     event : bool
-        It is sent when there is something to say, and belongs to no cycle.
+        Whether it is sent on an event and belongs to no cycle.
     longer : bool
-        It may come with more bytes, which mean nothing.
+        Whether further bytes may follow, which are ignored.
     fd : bool
-        It is a frame of CAN FD.
+        Whether it is a CAN FD frame.
     """
 
     name: str
@@ -146,22 +147,22 @@ class Frame:
 
     @property
     def key(self) -> int:
-        """The identifier, with a bit beyond it for one of 29 bits."""
+        """The identifier; a further bit marks one of 29 bits."""
         return self.frame_id | EXTENDED if self.extended else self.frame_id
 
     @property
     def data_id(self) -> int:
-        """The number that enters the check value; 0 for none."""
+        """The data id included in the check value; 0 for none."""
         return int.from_bytes(self.protection.data_id, "little")
 
     @property
     def size(self) -> int:
-        """How many bytes it has."""
+        """Number of bytes."""
         return int(self.message.length)
 
     @property
     def pages(self) -> tuple[int | None, ...]:
-        """The values of the multiplexer that bring a signal, or None alone where none is needed."""
+        """The multiplexer values with which signals come; only None without a multiplexer."""
         pages = {signal.page for signal in self.signals.values() if signal.page is not None}
         return tuple(sorted(pages)) or (None,)
 
@@ -174,14 +175,14 @@ def key_of(message: can.Message) -> int:
 
 @dataclass(frozen=True)
 class Substitute:
-    """What stands for an input that has no value.
+    """What replaces an input that has no value.
 
     Attributes
     ----------
     value : float or None
         A constant; None: the last value.
     hold_s : float
-        For how long the last value stands [s].
+        How long the last value is used [s].
     """
 
     value: float | None = None
@@ -190,17 +191,17 @@ class Substitute:
 
 @dataclass(frozen=True)
 class Database:
-    """All frames, and the bit rate that the bus is meant for [bit/s].
+    """All frames, and the intended bit rate of the bus [bit/s].
 
     Attributes
     ----------
     every_s : float or None
-        Frames come at their own pace and are looked at this often [s]; None: each comes once a
-        cycle, and the last one closes it.
+        The period at which frames that come at their own pace are sampled [s]; None: each frame
+        comes once a cycle, and the last one closes it.
     substitutes : dict of str to Substitute
-        What stands for inputs without a value; also for those that no frame carries.
+        What replaces inputs without a value, including those that no frame carries.
     when_invalid : dict of str to float
-        What is sent in place of outputs while they are not valid.
+        What is sent instead of outputs while they are invalid.
     """
 
     path: Path
@@ -216,7 +217,7 @@ class Database:
         return any(frame.fd for frame in self.frames)
 
     def of(self, sender: str) -> tuple[Frame, ...]:
-        """Return a node's frames of a cycle, by rising identifier: the order of sending.
+        """Return a node's frames of a cycle in the order of sending, by rising identifier.
 
         Parameters
         ----------
@@ -264,7 +265,7 @@ class Database:
 
     @cached_property
     def named(self) -> dict[str, Signal]:
-        """Every signal by its name here; of one that several frames carry, the first."""
+        """Every signal by the gateway's name; the first one if several frames carry it."""
         found: dict[str, Signal] = {}
         for frame in self.frames:
             found = found | {n: s for n, s in frame.signals.items() if n not in found}
@@ -292,7 +293,7 @@ class Database:
 
     @property
     def proof(self) -> Frame | None:
-        """The machine's frame that proves a cycle to be fresh, if there is one."""
+        """The machine's frame that proves that a cycle is fresh, if there is one."""
         if self.every_s is not None:
             return None
         return next((frame for frame in self.of(MACHINE) if PROOF in frame.signals), None)
@@ -303,6 +304,6 @@ class Database:
 
     @property
     def trust(self) -> str:
-        """The least of the protections of the machine's frames."""
+        """The weakest protection of the machine's frames."""
         levels = {frame.protection.trust for frame in self.of(MACHINE)}
         return next((level for level in TRUST if level in levels), TRUST[0])

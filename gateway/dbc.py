@@ -1,4 +1,4 @@
-"""DBC files as cantools reads them, and the one that ships."""
+"""Reading DBC files with cantools, and the DBC file that ships."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ def load_dbc(path: Path) -> CanDatabase:
 
 
 def printable(text: str) -> str:
-    """Return a text of somebody else's in a line that a terminal can take."""
+    """Return a foreign text as one line that is safe for a terminal."""
     return " ".join("".join(c if c.isprintable() else " " for c in text).split())
 
 
 def attribute(specifics: Any, name: str, default: float) -> float:
-    """Return an attribute's value: the object's, or else the one declared as default."""
+    """Return an attribute's value: the object's own, or else the declared default."""
     found = specifics.attributes.get(name) if specifics is not None else None
     if found is None:
         return default
