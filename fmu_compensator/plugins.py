@@ -1,8 +1,8 @@
-"""Error models that other installed distributions add; a compensator FMU has no such module.
+"""Error models from other installed distributions; a compensator FMU does not include this module.
 
-An entry point names a module with one model, or a package: each file of it is one model. A file
-holds the class that runs and the one that is fitted, or they stand in files of the same name in the
-package's folders ``runtime`` and ``fit``. What runs is found without importing what is fitted.
+An entry point names a module with one model, or a package in which each file is one model. A file
+holds both the runtime class and the fitting class, or these are in files of the same name in the
+package's folders ``runtime`` and ``fit``. Finding a runtime class does not import the fitting one.
 """
 
 from __future__ import annotations
@@ -29,17 +29,17 @@ T = TypeVar("T")
 
 @cache
 def plugged_error_models(shipped: Collection[str]) -> dict[str, PlugIn[type[ErrorModel]]]:
-    """Return the predicting error models of plug-ins, by kind.
+    """Return the runtime error models of plug-ins, by kind.
 
     Parameters
     ----------
     shipped : frozenset of str
-        Kinds that the project itself has.
+        Kinds that the project itself provides.
 
     Raises
     ------
     BadInput
-        For a plug-in that is no error model.
+        For a plug-in that is not an error model.
     """
     return plugged_classes(ErrorModel, RUNTIME, shipped)  # type: ignore[type-abstract]
 
@@ -53,16 +53,16 @@ def plugged_classes(
     ----------
     base : type
     half : {"runtime", "fit"}
-        The folder of a package where they stand when not in the package itself.
+        Folder of a package that is also searched.
     shipped : collection of str
-        Kinds that the project itself has.
+        Kinds that the project itself provides.
 
     Raises
     ------
     BadInput
-        For a plug-in that cannot be used, or that takes a kind that is there already.
+        For a plug-in that cannot be used, or whose kind already exists.
     """
-    if not entry_points(group=GROUP):  # the standard library suffices where there are none
+    if not entry_points(group=GROUP):  # without plug-ins, the standard library suffices
         return {}
     from measurement.plugins import by_name, lacking, loaded
 

@@ -1,7 +1,7 @@
-"""Is a temperature reading fit for use?
+"""Checks whether temperature readings can be used.
 
-A reading is bad when it is missing, implausible, has moved faster than heat can, or has stood
-still for longer than a live sensor does. Only the sensors that the error model uses are watched.
+A reading is bad if it is missing, implausible, changes faster than heat can, or stays constant for
+longer than a live sensor does. Only the sensors that the error model uses are checked.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from fmu_compensator.runtime.fields import Fields
 MISSING, IMPLAUSIBLE, TOO_FAST, STALE = 1, 2, 3, 4
 """The last digit of a status: given by the FMU's interface."""
 SPAN_S = 300.0
-"""Rates of change are taken over this span, in which noise and quantisation hardly count; a reading
-that jumped away may come back to where real warming took it in it [s]. Set on no
+"""Rates of change are taken over this span, in which noise and quantisation hardly count; it also
+bounds how far real warming may have moved a sensor when it returns from a jump [s]. Set on no
 data."""
 ALIVE_AFTER = 20
-"""A sensor whose reading has changed so often is alive: its standing still means something. Set on
-no data; a test bench's constants never change."""
+"""A sensor whose reading has changed this often is alive, so that standing still is suspicious. Set
+on no data; a test bench's constants never change."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,13 +37,13 @@ class Sensor:
     rate_per_s : float
         Fastest real change of temperature [K/s].
     noise : float
-        Largest jump from one reading to the next that noise and quantisation explain [K].
+        Largest jump between two readings that noise and quantisation explain [K].
     stale_after_s : float or None
-        A reading that stays exactly the same for longer is stale, once the sensor has been seen to
-        change [s]; None: never.
+        A reading that stays exactly the same for longer is stale, provided that the sensor has
+        changed before [s]; None: never.
     trained_low, trained_high : float
         Range of the model's input seen in training, in the file's input form [degC or K]; for
-        people and `monitor`.
+        people and `monitor` only.
     """
 
     name: str
@@ -80,7 +80,7 @@ class Sensor:
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """Why the inputs cannot be used: cause code 1 to 4, 1-based sensor (0 none), and a text."""
+    """Why the inputs cannot be used: cause code 1 to 4, 1-based sensor (0: none), and a text."""
 
     cause: int
     sensor: int
@@ -88,18 +88,18 @@ class Fault:
 
 
 class SensorCheck:
-    """Watches one sensor.
+    """Checks the readings of one sensor.
 
-    The rate check compares a reading with the last good one, not with the one before it, so that
+    The rate check compares a reading with the last good one, not with the previous one, so that
     a single spike is one bad reading and not two. A reading is good within a corridor around the
     last good one: the sensor's noise plus its rate limit times the time between them. Noise is a
-    term of its own because a quantised sensor shows its whole step in an arbitrarily short time.
+    separate term because a quantised sensor shows its whole step in an arbitrarily short time.
     A reading that was *seen* to jump out of the corridor must come back to it: the corridor stops
     widening after `SPAN_S`, or a shifted sensor would be trusted again after a while. After a
-    gap without readings it keeps widening, because nothing speaks against a slow change.
+    gap without readings it keeps widening, because the change may have been slow.
 
-    A live sensor never stands still: noise moves it. So one that does is stale, but only after
-    its reading has changed `ALIVE_AFTER` times. The constants of a test bench never do that.
+    Noise always moves a live sensor. A constant one is therefore stale, but only if its reading has
+    changed `ALIVE_AFTER` times before. The constants of a test bench never do that.
     """
 
     __slots__ = (
@@ -121,13 +121,13 @@ class SensorCheck:
         """Forget all readings."""
         self._good: float | None = None  # the last good reading [degC]
         self._since_good = 0.0  # [s]
-        self._jumped_after: float | None = None  # how old the good one was at the jump [s]
+        self._jumped_after: float | None = None  # age of the last good one at the jump [s]
         self._last: float | None = None  # the last reading of any kind [degC]
         self._unchanged = 0.0  # for how long it has been the same [s]
         self._moves = 0  # how often it has changed, counted up to ALIVE_AFTER
 
     def look(self, value: float, elapsed_s: float) -> Fault | None:
-        """Return what is wrong with a reading [degC], taken *elapsed_s* after the one before."""
+        """Return the fault of a reading [degC] *elapsed_s* after the previous one; None if good."""
         sensor = self._sensor
         self._since_good += elapsed_s
         if value == self._last:
@@ -139,7 +139,7 @@ class SensorCheck:
         else:
             self._last = None
             return self._fault(MISSING, f"{sensor.name} is missing")
-        # What was good is so again: only standing still can be wrong with it.
+        # A value that was good before is good again, unless it is stale.
         fault = None if value == self._good else self._elsewhere(value)
         if fault is not None:
             return fault
@@ -154,7 +154,7 @@ class SensorCheck:
         return None
 
     def _elsewhere(self, value: float) -> Fault | None:
-        """Return what is wrong with a reading that is not the last good one [degC]."""
+        """Return the fault of a reading that differs from the last good one [degC]."""
         sensor, span = self._sensor, self._since_good
         away = allowed = 0.0
         if self._good is not None:
@@ -173,18 +173,18 @@ class SensorCheck:
 
     @property
     def stands(self) -> bool:
-        """Whether the last reading is the one before it."""
+        """Whether the last reading equals the previous one."""
         return self._unchanged > 0.0
 
     def _fault(self, cause: int, text: str) -> Fault:
         return Fault(cause, self._index, text)
 
     def state(self) -> list[float | None]:
-        """Return what is remembered, for JSON."""
+        """Return the memory, for JSON."""
         timing = [self._since_good, self._jumped_after, self._last, self._unchanged]
         return [self._good, *timing, self._moves]
 
     def restore(self, state: Sequence[Any]) -> None:
-        """Take up what `state` returned."""
+        """Restore what `state` returned."""
         self._good, self._since_good, self._jumped_after, self._last = state[:4]
         self._unchanged, self._moves = state[4:]

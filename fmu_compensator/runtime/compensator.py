@@ -1,4 +1,4 @@
-"""The compensator: one step takes the readings in and gives the axis offsets out."""
+"""The compensator: each step takes readings and returns axis offsets."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from fmu_compensator.runtime.spare import Spare, Starts
 
 OK, WAITING, UNTRAINED, RECOVERING, SPARED = 0, 1, 2, 3, 4
 HOLDING, RAMPING, AT_ZERO = 10, 20, 30
-"""The status, for the last three plus the cause: given by the FMU's interface."""
+"""Status codes; the cause is added to the last three: given by the FMU's interface."""
 REMEMBERED = ("last_time", "started", "recovering", "fault_age", "good_for")
-"""What a state holds as it is."""
+"""Attributes that a state holds unchanged."""
 STATUS_TEXTS = {
     OK: "offsets follow the model",
     WAITING: "waiting for the first valid sample",
@@ -33,7 +33,7 @@ STATUS_TEXTS = {
 
 
 class Output(NamedTuple):
-    """What a step gives out.
+    """Result of a step.
 
     Attributes
     ----------
@@ -42,23 +42,23 @@ class Output(NamedTuple):
     elongation, yaw, pitch : float
         The predicted pose [um, urad, urad]; the last good one while the inputs are bad.
     dX_uncertainty, dY_uncertainty, dZ_uncertainty : float
-        Half the width of the interval about the drift that is compensated, at this tool length, in
-        which most unseen drift lies [um]: wider the newer the inputs are, narrower after a
-        measurement. The last good one while the inputs are bad. -1: not known, because the axis
-        was not measured in training, or nothing was predicted yet.
+        Half width of the interval about the compensated drift, at this tool length, that contains
+        most unseen drift [um]: wider for newer inputs, narrower after a measurement. The last good
+        one while the inputs are bad. -1: unknown, because the axis was not measured in training or
+        nothing has been predicted yet.
     valid : bool
         Whether the offsets follow the model. False while waiting, recovering or in a fault.
     status : int
-        0 ok; 1 waiting for the first valid sample; 2 ok, but in conditions that training did not
-        see; 3 recovering; 4 going on without broken sensors, whose readings are estimated
-        from the others' (it wins over 2: somebody has to mend them); 1x holding, 2x ramping to
-        zero, 3x at zero, where x is the cause: 1 missing, 2 out of the plausible range, 3 changing
+        0 ok; 1 waiting for the first valid sample; 2 ok, but in conditions not seen in training;
+        3 recovering; 4 continuing without broken sensors, whose readings are estimated from the
+        others (takes precedence over 2, because they need repair); 1x holding, 2x ramping to
+        zero, 3x at zero, where x is the cause: 1 missing, 2 outside the plausible range, 3 changing
         too fast, 4 stale.
     status_sensor : int
-        1-based index of the sensor to blame, 0 for none. Outside training: the one that is
-        furthest out; the text names up to three.
+        1-based index of the sensor to blame, 0 for none. Outside training: the sensor that
+        contributes most; the text names up to three.
     status_text : str
-        One line for people. While the offsets are valid it names those that are at their limit.
+        One line for people. While the offsets are valid it names those at their limit.
     """
 
     dX: float  # noqa: N815 - the signals' names
@@ -77,7 +77,7 @@ class Output(NamedTuple):
 
 
 class RunningCompensator:
-    """Inputs checked, error model and Gaussian, offset geometry, limits.
+    """Input checks, error model and Gaussian, offset geometry, limits.
 
     Parameters
     ----------
@@ -87,13 +87,12 @@ class RunningCompensator:
     Notes
     -----
     After a fault the last good offsets are held for ``hold_s``, then ramped to zero. When the
-    inputs have been good for ``recover_s``, the offsets move back to what the model wants, and
-    are valid again once they got there. All of it happens within the slew limit, so offsets
-    never step. The reference of the rise form outlives a fault.
+    inputs have been good for ``recover_s``, the offsets move back to what the model wants and
+    are valid again once they are there. All of this obeys the slew limit, so offsets never step.
+    A fault does not reset the reference of the rise form.
 
-    What the offsets are to be, and how far they may be off, is the `Prediction`. Where the file has
-    a spare, broken sensors are no fault as long as what they are likely to read is known well
-    enough: `Spare`.
+    `Prediction` computes the wanted offsets and their uncertainty. If the file has a `Spare`,
+    broken sensors are not a fault as long as their readings can be estimated well enough.
     """
 
     def __init__(self, model: Model) -> None:
@@ -115,10 +114,10 @@ class RunningCompensator:
             check.reset()
         self._last_time: float | None = None
         self._reference: list[float | None] = [None] * len(self._checks)
-        self._started = False  # a first complete valid sample has been seen
+        self._started = False  # after the first complete valid sample
         self._recovering = False
         self._fault: Fault | None = None  # the newest fault, kept until recovered from
-        self._spared: Fault | None = None  # the newest of a sensor that is done without
+        self._spared: Fault | None = None  # the newest fault of a sensor that is replaced
         self._fault_age = 0.0  # [s]
         self._good_for = 0.0  # since the last bad sample [s]
         self._offset = (0.0, 0.0, 0.0)
@@ -132,35 +131,34 @@ class RunningCompensator:
         tool_length: float = nan,
         measured: Sequence[float] | None = None,
     ) -> Output:
-        """Take in one sample and return the offsets at the end of the step.
+        """Process one sample and return the offsets at the end of the step.
 
         Parameters
         ----------
         time_s, step_s : float
-            Time of the sample, and the length of the step that starts with it [s]. The offsets
-            move for ``step_s``. How old a reading is comes from ``time_s``; where that is not a
-            number or runs backwards, ``step_s`` is counted instead.
+            Time of the sample, and length of the step that starts with it [s]. The offsets move
+            for ``step_s``. The age of readings follows from ``time_s``; if that is not a number or
+            runs backwards, ``step_s`` is used instead.
         temperatures : sequence of float
             One reading per sensor of the file, in its order [degC]; NaN: missing.
         speed : float
-            Spindle speed [rpm]; NaN: not known.
+            Spindle speed [rpm]; NaN: unknown.
         tool_length : float
             From the gauge line to the tool tip [mm]; ignored by a direct geometry.
         measured : sequence of float, optional
-            The targets as a displacement sensor or a probe shows them with this sample, relative
-            to the start unless the file's form is absolute [um, urad]. An error model that can use
-            them does so from the next sample on. One that is not finite counts as none.
+            The targets measured with this sample by a displacement sensor or a probe, relative to
+            the start unless the file's form is absolute [um, urad]. They take effect from the next
+            sample on. If any is not finite, all are ignored.
 
         Returns
         -------
         Output
-            Offsets [um], states and the uncertainty, as they are ``step_s`` after the sample.
+            Offsets [um], status and uncertainty, ``step_s`` after the sample.
 
         Raises
         ------
         ValueError
-            If the number of temperatures is not that of the file's sensors, or that of the
-            measured targets not that of its targets.
+            If the number of temperatures or of measured targets is not that of the file.
         """
         if len(temperatures) != len(self.model.sensors):
             count = len(self.model.sensors)
@@ -181,7 +179,7 @@ class RunningCompensator:
             self._prediction.step(inputs, rises, speed, tool_length)
             if not self._started:
                 self._started = self._recovering = True
-            # What was measured while the inputs were bad has no prediction to be compared with.
+            # A measurement taken while the inputs are bad has no prediction to compare with.
             if measured is not None:
                 self._prediction.take(measured)
         if not self._started:
@@ -190,16 +188,16 @@ class RunningCompensator:
         return self._move(step_s)
 
     def _elapsed(self, time_s: float, step_s: float) -> float:
-        """Return the time since the sample before this one [s]; 0 for the first."""
+        """Return the time since the previous sample [s]; the step's length if that is unknown."""
         last, self._last_time = self._last_time, time_s if isfinite(time_s) else None
         if last is None or not isfinite(time_s) or time_s < last:
             return step_s
         return min(time_s - last, LARGEST)
 
     def _look(self, readings: list[float], elapsed_s: float, tool_length: float) -> Fault | None:
-        """Return the first fault; every sensor is looked at, so that none loses count of time.
+        """Return the first fault; every sensor is checked, so that none loses track of time.
 
-        What broken sensors read is replaced where the file knows what that is likely to be.
+        Readings of broken sensors are replaced by estimates if the file has a spare.
         """
         pairs = zip(self._checks, readings, strict=True)
         faults = [check.look(value, elapsed_s) for check, value in pairs]
@@ -228,7 +226,7 @@ class RunningCompensator:
         elapsed_s: float,
         tool_length: float,
     ) -> Fault | None:
-        """Replace what broken sensors read; return the fault that is left."""
+        """Replace the readings of broken sensors; return the fault if that is not possible."""
         limits, stands = self.model.limits, self._checks[spare.turn].stands
         if spare.quiet and not any(faults):
             spare.go_on(readings, stands, elapsed_s)
@@ -250,7 +248,7 @@ class RunningCompensator:
         return None
 
     def _starts(self, readings: Sequence[float], bad: Sequence[int]) -> Starts | None:
-        """Return from where rises may count without some sensors; None where a level matters."""
+        """Return the references of rises if some sensors are missing; None if levels matter."""
         good = [place for place in range(len(readings)) if place not in bad]
         usual = None if self._spare is None else self._spare.usual_start
         if usual is None or not good:
@@ -265,13 +263,13 @@ class RunningCompensator:
         return Starts(first, unread)
 
     def _rises(self, readings: Sequence[float]) -> list[float]:
-        """Return the rises of good readings, all of which have a reference [K]."""
+        """Return the rises of good readings above their references [K]."""
         return list(map(sub, readings, self._fixed or self._reference))
 
     def _follow(self, fault: Fault | None, elapsed_s: float) -> None:
-        """Count how long the inputs have been bad or good again."""
+        """Track how long the inputs have been bad, or good again."""
         if fault is not None:
-            # A new fault starts a new hold; one within the wait for recovery continues the old.
+            # A new fault starts a new hold; one during recovery continues the old hold.
             self._fault_age = 0.0 if self._fault is None else self._fault_age + elapsed_s
             self._fault, self._good_for, self._recovering = fault, 0.0, False
         elif self._fault is not None:
@@ -281,7 +279,7 @@ class RunningCompensator:
                 self._fault, self._recovering = None, True
 
     def _move(self, step_s: float) -> Output:
-        """Move the offsets for one step and say how they stand."""
+        """Move the offsets for one step and return the output."""
         if self._fault is None:
             wanted = self._prediction.wanted
             self._slew(wanted, step_s)
@@ -305,7 +303,7 @@ class RunningCompensator:
         )
 
     def _valid_output(self) -> Output:
-        """Return a valid output, which says so where training did not see such conditions."""
+        """Return a valid output with its status: ok, without a sensor, or outside training."""
         if self._spared is not None:
             return self._output(True, SPARED, self._without(self._spared))
         if self._prediction.gaussian.is_new:
@@ -313,7 +311,7 @@ class RunningCompensator:
         return self._output(True, OK, None)
 
     def _without(self, fault: Fault) -> Fault:
-        """Return the newest fault, with the names of further broken sensors."""
+        """Return the newest fault, with the names of other broken sensors."""
         assert self._spare is not None
         broken = [self.model.chosen[place] for place in self._spare.broken]
         others = [index for index in broken if index + 1 != fault.sensor][:NAMED]
@@ -323,7 +321,7 @@ class RunningCompensator:
         return Fault(fault.cause, fault.sensor, f"{fault.text}; and without {names}")
 
     def _new(self) -> Fault:
-        """Return the inputs that make most of the uncertainty that is due to new conditions."""
+        """Return the inputs that contribute most to the uncertainty from new conditions."""
         gaussian = self._prediction.gaussian
         places = [self.model.chosen[place] for place in gaussian.culprits()]
         names = ", ".join(self.model.sensors[index].name for index in places)
@@ -346,7 +344,7 @@ class RunningCompensator:
         return Output(*self._offset, *told.pose, *told.half_width, valid, status, sensor, text)
 
     def state(self) -> dict[str, Any]:
-        """Return everything remembered, as values that JSON carries without loss."""
+        """Return the whole memory, as values that JSON stores without loss."""
         fault, spared = self._fault, self._spared
         return {
             "format": FORMAT,
@@ -361,17 +359,17 @@ class RunningCompensator:
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Take up what `state` returned, from this compensator or another of the same file.
+        """Restore what `state` returned, from this compensator or another of the same file.
 
         Parameters
         ----------
         state : mapping
-            Of plain numbers, texts and lists; not kept.
+            Plain numbers, texts and lists; no reference to it is kept.
 
         Raises
         ------
         ValueError
-            If the state is not one of a compensator with this file.
+            If the state does not belong to a compensator of this file.
         """
         known = self.state()
         if set(state) != set(known) or state["format"] != FORMAT:

@@ -1,4 +1,4 @@
-"""Read the fields of a JSON table one by one, and refuse each wrong one with its place."""
+"""Read the fields of a JSON table one by one, and report the place of each invalid one."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 LARGEST = 1e9
-"""No number of a file counts for more, no time and no reading: sums and products stay finite.
+"""Limit of all numbers in a file, of times and of readings, so that sums and products stay finite.
 Set on no data."""
 
 
@@ -18,7 +18,7 @@ class ModelFileError(ValueError):
     source : str
         The file.
     place : str
-        Where in it, for example ``error_model.coefficients.0.2``; empty for the whole file.
+        Place in the file, for example ``error_model.coefficients.0.2``; empty for the whole file.
     problem : str
         The value and what is allowed.
     """
@@ -30,20 +30,20 @@ class ModelFileError(ValueError):
 
 
 def shown(value: object) -> str:
-    """Return *value* as a refusal shows it, cut to a readable length."""
+    """Return *value* as shown in an error message, cut to a readable length."""
     text = repr(value)
     return text if len(text) <= 60 else text[:57] + "..."
 
 
 class Fields:
-    """The fields of one table: every field must be read, or `done` calls it unknown.
+    """The fields of one table; `done` refuses fields that were not read as unknown.
 
     Parameters
     ----------
     table : object
-        What stands in the file; refused when it is not a table.
+        The file's content.
     source, place : str
-        The file, and where in it the table stands.
+        The file, and the table's place in it.
 
     Raises
     ------
@@ -53,7 +53,7 @@ class Fields:
     Notes
     -----
     Each method that reads a field takes its name, *key*, and raises `ModelFileError`, which names
-    file, place and value, when the field is missing or not what is allowed.
+    file, place and value, if the field is missing or not allowed.
     """
 
     def __init__(self, table: object, source: str, place: str = "") -> None:
@@ -69,7 +69,7 @@ class Fields:
         Parameters
         ----------
         key : str
-            The field, dotted where it lies deeper: ``layers.0``.
+            The field, dotted if nested: ``layers.0``.
         problem : str
             The value and what is allowed.
         """
@@ -79,7 +79,7 @@ class Fields:
         return self.refusal(key, f"{shown(value)} is not allowed: must be {allowed}")
 
     def raw(self, key: str) -> Any:
-        """Return the field as it stands.
+        """Return the field unchecked.
 
         Parameters
         ----------
@@ -101,7 +101,7 @@ class Fields:
         Parameters
         ----------
         key : str
-            To ask so does not count as reading it.
+            This call does not count as reading it.
         """
         return key in self._table
 
@@ -137,7 +137,7 @@ class Fields:
         Raises
         ------
         ModelFileError
-            If it is missing, not whole, or outside; 2.0 and true are not whole numbers here.
+            If it is missing, not whole, or out of range; 2.0 and true are not whole numbers here.
         """
         value = self.raw(key)
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
@@ -145,14 +145,14 @@ class Fields:
         return value
 
     def range(self, low_key: str, high_key: str, low: float, high: float) -> tuple[float, float]:
-        """Return two numbers of which the second is larger.
+        """Return two numbers, the second larger than the first.
 
         Parameters
         ----------
         low_key, high_key : str
             The two fields.
         low, high : float
-            What either must lie between.
+            Allowed range of both.
 
         Returns
         -------
@@ -161,7 +161,7 @@ class Fields:
         Raises
         ------
         ModelFileError
-            If one is missing or outside, or the second is not above the first.
+            If one is missing or out of range, or the second is not above the first.
         """
         first, second = self.number(low_key, low, high), self.number(high_key, low, high)
         if not first < second:
@@ -175,12 +175,12 @@ class Fields:
         ----------
         key : str
         longest : int
-            Characters.
+            Maximum number of characters.
 
         Raises
         ------
         ModelFileError
-            If it is missing, no text, too long, or holds a character that cannot be printed.
+            If it is missing, not a text, too long, or contains a non-printable character.
         """
         value = self.raw(key)
         if not isinstance(value, str) or len(value) > longest or not value.isprintable():
@@ -197,7 +197,7 @@ class Fields:
         Raises
         ------
         ModelFileError
-            If it is missing or no name; see `is_name`.
+            If it is missing or not a name; see `is_name`.
         """
         value = self.raw(key)
         if not is_name(value):
@@ -215,7 +215,7 @@ class Fields:
         Raises
         ------
         ModelFileError
-            If it is missing or none of them.
+            If it is missing or not one of them.
         """
         value = self.raw(key)
         if not isinstance(value, str) or value not in allowed:
@@ -223,20 +223,20 @@ class Fields:
         return value
 
     def items(self, key: str, what: str, fewest: int = 0, most: int | None = None) -> list[Any]:
-        """Return a list with a number of items between *fewest* and *most*.
+        """Return a list with *fewest* to *most* items.
 
         Parameters
         ----------
         key : str
         what : str
-            What the items are, in the plural, for the refusal.
+            Plural noun for the items, for the error message.
         fewest, most : int
-            Both allowed; without *most* the size of the file is the limit.
+            Both allowed; no upper limit without *most*.
 
         Raises
         ------
         ModelFileError
-            If it is missing, no list, or of another length.
+            If it is missing, not a list, or of the wrong length.
         """
         value = self.raw(key)
         count = len(value) if isinstance(value, list) else -1
@@ -246,7 +246,7 @@ class Fields:
         return list(value)
 
     def names(self, key: str) -> list[str]:
-        """Return a list of different names, at least one.
+        """Return a list of at least one name, without duplicates.
 
         Parameters
         ----------
@@ -255,7 +255,7 @@ class Fields:
         Raises
         ------
         ModelFileError
-            If it is missing, no list of names, or one stands in it twice.
+            If it is missing, not a list of names, or contains one twice.
         """
         values, before = self.items(key, "names", 1), set()
         for index, value in enumerate(values):
@@ -269,13 +269,13 @@ class Fields:
     def numbers(
         self, key: str, length: int, limit: float = LARGEST, low: float | None = None
     ) -> list[float]:
-        """Return a list of *length* numbers from *low*, or minus *limit*, to *limit*.
+        """Return a list of *length* numbers from *low* (default: minus *limit*) to *limit*.
 
         Parameters
         ----------
         key : str
         length : int
-            How many there must be.
+            Required length.
         limit : float
             Largest absolute value.
         low : float, optional
@@ -287,13 +287,13 @@ class Fields:
     def matrix(
         self, key: str, rows: int, columns: int, limit: float = LARGEST
     ) -> list[list[float]]:
-        """Return *rows* lists of *columns* numbers within plus and minus *limit*.
+        """Return *rows* lists of *columns* numbers within plus or minus *limit*.
 
         Parameters
         ----------
         key : str
         rows, columns : int
-            How many there must be.
+            Required shape.
         limit : float
             Largest absolute value.
         """
@@ -303,7 +303,7 @@ class Fields:
         return [table.numbers(row, columns, limit) for row in by_row]
 
     def table(self, key: str) -> Fields:
-        """Return the fields of a table inside this one.
+        """Return the fields of a nested table.
 
         Parameters
         ----------
@@ -312,7 +312,7 @@ class Fields:
         return Fields(self.raw(key), self.source, self._below(key))
 
     def tables(self, key: str, what: str, fewest: int = 0, most: int | None = None) -> list[Fields]:
-        """Return the tables of a list; for the rest see `items`."""
+        """Return the tables of a list; the parameters are those of `items`."""
         values = self.items(key, what, fewest, most)
         place = self._below(key)
         return [Fields(value, self.source, f"{place}.{i}") for i, value in enumerate(values)]
@@ -330,7 +330,7 @@ class Fields:
         return self._table
 
     def done(self) -> None:
-        """Refuse fields that nobody read."""
+        """Refuse fields that were not read."""
         for key in self._table:
             if key not in self._asked:
                 raise self.refusal(shown(key), "is not a known field")
@@ -345,7 +345,7 @@ def is_name(value: object) -> bool:
     Parameters
     ----------
     value : object
-        Of any type; only a text of 1 to 60 ASCII characters can be a name.
+        Any type; only a text of 1 to 60 ASCII characters can be a name.
     """
     return (
         isinstance(value, str)

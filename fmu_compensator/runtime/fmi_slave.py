@@ -14,20 +14,20 @@ from fmu_packaging.slave import DriftSlave, FmuError
 from fmu_packaging.variables import START_DEGC, START_TOOL_MM, Kind, Variable
 
 MODEL_FILE = "compensator.json"
-"""The bundled compensator file, in the FMU's resources."""
+"""Name of the bundled compensator file in the FMU's resources."""
 
 MEASURED = "measured"
-"""The input that says whether the measured targets count."""
+"""Input that tells whether to use the measured targets."""
 
 HALF_WIDTHS = ("dX_uncertainty", "dY_uncertainty", "dZ_uncertainty")
 REALS = ("dX", "dY", "dZ", "elongation", "yaw", "pitch", *HALF_WIDTHS)
-"""In the order of the compensator's `Output`."""
+"""Real outputs in the order of the compensator's `Output`."""
 CAUSES = ("missing", "outside its plausible range", "changing too fast", "stale")
-"""The last digit of a status above ten, from 1 on."""
+"""Meanings of the last digit of a status above ten, from 1 on."""
 
 
 def status_meanings() -> dict[int, str]:
-    """Return what each status means."""
+    """Return the meaning of each status."""
     found = {}
     for status, text in STATUS_TEXTS.items():
         if status < HOLDING:
@@ -41,7 +41,7 @@ def status_meanings() -> dict[int, str]:
 class CompensatorSlave(DriftSlave):
     """Temperatures, speed and tool length in; axis offsets, pose and status out."""
 
-    # A gap in the clock is time without a sample: the checks and limits know what to do.
+    # A gap in the clock is time without samples, which the checks and limits handle.
     clock_may_jump: ClassVar[bool] = True
     enumerations: ClassVar[dict[str, dict[int, str]]] = {"Status": status_meanings()}
 
@@ -53,17 +53,17 @@ class CompensatorSlave(DriftSlave):
         self._probed = self.refs[MEASURED]
 
     def declare(self) -> Sequence[Variable]:
-        """Return the variables that the bundled file asks for."""
+        """Return the variables for the bundled file."""
         self._bundled = parse_model(self.resource(MODEL_FILE), MODEL_FILE)
         return variables(self._bundled)
 
     def prepare(self) -> None:
-        """Take the bundled file, or the one that the parameter names.
+        """Use the bundled file, or the one that the parameter names.
 
         Raises
         ------
         FmuError
-            If that file cannot be used here.
+            If that file cannot be used.
         """
         path = str(self.parameters["model_file"])
         model = _other_model(path, self._bundled) if path else self._bundled
@@ -71,14 +71,14 @@ class CompensatorSlave(DriftSlave):
         self._count = len(known)
         places = [known.index(sensor.name) for sensor in model.sensors]
         self._places = None if places == list(range(len(known))) else places
-        # A sensor is blamed by its number among this FMU's inputs, whichever file is in use.
+        # status_sensor counts this FMU's inputs, whichever file is in use.
         self._numbers = [0, *(place + 1 for place in places)]
         self._compensator = RunningCompensator(model)
         # Another file may predict other targets than this FMU has inputs for.
         self._takes_measured = model.targets == self._bundled.targets
 
     def begin(self) -> None:
-        """Wait for the first sample."""
+        """Set the outputs before the first sample."""
         self.outputs.update(dict.fromkeys(self._reals, 0.0))
         for name in HALF_WIDTHS:
             self.put(name, NOT_KNOWN)
@@ -88,7 +88,7 @@ class CompensatorSlave(DriftSlave):
         self.put("status_text", STATUS_TEXTS[WAITING])
 
     def advance(self, time_s: float, step_s: float) -> None:
-        """Take in the sample at *time_s*; the outputs are those at the end of the step."""
+        """Process the sample at *time_s*; the outputs are those at the end of the step."""
         count = self._count
         values = list(self.inputs.values())
         temperatures, speed, tool_length = values[:count], values[count], values[count + 1]
@@ -111,7 +111,7 @@ class CompensatorSlave(DriftSlave):
         return self._compensator.state()
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Continue from a memory."""
+        """Restore the compensator's memory."""
         self._compensator.restore(state)
 
 
@@ -219,7 +219,7 @@ def _input(
 
 
 def _half_widths(model: Model) -> list[Variable]:
-    """Return the outputs that say how far the prediction may be off."""
+    """Return the outputs for the uncertainty of the prediction."""
     share = f"{100 * model.new_gaussian().coverage:g} %"
     return [
         _output(
@@ -245,12 +245,12 @@ def _told(
 
 
 def _other_model(path: str, bundled: Model) -> Model:
-    """Read the file that a user named.
+    """Read the file named by the user.
 
     Raises
     ------
     FmuError
-        If it cannot be read, or asks for a temperature that this FMU has no input for.
+        If it cannot be read, or requires a temperature that this FMU has no input for.
     """
     try:
         model = load_model(path)

@@ -1,4 +1,4 @@
-"""What the thermometers say of the drift, how surely, and what a measurement changes in it."""
+"""The Gaussian model at run time: drift from temperatures, its variance, update by measurements."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from fmu_compensator.runtime.lags import checked_state, share, taus
 from fmu_compensator.runtime.sums import written_out
 
 MOST_PROBES = 8
-"""So many rows hold how far all measurements narrow the interval; what they said stays. Set
-on no data: the C form makes so many sums side by side."""
+"""Number of rows that store how far all measurements narrow the interval; their effect on the mean
+stays. Set on no data: the C form computes this many sums side by side."""
 FURTHEST = 2.0
 """A measurement that is off by more half widths must be confirmed by the next one [1]: set on
-no data; docs/probing.md reports probes under it."""
+no data; docs/probing.md reports results with it."""
 NAMED = 3
-"""A status text names so many sensors beside the newest broken one, or where inputs are new. Set
-on no data; odd, for C: its outputs have no gaps."""
+"""Number of sensors that a status text names: in addition to the newest broken one, or those that
+make inputs new. Set on no data; odd, so that the C outputs have no gaps."""
 OF_START, OF_FIXED = "start", "fixed"
 
 
@@ -30,10 +30,10 @@ class Gaussian:
         \mathrm{var}(y) = \Sigma\,(1 + \rho^2 t + \sum_k g_k |x_k|^2 - \sum_i (d_i \cdot x^+)^2)
 
     m is the error model's prediction, a its share of each target, x the rises and their first-order
-    lags, b a random walk since the start, and x+ = (x, 1) with b's place last. Rows d of training
-    end in 0. A measurement adds one row and moves W and b: the Kalman update of both. The novelty
-    is the part of the variance that is the weights', g_k |x_k|^2 of the rises and of each lag less
-    what training saw of them; inputs are new where it is the larger part.
+    lags, b a random walk since the start, and x+ = (x, 1) with b's place last. Rows d from training
+    end in 0. A measurement adds one row and updates W and b as a Kalman filter does. The novelty
+    is the variance due to the weights: g_k |x_k|^2 of the rises and of each lag, less what training
+    determined. Inputs are new if it is the larger part of the variance.
 
     Parameters
     ----------
@@ -44,21 +44,21 @@ class Gaussian:
     constant : list of float, one per target
         The drift at the reference [um, urad].
     mean_share : list of float, one per target
-        a: how much of the error model's prediction counts, 0 to 1 [1]; 1 if left out.
+        a: weight of the error model's prediction, 0 to 1 [1]; 1 if omitted.
     settled_h : float
         How long the walk has been running at the first sample [h]; 0 with "start".
     lags_s : list of float
         Time constants [s].
     weights : list of list of float, a row per target
-        W, over: rises, then lag by lag [um/K, urad/K].
+        W: rises, then lag by lag [um/K, urad/K].
     scale : list of float, one for the rises and one per lag
         g [1/K^2].
     seen : list of list of float
-        d of training [1/K].
+        d from training [1/K].
     walk_per_h : float
         rho^2 [1/h].
     spread : list of float, one per target
-        Standard deviation of the noise, the root of Sigma's diagonal [um, urad].
+        Standard deviation of the noise: square root of Sigma's diagonal [um, urad].
     deviations : float
         Half width of the interval in standard deviations [1].
     coverage : float
@@ -89,10 +89,10 @@ class Gaussian:
         self._walk_per_h = walk_per_h
         self._inputs = len(weights[0]) // (1 + len(lags_s))
         self._prior = [value for value in scale for _ in range(self._inputs)]
-        # With the weights learnt, which are those in use until a first measurement.
+        # The learnt weights are in use until the first measurement.
         rows = [*weights, *seen]
         self._sums = written_out([0.0] * len(rows), rows)
-        # Steps are mostly of one length: the lags' shares of it are worth keeping.
+        # Steps mostly have the same length: keep the lags' shares for it.
         self._elapsed_s, self._shares = 0.0, [0.0] * (self._inputs * len(lags_s))
         self.reset()
 
@@ -135,30 +135,30 @@ class Gaussian:
         return model
 
     def reset(self) -> None:
-        """Forget everything but what was learnt."""
+        """Forget everything except what was learnt in training."""
         self._hours = self._settled_h
         self._features = [0.0] * len(self._learnt[0])  # rises, then lag by lag [K]
-        self._along = [0.0] * len(self._seen)  # of the features, what training saw
+        self._along = [0.0] * len(self._seen)  # products of the features with the rows `seen`
         self._weights = self._learnt
         self._bias = list(self._constant)  # the walk, and the drift at the reference
-        self._leaps = 0.0  # variance that confirmed leaps brought to the walk, over Sigma [1]
+        self._leaps = 0.0  # variance that confirmed leaps added to the walk, over Sigma [1]
         self._probes: list[list[float]] = []  # rows of d, the walk's place last
-        self._suspect: list[float] = []  # what an unconfirmed measurement says the bias is
+        self._suspect: list[float] = []  # the bias according to an unconfirmed measurement
         self.added, self.novelty, self.variance = list(self._constant), 0.0, 1.0
         self._left = self.variance  # of the weights and the walk, after all measurements
 
     def step(self, rises: Sequence[float], elapsed_s: float) -> None:
-        """Take in one good sample.
+        """Process one good sample.
 
-        Puts down what is added to the error model's prediction (``added`` [um, urad]), its
-        variance over Sigma (``variance`` [1]) and the novelty of the inputs (``novelty`` [1]).
+        Sets the amount to add to the error model's prediction (``added`` [um, urad]), the variance
+        of the sum over Sigma (``variance`` [1]) and the novelty of the inputs (``novelty`` [1]).
 
         Parameters
         ----------
         rises : sequence of float
             Of the chosen sensors [K].
         elapsed_s : float
-            Time since the good sample before this one [s]; 0 for the first.
+            Time since the previous good sample [s]; the length of the step for the first.
         """
         if elapsed_s != self._elapsed_s:
             self._elapsed_s = elapsed_s
@@ -186,12 +186,12 @@ class Gaussian:
 
     @property
     def usual_variance(self) -> float:
-        """Variance of noise and walk over Sigma: what is left in conditions like training [1]."""
+        """Variance of noise and walk over Sigma: that in conditions like training [1]."""
         return 1.0 + self._walk_per_h * self._hours
 
     @property
     def is_new(self) -> bool:
-        """Whether more than half of the variance is that of conditions training did not see."""
+        """Whether more than half of the variance is due to conditions not seen in training."""
         return self.novelty > self.usual_variance
 
     def take(self, missed: Sequence[float]) -> None:
@@ -200,7 +200,7 @@ class Gaussian:
         Parameters
         ----------
         missed : sequence of float
-            Measured minus predicted, what is ``added`` included [um, urad].
+            Measured minus predicted (with ``added``) [um, urad].
         """
         furthest = FURTHEST * self.deviations
         limits = [furthest * sqrt(self.variance) * value for value in self.spread]
@@ -211,7 +211,7 @@ class Gaussian:
                 abs(a - b) > limit for a, b, limit in zip(whole, last, limits, strict=True)
             ):
                 return
-            # Seen twice: a joint settled. The walk may have leapt by as much.
+            # Confirmed: a joint has settled. Allow the walk a leap of this size.
             sizes = [a / b for a, b in zip(missed, self.spread, strict=True)]
             leap = max(size * size for size in sizes)
             self._leaps += leap
@@ -240,8 +240,8 @@ class Gaussian:
             bias + walk * miss / size for bias, miss in zip(self._bias, missed, strict=True)
         ]
         if len(self._probes) == MOST_PROBES:
-            # Two rows turned in their plane narrow as much as before. Turned so that one of them
-            # says nothing of this sample, that one may go.
+            # Rotating two rows in their plane does not change the variance. Rotate them so that one
+            # has no effect on this sample, and drop that one.
             (oldest, kept), (a, b) = self._probes[:2], told[:2]
             if a != 0.0:
                 length = sqrt(a * a + b * b)
@@ -253,7 +253,7 @@ class Gaussian:
     def culprits(self) -> list[int]:
         """Return the places of the inputs that make the last sample new, the worst first.
 
-        As many as bring half of the novelty together, at most `NAMED`.
+        As many as account for half of the novelty, at most `NAMED`.
         """
         shares = list(map(mul, self._prior, self._features))
         for along, row in zip(self._along, self._seen, strict=True):
@@ -270,7 +270,7 @@ class Gaussian:
         return named
 
     def state(self) -> list[float]:
-        """Return what is remembered; longer after measurements."""
+        """Return the memory; it is longer after measurements."""
         changed = [value for row in self._weights for value in row] if self._probes else []
         return [
             self._hours,
@@ -289,12 +289,12 @@ class Gaussian:
         ]
 
     def restore(self, state: Sequence[float]) -> None:
-        """Take up the state that `state` returned.
+        """Restore what `state` returned.
 
         Raises
         ------
         ValueError
-            If the state is not one of this file's.
+            If the state does not belong to this file.
         """
         targets, width = len(self._constant), len(self._features)
         self.reset()

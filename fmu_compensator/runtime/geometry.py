@@ -1,7 +1,6 @@
 """From predicted quantities to the drift of the tool tip.
 
-Written for the compensator alone. A plant has its own geometry: sharing it would hide a mistake
-that both make.
+Only for the compensator. A plant has its own geometry: sharing it would hide shared mistakes.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ FIVE_POINT_TARGETS = ("elongation", "yaw", "pitch", "near_x", "near_y")
 FORMS = ("rigid", "pure_rotation")
 AXES = ("X", "Y", "Z")
 LONGEST_TOOL_MM = 2000.0
-"""No tool is longer [mm]: set on no data."""
+"""Longest tool allowed [mm]: set on no data."""
 
 
 class Geometry(ABC):
@@ -37,8 +36,7 @@ class Geometry(ABC):
         targets : sequence of float
             In the order of the geometry's ``targets`` [um, urad].
         tool_length_mm : float
-            From the gauge line to the tool tip [mm]; ignored where ``needs_tool_length`` is
-            false.
+            From the gauge line to the tool tip [mm]; ignored if ``needs_tool_length`` is false.
 
         Returns
         -------
@@ -48,7 +46,7 @@ class Geometry(ABC):
 
     @abstractmethod
     def weights(self, tool_length_mm: float) -> list[list[float]]:
-        """Return how the drift follows from small targets: rows for X, Y, Z [um/um, um/urad].
+        """Return the derivatives of the drift at zero: rows X, Y, Z [um/um, um/urad].
 
         Parameters
         ----------
@@ -58,7 +56,7 @@ class Geometry(ABC):
 
     @abstractmethod
     def pose(self, targets: Sequence[float]) -> tuple[float, float, float]:
-        """Return elongation [um], yaw and pitch [urad]; 0 for what the rig does not measure.
+        """Return elongation [um], yaw and pitch [urad]; 0 if the rig does not measure them.
 
         Parameters
         ----------
@@ -73,12 +71,12 @@ class Geometry(ABC):
 
 
 class FivePoint(Geometry):
-    r"""A rig with two radial sensors per direction and one axial.
+    r"""A rig with two radial sensors per direction and one axial sensor.
 
     Parameters
     ----------
     form : {"rigid", "pure_rotation"}
-        ``rigid``: the tool continues the line through near and distal sensors,
+        ``rigid``: the tool continues the line through the near and distal sensors,
         ``dX = near_x + (L - l1) tan(yaw)``. ``pure_rotation``: the spindle turns about the gauge
         line and has no radial drift there, ``dX = L tan(yaw)``.
     near_to_gauge_mm : float
@@ -92,9 +90,8 @@ class FivePoint(Geometry):
     ``dZ = L - (L + E) cos(theta)``, ``1/cos^2(theta) = 1 + tan^2(yaw) + tan^2(pitch)``. To second
     order this is ``-E`` for every L. The source studies stop there; the exact term costs nothing.
 
-    A drift that is linear in L holds for a bar that stays straight: within the sensors' span
-    (tool lengths up to l1 + spacing) and a little beyond. The file's ``tool_length_mm`` limits
-    say how far.
+    The drift is linear in L only while the bar stays straight: within the sensors' span (tool
+    lengths up to l1 + spacing) and a little beyond. The file's ``tool_length_mm`` gives the limits.
     """
 
     targets = FIVE_POINT_TARGETS
@@ -110,7 +107,7 @@ class FivePoint(Geometry):
         Parameters
         ----------
         fields : Fields
-            The table ``geometry``; ``kind`` is read already.
+            The table ``geometry``; ``kind`` has already been read.
 
         Raises
         ------
@@ -139,7 +136,7 @@ class FivePoint(Geometry):
         return near_x + beyond * slope_x, near_y + beyond * slope_y, z
 
     def weights(self, tool_length_mm: float) -> list[list[float]]:
-        """Return how the drift follows from small targets: rows for X, Y, Z [um/um, um/urad]."""
+        """Return the derivatives of the drift at zero: rows X, Y, Z [um/um, um/urad]."""
         turning = self.form == "pure_rotation"
         near = 0.0 if turning else 1.0
         arm = tool_length_mm - (0.0 if turning else self.near_to_gauge_mm)
@@ -156,18 +153,18 @@ class FivePoint(Geometry):
 
 
 class Direct(Geometry):
-    """Displacement columns that each measure one axis, whatever the tool.
+    """Displacement columns that each measure one axis, regardless of the tool.
 
     Parameters
     ----------
     axes : dict
-        By target name: the axis, and +1 when the column grows as the tool tip drifts towards
-        plus, -1 when it grows the other way.
+        By target name: the axis, and +1 if the column grows as the tool tip drifts in the positive
+        direction, -1 if it grows the other way.
 
     Attributes
     ----------
     axes : tuple of str
-        The axes that are measured, one per target.
+        The measured axes, one per target.
     """
 
     needs_tool_length = False
@@ -184,12 +181,12 @@ class Direct(Geometry):
         Parameters
         ----------
         fields : Fields
-            The table ``geometry``; ``kind`` is read already.
+            The table ``geometry``; ``kind`` has already been read.
 
         Raises
         ------
         ModelFileError
-            If no column is given, a sign is neither 1 nor -1, or two columns have the same
+            If no column is given, a sign is neither 1 nor -1, or two columns measure the same
             axis.
         """
         table = fields.table("axes")
@@ -208,21 +205,21 @@ class Direct(Geometry):
         return cls(axes)
 
     def drift(self, targets: Sequence[float], tool_length_mm: float) -> tuple[float, float, float]:
-        """Return the tool tip's drift along +X, +Y and +Z [um]; 0 where nothing is measured."""
+        """Return the tool tip's drift along +X, +Y and +Z [um]; 0 for an unmeasured axis."""
         drift = [0.0, 0.0, 0.0]
         for (place, sign), value in zip(self._places, targets, strict=True):
             drift[place] = sign * value
         return drift[0], drift[1], drift[2]
 
     def weights(self, tool_length_mm: float) -> list[list[float]]:
-        """Return how the drift follows from the targets: rows for X, Y, Z [1]."""
+        """Return the derivatives of the drift by the targets: rows X, Y, Z [1]."""
         rows = [[0.0] * len(self._places) for _ in AXES]
         for target, (place, sign) in enumerate(self._places):
             rows[place][target] = float(sign)
         return rows
 
     def pose(self, targets: Sequence[float]) -> tuple[float, float, float]:
-        """Return the elongation [um]: growth towards -Z where Z is measured; no tilt [urad]."""
+        """Return the elongation [um]: growth towards -Z if Z is measured; tilts are 0 [urad]."""
         return (-self.drift(targets, 0.0)[2] if "Z" in self.axes else 0.0), 0.0, 0.0
 
 
@@ -232,7 +229,7 @@ def geometry_from_fields(fields: Fields) -> FivePoint | Direct:
     Parameters
     ----------
     fields : Fields
-        The table ``geometry``, with nothing read yet.
+        The table ``geometry``, not read yet.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""First-order lags: what remembers a temperature or a speed for a while."""
+"""First-order lags of temperatures and speeds, and checks shared by models with a memory."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from fmu_compensator.runtime.fields import LARGEST, Fields
 
 
 def share(elapsed_s: float, tau_s: float) -> float:
-    r"""Return how much of the way to its input a lag goes: 1 - exp(-elapsed / tau) [1].
+    r"""Return the fraction of the way to its input that a lag moves: 1 - exp(-elapsed / tau) [1].
 
     Parameters
     ----------
@@ -22,14 +22,14 @@ def share(elapsed_s: float, tau_s: float) -> float:
 
 
 def known_speed(speed: float, last: float) -> float:
-    """Return the speed without its sign [rpm]; the last one while it is not known or absurd.
+    """Return the absolute speed [rpm]; the last known one while it is unknown or absurd.
 
     Parameters
     ----------
     speed : float
-        Of either sign, as the host gives it [rpm]; NaN: not known.
+        As given by the host, with either sign [rpm]; NaN: unknown.
     last : float
-        The last speed that was known [rpm].
+        Last known speed [rpm].
     """
     return abs(speed) if abs(speed) <= LARGEST else last
 
@@ -44,7 +44,7 @@ def taus(fields: Fields, key: str, count: int | None = None) -> list[float]:
     key : str
         The list's name.
     count : int, optional
-        How many there must be.
+        Required length.
 
     Raises
     ------
@@ -61,19 +61,19 @@ def taus(fields: Fields, key: str, count: int | None = None) -> list[float]:
 
 
 def checked_state(state: Sequence[float], length: int) -> list[float]:
-    """Return a state's numbers.
+    """Return the numbers of a state after checking them.
 
     Parameters
     ----------
     state : sequence of float
-        As a host gave it back.
+        As returned by a host.
     length : int
-        Of the model's own state.
+        Length of the model's own state.
 
     Raises
     ------
     ValueError
-        If they are not as many finite numbers as the model has.
+        If the length is wrong, or a number is not finite.
     """
     if len(state) != length:
         raise ValueError(f"a state of {len(state)} numbers was given, this model has {length}")
@@ -97,7 +97,7 @@ def matrices_by_lag(
     key : str
         The list's name.
     lags, targets, columns : int
-        Matrices there must be, and rows and columns of each.
+        Number of matrices, and rows and columns of each.
     """
     matrices = fields.items(key, "matrices", lags, lags)
     place = f"{fields.place}.{key}" if fields.place else key

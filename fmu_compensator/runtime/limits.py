@@ -1,4 +1,4 @@
-"""What an offset may do: how large it gets and how fast it moves."""
+"""The limits of an offset: how large it may get and how fast it may move."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from fmu_compensator.runtime.fields import Fields
 from fmu_compensator.runtime.geometry import LONGEST_TOOL_MM
 
 JUDGED_TOOL_MM = 100.0
-"""At this tool length, or the nearest that is allowed, runs are judged [mm]: set on no data."""
+"""Runs are judged at this tool length, or the nearest allowed one [mm]: set on no data."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,9 +18,9 @@ class Limits:
     Attributes
     ----------
     offset_um : float
-        No offset is larger than this, in either direction [um].
+        Largest offset, in either direction [um].
     slew_um_per_s : float
-        No offset moves faster [um/s].
+        Fastest change of an offset [um/s].
     hold_s : float
         How long the last good offset is held after a fault, before it is ramped to zero [s].
     recover_s : float
@@ -28,7 +28,7 @@ class Limits:
     tool_length_mm : tuple of float
         Shortest and longest tool for which the geometry is valid [mm].
     share : float
-        Share of the predicted drift that is sent, 0 to 1 [1]; 1 minimises the squared error.
+        Share of the predicted drift that is compensated, 0 to 1 [1]; 1 minimises the squared error.
     """
 
     offset_um: float
@@ -62,11 +62,11 @@ class Limits:
         return low, high
 
     def judged_tool(self, asked_mm: float | None = None) -> float:
-        """Return the tool length at which runs are judged: that asked for, or the usual [mm]."""
+        """Return the tool length at which runs are judged: the one requested, or the usual [mm]."""
         return self.nearest_tool(JUDGED_TOOL_MM) if asked_mm is None else asked_mm
 
     def nearest_tool(self, tool_length_mm: float) -> float:
-        """Return the nearest allowed tool length [mm]; the shortest where it is not a number."""
+        """Return the nearest allowed tool length [mm]; the shortest for NaN."""
         low, high = self.tool_length_mm
         return min(tool_length_mm, high) if tool_length_mm > low else low
 
@@ -78,9 +78,9 @@ class Limits:
         return min(max(offset_um, -largest), largest)
 
     def slewed(self, offset_um: float, wanted_um: float, step_s: float) -> float:
-        """Return where an offset stands after moving for *step_s* towards *wanted_um* [um].
+        """Return the offset after moving for *step_s* towards *wanted_um* [um].
 
-        This is the last guard: what is not a number moves nothing, and no offset leaves its limit.
+        This is the last guard: NaN moves nothing, and no offset leaves its limit.
         """
         reach = self.slew_um_per_s * step_s
         if abs(wanted_um - offset_um) <= reach:

@@ -1,7 +1,7 @@
-"""The compensator file: the one definition of what it holds.
+"""The compensator file: the only definition of its content.
 
-Reading checks every field. Writing goes through the same checks (`model_text`), so a file that
-this module wrote can always be read.
+Reading checks every field. Writing goes through the same checks (`model_text`), so a file written
+by this module can always be read.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Model:
     name, title : str
         A short name, and the name in reports.
     created : str or None
-        Date as the file's author gave it (YYYY-MM-DD).
+        Date given by the file's author (YYYY-MM-DD).
     sensors : tuple of Sensor
         All temperature inputs, in the order of the compensator's variables.
     chosen : tuple of int
@@ -53,19 +53,19 @@ class Model:
     input_form : {"rise", "absolute", "level"}
         ``rise``: the error model's inputs are temperatures minus their first valid reading [K].
         ``absolute``: the readings themselves [degC]. ``level``: also the readings, for an error
-        model whose drift counts from its start.
+        model whose drift counts from the start.
     targets : tuple of str
         What the error model predicts, in the geometry's order.
     geometry : Geometry
-        From targets to the drift of the tool tip.
+        Converts targets to the drift of the tool tip.
     limits : Limits
-        What the offsets may do.
+        Limits of the offsets.
     provenance : dict
         Runs, options and figures of merit of the fit.
     table : dict
         The file's content as read.
     source : str
-        Where it was read from.
+        Where the file was read from.
     """
 
     name: str
@@ -82,10 +82,10 @@ class Model:
     source: str
 
     def new_error_model(self) -> ErrorModel:
-        """Return a fresh error model: it may have states, so each compensator has its own."""
+        """Return a new error model; it may have states, so each compensator needs its own."""
         fields = Fields(self.table["error_model"], self.source, "error_model")
         known = shipped_error_models()
-        if fields.raw("kind") not in [*known]:  # plug-ins are looked for where one is needed only
+        if fields.raw("kind") not in [*known]:  # search for plug-ins only if needed
             known = error_models()
         kind = fields.choice("kind", tuple(known))
         if tuple(fields.names("targets")) != self.targets:
@@ -95,12 +95,12 @@ class Model:
         return model
 
     def new_gaussian(self) -> Gaussian:
-        """Return what stands on the error model, fresh."""
+        """Return a new Gaussian to correct the error model."""
         fields = Fields(self.table["gaussian"], self.source, "gaussian")
         return Gaussian.from_fields(fields, len(self.chosen), len(self.targets))
 
     def new_spare(self) -> Spare | None:
-        """Return what broken sensors are likely to read, fresh; None where the file has none."""
+        """Return a new estimator for broken sensors; None if the file has none."""
         if self.table["spare"] is None:
             return None
         fields = Fields(self.table["spare"], self.source, "spare")
@@ -136,14 +136,14 @@ def load_model(path: str | Path) -> Model:
 
 
 def parse_model(text: str, source: str) -> Model:
-    """Return the model in a compensator file's content.
+    """Return the model of a compensator file's content.
 
     Parameters
     ----------
     text : str
         The content.
     source : str
-        The file; named in refusals.
+        The file, named in error messages.
 
     Raises
     ------
@@ -157,20 +157,20 @@ def parse_model(text: str, source: str) -> Model:
         raise ModelFileError(source, place, f"is not JSON: {error.msg}") from None
     except RecursionError:
         raise ModelFileError(source, "", "is not allowed: nested too deeply") from None
-    except ValueError as error:  # a double field, NaN, a number of thousands of digits
+    except ValueError as error:  # a duplicate field, NaN, a number with thousands of digits
         raise ModelFileError(source, "", f"is not allowed: {error}") from None
     return _model(table, source)
 
 
 def model_text(table: dict[str, Any], source: str = "compensator file") -> str:
-    """Return the file's text for *table*, which is checked first.
+    """Return the file's text for *table* after checking it.
 
     Parameters
     ----------
     table : dict
-        The content, of numbers, texts, lists and tables only; NaN is not allowed.
+        The content: numbers, texts, lists and tables only; NaN is not allowed.
     source : str
-        Named in refusals.
+        Named in error messages.
 
     Raises
     ------

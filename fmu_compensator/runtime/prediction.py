@@ -1,4 +1,4 @@
-"""From good readings to the drift that is compensated, and how far that may be off."""
+"""From good readings to the compensated drift and its uncertainty."""
 
 from __future__ import annotations
 
@@ -12,34 +12,34 @@ from fmu_compensator.runtime.modelfile import Model
 from fmu_compensator.runtime.spare import Spare
 
 NOT_KNOWN = -1.0
-"""What stands for a half width of an axis that is not measured, or before the first sample [um]:
-given by the FMU's interface."""
+"""Half width of an unmeasured axis, or before the first sample [um]: given by the FMU's
+interface."""
 Three = tuple[float, float, float]
 NOTHING: Three = (0.0, 0.0, 0.0)
-"""Of the offsets before the first sample [um]: given by what needs no compensation."""
+"""Offsets before the first sample [um]: given by what needs no compensation."""
 
 
 class Prediction:
-    """An error model's prediction, and the Gaussian that stands on it.
+    """An error model's prediction, corrected by the Gaussian.
 
     Parameters
     ----------
     model : Model
         A compensator file, read.
     spare : Spare or None
-        What stands in for broken sensors, and makes the drift less certain.
+        Replaces broken sensors, which makes the drift less certain.
 
     Attributes
     ----------
     gaussian : Gaussian
     targets : list of float
-        What is predicted for the last good sample [um, urad].
+        Prediction for the last good sample [um, urad].
     wanted : tuple of float
         Offsets for X, Y, Z, within the limits [um].
     pose : tuple of float
         Elongation, yaw, pitch [um, urad, urad].
     half_width : tuple of float
-        Of the interval of X, Y, Z [um]; `NOT_KNOWN` without one.
+        Half width of the interval for X, Y, Z [um]; `NOT_KNOWN` without one.
     """
 
     def __init__(self, model: Model, spare: Spare | None) -> None:
@@ -47,7 +47,7 @@ class Prediction:
         self._error_model = model.new_error_model()
         self.gaussian, self._spare = model.new_gaussian(), spare
         self._tool_length: float | None = None
-        self._axes: list[list[float]] = []  # how the drift follows from the targets, X, Y, Z
+        self._axes: list[list[float]] = []  # derivatives of the drift by the targets, X, Y, Z
         self._spread: list[float] = []  # root of a unit of variance, X, Y, Z [um]
         self.reset()
 
@@ -67,9 +67,9 @@ class Prediction:
         self._unmodelled += elapsed_s
 
     def take(self, measured: Sequence[float]) -> None:
-        """Condition on the targets measured with this sample [um, urad]; seen from the next on.
+        """Condition on the targets measured with this sample [um, urad], for the next one on.
 
-        What is not finite counts as none.
+        If any is not finite, all are ignored.
         """
         if not all(map(isfinite, measured)):
             return
@@ -86,12 +86,12 @@ class Prediction:
         speed: float,
         tool_length: float,
     ) -> None:
-        """Put down the wanted offsets, the pose and the half widths for a good sample.
+        """Set the wanted offsets, the pose and the half widths for a good sample.
 
         Parameters
         ----------
         inputs : sequence of float
-            Of the error model [degC or K].
+            Inputs of the error model [degC or K].
         rises : sequence of float
             Of the chosen temperatures [K].
         speed : float
@@ -128,11 +128,11 @@ class Prediction:
         self.half_width = half_width[0], half_width[1], half_width[2]
 
     def axes(self, tool_length: float) -> list[list[float]]:
-        """Return how the drift along X, Y, Z follows from the targets: `Geometry.weights`."""
+        """Return the derivatives of the drift by the targets: `Geometry.weights`."""
         if tool_length != self._tool_length:
             self._tool_length = tool_length
             self._axes = self.model.geometry.weights(tool_length)
-            # Errors of tilt and radial drift go together, nobody knows with which sign.
+            # Errors of tilt and radial drift are correlated, with unknown sign.
             self._spread = [
                 sum(
                     abs(weight) * one for weight, one in zip(row, self.gaussian.spread, strict=True)
@@ -142,7 +142,7 @@ class Prediction:
         return self._axes
 
     def state(self) -> dict[str, Any]:
-        """Return everything remembered, as values that JSON carries without loss."""
+        """Return the whole memory, as values that JSON stores without loss."""
         return {
             "unmodelled": self._unmodelled,
             "measured": self._measured,
@@ -155,12 +155,12 @@ class Prediction:
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Take up what `state` returned.
+        """Restore what `state` returned.
 
         Raises
         ------
         ValueError
-            If the state is not one of this file's.
+            If the state does not belong to this file.
         """
         if len(state["targets"]) != len(self.model.targets):
             raise ValueError("the state holds other targets than the file")

@@ -1,4 +1,4 @@
-"""What a broken thermometer is likely to read, given the others."""
+"""Estimates the reading of a broken thermometer from the others."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from fmu_compensator.runtime.fields import LARGEST, Fields
 
 
 class Starts(NamedTuple):
-    """From where the rises count.
+    """References of the rises.
 
     Attributes
     ----------
     first : list of float
-        What each sensor read first, or is likely to have read [degC].
+        First reading of each sensor, or its estimate [degC].
     unread : list of int
-        Places of those of which it is only likely.
+        Places of the sensors with an estimate.
     """
 
     first: list[float]
@@ -27,34 +27,33 @@ class Starts(NamedTuple):
 
 
 class Spare(Remembering):
-    r"""The rises of all chosen sensors as a Gaussian of mean zero; P is its precision matrix.
+    r"""The rises of all chosen sensors as a Gaussian with zero mean and precision matrix P.
 
     .. math::
         P_{bb}\, r_b = z_b\, e^{-t/\tau} - P_{bg}\, r_g, \qquad
         \mathrm{cov}(r_b) = P_{bb}^{-1}, \text{ each deviation times } \sqrt{g (1 - e^{-2t/\tau})}
 
-    r is the rise above the first reading, b stands for the broken sensors and g for the good ones.
-    :math:`z = P r` is what the others did not explain of a sensor while it still was good, t since
-    then: the broken one goes on from where it stood. The compensator goes on as long as what the
-    broken sensors leave open moves some axis by less than it usually drifts.
+    r is the rise above the first reading; b stands for the broken sensors and g for the good ones.
+    :math:`z = P r` is the part of a sensor that the others did not explain while it was still good,
+    t the time since then: the estimate continues from the last reading. The compensator continues
+    as long as the added uncertainty of at least one axis is smaller than its usual drift.
 
-    A sensor that never read since the start has a rise all the same: that of the estimate. Where it
-    starts is a guess; once it is good, its readings count from where the estimate is then, and what
-    that was uncertain by stays.
+    A sensor without a reading since the start has the estimated rise. Its start is a guess; once it
+    is good, its readings count from the estimate at that time, whose uncertainty remains.
 
     Parameters
     ----------
     precision : list of list of float
-        P, symmetric, a row per chosen sensor [1/K^2].
+        P, symmetric, one row per chosen sensor [1/K^2].
     growth : list of float, one per chosen sensor
-        g: variance of the error on runs left out, divided by the variance from P [1].
+        g: variance of the error on left-out runs, divided by the variance from P [1].
     memory_s : float
         tau: correlation time of a sensor's deviation from its estimate by the others [s].
     usual_start : list of float or None
-        What each sensor usually reads at the start, above the median of all [K]; None if rises
+        Usual reading of each sensor at the start, above the median of all [K]; None if rises
         count from fixed temperatures.
     sensitivity : list of list of float, targets x chosen
-        How a lasting error of a reading changes the targets [um/K, urad/K].
+        Change of the targets by a lasting error of a reading [um/K, urad/K].
     usual : list of list of float, targets x targets
         Mean square of the drift in training [um^2, um urad, urad^2].
     """
@@ -83,7 +82,7 @@ class Spare(Remembering):
 
     @classmethod
     def from_fields(cls, fields: Fields, inputs: int, targets: int) -> Spare:
-        """Return the spare of a file's table.
+        """Return the estimator of a file's table.
 
         Raises
         ------
@@ -110,22 +109,22 @@ class Spare(Remembering):
         """Forget everything."""
         count = len(self._growth)
         self._started = False
-        self.quiet = False  # nothing is broken, nor was of late: readings are used as they are
+        self.quiet = False  # no sensor is or was broken recently: readings are used unchanged
         self._clock = 0.0  # since the first sample [s]
-        self.turn = 0  # whose reading is compared with the others' in the next sample
+        self.turn = 0  # sensor to compare with the others at the next sample
         self._first = [0.0] * count  # readings [degC]
         self._last = [0.0] * count  # readings used [degC]
-        self._own = [0.0] * count  # P_ii^-1 z_i, what is a sensor's own [K]
-        self._seen = [0.0] * count  # when that was, by the clock [s]
+        self._own = [0.0] * count  # P_ii^-1 z_i, unexplained by the others [K]
+        self._seen = [0.0] * count  # time of that comparison by the clock [s]
         self._good_for = [-1.0] * count  # of a broken sensor, since its last bad reading [s]
-        self._unread = [0.0] * count  # 1 for a sensor that has not read since the start
-        self._shift = [0.0] * count  # from its readings to those used, once it reads [K]
+        self._unread = [0.0] * count  # 1 for a sensor without a reading since the start
+        self._shift = [0.0] * count  # to add to its readings, once it reads [K]
         self._extra = [0.0] * 3  # variance of the drift [um^2]
-        self._lasting = [0.0] * 3  # what stays of it [um^2]
+        self._lasting = [0.0] * 3  # the part of it that remains [um^2]
 
     @property
     def broken(self) -> list[int]:
-        """Places of the sensors that are done without, or wait for their return."""
+        """Places of the sensors that are replaced, including those waiting to be used again."""
         return [place for place, good_for in enumerate(self._good_for) if good_for >= 0.0]
 
     def step(
@@ -138,25 +137,25 @@ class Spare(Remembering):
         axes: Sequence[Sequence[float]],
         starts: Starts | None = None,
     ) -> list[float] | None:
-        """Take in one sample; return the readings to use [degC], None if there is no going on.
+        """Process one sample; return the readings to use [degC], None if too much is missing.
 
         Parameters
         ----------
         readings : sequence of float
-            Of the chosen sensors [degC]; those of bad ones are not looked at.
+            Of the chosen sensors [degC]; those of bad sensors are ignored.
         bad : sequence of int
-            Places of those that cannot be used.
+            Places of the sensors that cannot be used.
         stands : bool
-            Whether the reading of the sensor at `turn` is the one before: that tells nothing new.
+            Whether the reading of the sensor at `turn` is unchanged and so tells nothing new.
         elapsed_s : float
-            Time since the sample before this one [s].
+            Time since the previous sample [s].
         recover_s : float
-            How long a sensor must be good to be used again, and to start without it is waited
-            for [s].
+            How long a sensor must be good before it is used again, and how long to wait for it
+            before starting without it [s].
         axes : sequence of sequence of float
-            How the drift along X, Y, Z follows from the targets: `Geometry.weights`.
+            Derivatives of the drift along X, Y, Z by the targets: `Geometry.weights`.
         starts : Starts, optional
-            From where rises may count if not all are good; without it they must be to start.
+            References to start with if some sensors are bad; without it all must be good to start.
         """
         if not self._started:
             return self._start(readings, bad, elapsed_s, recover_s, axes, starts)
@@ -167,7 +166,7 @@ class Spare(Remembering):
         if not self._can_go_on(broken, axes):
             if bad:
                 return None
-            # All are good, and the offsets wait for them anyway.
+            # All are good again, and the offsets wait for recovery anyway.
             self._good_for = [-1.0] * len(readings)
             broken = []
         self._read_at_last(readings)
@@ -182,7 +181,7 @@ class Spare(Remembering):
         return used
 
     def go_on(self, readings: list[float], stands: bool, elapsed_s: float) -> None:
-        """Take in a sample without a bad reading while `quiet`: the readings are to be used."""
+        """Process a sample without bad readings while `quiet`: the readings are used unchanged."""
         self._clock = min(self._clock + elapsed_s, LARGEST)
         self._compare(readings, stands)
         self._last = readings
@@ -196,7 +195,7 @@ class Spare(Remembering):
         axes: Sequence[Sequence[float]],
         starts: Starts | None,
     ) -> list[float] | None:
-        """Take in a sample before the first one in use."""
+        """Process a sample before the first one that is used."""
         if not bad:
             self._started = True
             self._clock = 0.0
@@ -219,7 +218,7 @@ class Spare(Remembering):
         return self._last
 
     def _read_at_last(self, readings: Sequence[float]) -> None:
-        """Let a sensor that is good for the first time go on from its estimate."""
+        """Let a sensor that is good for the first time continue from its estimate."""
         for place, unread in enumerate(self._unread):
             if unread and self._good_for[place] < 0.0:
                 self._unread[place] = 0.0
@@ -227,7 +226,7 @@ class Spare(Remembering):
                 self._lasting = list(map(max, self._lasting, self._extra))
 
     def _count(self, bad: Sequence[int], elapsed_s: float, recover_s: float) -> None:
-        """Count how long the broken sensors have been good again."""
+        """Track how long the broken sensors have been good again."""
         for place, good_for in enumerate(self._good_for):
             if place in bad:
                 self._good_for[place] = 0.0
@@ -236,7 +235,7 @@ class Spare(Remembering):
                 self._good_for[place] = -1.0 if good_for >= recover_s else good_for
 
     def _can_go_on(self, broken: Sequence[int], axes: Sequence[Sequence[float]]) -> bool:
-        """Return whether some drift stays known to better than its usual size, for long."""
+        """Return whether the drift of some axis stays known to better than its usual size."""
         if not broken:
             return True
         if len(broken) == len(self._growth):
@@ -246,7 +245,7 @@ class Spare(Remembering):
         return any(most > 0.0 and extra <= most for extra, most in zip(lost, usual, strict=True))
 
     def _filled(self, readings: Sequence[float], broken: Sequence[int]) -> list[float]:
-        """Return the readings with what the broken sensors are likely to read [degC]."""
+        """Return the readings with those of broken sensors estimated [degC]."""
         used = list(readings)
         rises = [value - first for value, first in zip(readings, self._first, strict=True)]
         for place in broken:
@@ -299,7 +298,7 @@ class Spare(Remembering):
         return found
 
     def _compare(self, used: Sequence[float], stands: bool) -> None:
-        """Put down what one sensor reads beyond what the others say; each has its turn."""
+        """Store the deviation of one sensor from its estimate by the others; sensors take turns."""
         place = self.turn
         self.turn = (place + 1) % len(used)
         if self._good_for[place] >= 0.0 or stands:
@@ -315,12 +314,12 @@ class Spare(Remembering):
         return self._extra
 
     def restore(self, state: Sequence[float]) -> None:
-        """Take up the state that `state` returned.
+        """Restore what `state` returned.
 
         Raises
         ------
         ValueError
-            If the state is not one of this file's.
+            If the state does not belong to this file.
         """
         super().restore(state)
         self.quiet = False
@@ -329,7 +328,7 @@ class Spare(Remembering):
 
 
 def _check_precision(fields: Fields, precision: list[list[float]]) -> None:
-    """Refuse a matrix by which some sensors, given the others, have no variance."""
+    """Refuse a matrix that is not symmetric and positive definite."""
     left = [list(row) for row in precision]
     for i, row in enumerate(precision):
         for j, other in enumerate(precision[:i]):

@@ -1,4 +1,4 @@
-"""Weighted sums of many inputs, as fast as Python alone makes them."""
+"""Weighted sums of many inputs, as fast as pure Python allows."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ Sums = Callable[[Sequence[float]], list[float]]
 
 
 def written_out(constants: Sequence[float], rows: Sequence[Sequence[float]]) -> Sums:
-    """Return constants plus weighted sums as a function without loops, which takes two thirds.
+    """Return a function without loops for constants plus weighted sums; takes two thirds as long.
 
-    The terms are added in the order of the inputs, as the twin in C does. Numbers are written as
-    `repr` does, which reads back as the same number.
+    Terms are added in the order of the inputs, as in the C twin. Numbers are written with `repr`,
+    which reads back as the same number.
 
     Parameters
     ----------
     constants : sequence of float
     rows : sequence of sequence of float
-        The weights of all inputs, a row for each constant.
+        Weights of all inputs, one row per constant.
     """
     names = [f"x{place}" for place in range(len(rows[0]) if rows else 0)]
     lines = ["def sums(inputs):", *([f"    [{', '.join(names)}] = inputs"] if rows else [])]
-    # A statement of thousands of terms is too deep for Python: as many statements as terms in each.
+    # Python cannot parse a statement of thousands of terms: split each sum into sqrt(n) parts.
     part = isqrt(len(names)) + 1
     for target, (constant, weights) in enumerate(zip(constants, rows, strict=True)):
         sums = [f"{float(constant)!r}"]

@@ -1,4 +1,4 @@
-"""Find the variants of a thing by walking the folder that holds them."""
+"""Find the variants of a class by walking the folder that holds them."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ def classes_found(package: str, folder: Iterable[str], base: type[T]) -> dict[st
     Parameters
     ----------
     package : str
-        The package's ``__name__``, which differs when the package is bundled under another root.
+        The package's ``__name__``, which differs if the package is bundled under another root.
     folder : iterable of str
         The package's ``__path__``.
     base : type
-        Classes that do not derive from it are ignored, and so are modules without such a class.
+        Other classes, and modules without a subclass of it, are ignored.
 
     Raises
     ------
     TypeError
-        If one module defines two of them: a file name stands for one variant.
+        If a module defines two of them: each file is one variant.
     """
     found: dict[str, type[T]] = {}
     for name in sorted(info.name for info in pkgutil.iter_modules(list(folder)) if not info.ispkg):

@@ -1,4 +1,4 @@
-"""What every error model can do at run time."""
+"""Base class of the error models at run time."""
 
 from __future__ import annotations
 
@@ -11,28 +11,28 @@ from fmu_compensator.runtime.lags import checked_state
 
 
 class Remembering:
-    """What has a memory that JSON and a host can carry.
+    """An object whose memory a host can save and restore.
 
     Attributes
     ----------
     remembers : tuple of str
-        Attributes that change from sample to sample: numbers, flags, lists of them, and what is
-        `Remembering` itself; zeros are a fresh start unless `reset` says otherwise.
+        Attributes that change from sample to sample: numbers, flags, lists of them, and other
+        `Remembering` objects; all zeros is the initial state unless `reset` is overridden.
     """
 
     remembers: ClassVar[tuple[str, ...]] = ()
 
     def state(self) -> list[float]:
-        """Return what is remembered, number by number."""
+        """Return the memory as a flat list of numbers."""
         return [value for name in self.remembers for value in _numbers(getattr(self, name))]
 
     def restore(self, state: Sequence[float]) -> None:
-        """Take up the state that `state` returned.
+        """Restore what `state` returned.
 
         Raises
         ------
         ValueError
-            If it has another length, or holds something that is not a finite number.
+            If it has another length, or contains something that is not a finite number.
         """
         values = iter(checked_state(state, len(self.state())))
         for name in self.remembers:
@@ -52,13 +52,13 @@ def _filled(held: Any, values: Iterator[float]) -> Any:
     if isinstance(held, list):
         return [_filled(one, values) for one in held]
     value = next(values)
-    # What is whole now, as a sum of nothing is, need not have been.
+    # An attribute that is an int now, such as an empty sum, may have been a float when saved.
     kept = type(held)(value)
     return kept if kept == value else value
 
 
 class ErrorModel(Remembering, ABC):
-    """From checked temperatures to the drift of the measured quantities.
+    """Predicts the drift of the measured quantities from checked temperatures.
 
     A model overrides `from_fields` and `predict`. One with a memory (a lag, past errors) names it
     in `remembers`.
@@ -66,16 +66,15 @@ class ErrorModel(Remembering, ABC):
     Attributes
     ----------
     uses_measured : bool
-        Whether it takes measured targets in at run time, in a way of its own; else the Gaussian
-        that stands on it does.
+        Whether the model itself uses measured targets at run time; otherwise the Gaussian does.
     linear : bool
-        Whether a prediction is a constant and a weighted sum of this sample's inputs: then the FMU
-        in C gives derivatives.
+        Whether a prediction is a constant plus a weighted sum of this sample's inputs; then the C
+        FMU provides derivatives.
     c_twin : str
-        Its twin in C, where that is no file of the same name beside; empty: then ``--native``
-        refuses it.
+        Source of its C twin, if that is not a file of the same name next to it; without either,
+        ``--native`` refuses it.
     other_fits : tuple of str
-        Kinds beside that of its file's name which are fitted in ways of their own and run as it.
+        Further kinds that are fitted differently but run as this class.
     """
 
     uses_measured: bool = False
@@ -91,9 +90,9 @@ class ErrorModel(Remembering, ABC):
         Parameters
         ----------
         fields : Fields
-            The table ``error_model``; ``kind`` and ``targets`` are read already.
+            The table ``error_model``; ``kind`` and ``targets`` have already been read.
         inputs, targets : int
-            How many temperatures were chosen, and how many quantities are predicted.
+            Number of chosen temperatures and of predicted quantities.
 
         Raises
         ------
@@ -116,14 +115,14 @@ class ErrorModel(Remembering, ABC):
         inputs : sequence of float
             The chosen temperatures in the file's order and input form [degC or K].
         elapsed_s : float
-            Time since the sample before this one [s]; 0 for the first.
+            Time since the previous sample [s]; for the first, 0 or the length of the step.
         speed : float
-            Spindle speed [rpm]; NaN when it is not known.
+            Spindle speed [rpm]; NaN if unknown.
         measured : sequence of float, optional
-            The targets as measured at the sample before this one, where a displacement sensor is
-            at hand [um, urad].
+            The targets measured at the previous sample, if there is a displacement sensor
+            [um, urad].
         """
 
     def reset(self) -> None:
-        """Forget everything remembered from earlier samples."""
+        """Forget all earlier samples."""
         self.restore([0.0] * len(self.state()))

@@ -1,4 +1,4 @@
-"""No mean function: the Gaussian that stands on every error model does it all."""
+"""No mean function: the Gaussian, which every error model has, makes the whole prediction."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class NoMean(ErrorModel):
     Parameters
     ----------
     targets : int
-        How many.
+        Number of targets.
     """
 
     linear = True
@@ -24,7 +24,7 @@ class NoMean(ErrorModel):
 
     @classmethod
     def from_fields(cls, fields: Fields, inputs: int, targets: int) -> NoMean:
-        """Return the model; the file holds nothing for it."""
+        """Return the model; it has no numbers in the file."""
         return cls(targets)
 
     def predict(

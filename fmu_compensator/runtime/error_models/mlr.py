@@ -10,7 +10,7 @@ from fmu_compensator.runtime.sums import written_out
 
 
 class MultipleLinearRegression(ErrorModel):
-    r"""Each target is a constant and a weighted sum of the inputs: y = b0 + sum(b_i x_i).
+    r"""Each target is a constant plus a weighted sum of the inputs: y = b0 + sum(b_i x_i).
 
     Parameters
     ----------
@@ -38,5 +38,5 @@ class MultipleLinearRegression(ErrorModel):
         speed: float = 0.0,
         measured: Sequence[float] | None = None,
     ) -> list[float]:
-        """Return the predicted targets; time, speed and measurements have no part in them."""
+        """Return the predicted targets; time, speed and measurements are not used."""
         return self._predicted(inputs)
