@@ -1,9 +1,9 @@
 """Measure, model and compensate the thermal drift of machine-tool spindles.
 
-What a notebook imports: ``import spindle_drift as sd``. Runs are pandas frames with a name; every
-function that takes a run also takes a frame like one or the path of a run file. Input that cannot
-be used raises `BadInput`, whose text is one line. Files are written only where a path is given, and
-no file is replaced that this library did not make, unless ``force=True``.
+Notebooks import this package: ``import spindle_drift as sd``. A run is a pandas frame with a name;
+every function that takes a run also takes such a frame or the path of a run file. Unusable input
+raises `BadInput`, whose text is one line. Files are written only to a path that is given, and files
+that this library did not make are replaced only with ``force=True``.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ __all__ = [
     "summary",
 ]
 
-# Each name is imported when it is first used (PEP 562), for the libraries behind all of them take
-# seconds. Type checkers read the imports above instead.
+# Each name is imported on first use (PEP 562), because importing the libraries behind all of them
+# takes seconds. Type checkers read the imports above instead.
 _HOMES = {
     "measurement.errors": ("BadInput",),
     "measurement.iso230": ("Summary",),
@@ -66,7 +66,7 @@ _HOMES = {
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
-if not TYPE_CHECKING:  # a type checker would take every name for one of the module's
+if not TYPE_CHECKING:  # with it, a type checker would accept any name
 
     def __getattr__(name: str) -> Any:
         if name == "__version__":

@@ -1,4 +1,4 @@
-"""What functions take in place of a run or a machine."""
+"""The forms in which functions accept a run or a machine."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MachineLike: TypeAlias = Union[str, Path, "Machine"]
 
 
 def as_run(given: RunLike, name: str = "run") -> Run:
-    """Return a run, whatever form it has; a frame is called *name*, or as its ``attrs`` say."""
+    """Return a run from any accepted form; a frame is called ``attrs["name"]``, else *name*."""
     if isinstance(given, Run):
         return given
     if isinstance(given, pd.DataFrame):
@@ -37,7 +37,7 @@ def as_run(given: RunLike, name: str = "run") -> Run:
 def as_runs(given: RunLike | Sequence[RunLike]) -> list[Run]:
     """Return several runs; frames are called ``run_1``, ``run_2``, ...
 
-    Runs of one name get that of their file's folder or a number, too: results go by names.
+    Runs with the same name also get their folder's name or a number, since results go by name.
     """
     if isinstance(given, (Run, pd.DataFrame, str, Path)):
         return [as_run(given)]
@@ -53,11 +53,11 @@ def as_runs(given: RunLike | Sequence[RunLike]) -> list[Run]:
 
 
 class DoubtfulData(UserWarning):
-    """What a run's numbers contradict: a unit, the clock, a thermometer's place, a sign."""
+    """The numbers of a run contradict a unit, the clock, a thermometer's place or a sign."""
 
 
 def warn_of_doubts(runs: Sequence[Run]) -> None:
-    """Warn the caller of a function of this package of what looks wrong with runs."""
+    """Warn the caller of a function of this package about what looks wrong in runs."""
     for run_doubt in together(doubts(runs)):
         names = ", ".join(run.name for run in runs)
         warnings.warn(f"{names}: {run_doubt.column} {run_doubt.text}", DoubtfulData, stacklevel=4)

@@ -1,4 +1,4 @@
-"""The arguments of a scenario and of what runs in it, which several commands have."""
+"""The arguments for a scenario and its FMUs, which several commands share."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ SETTINGS = {"flag": "--set", "action": "append", "default": [], "metavar": "KEY=
 
 
 def add_fmu_folder(parser: argparse.ArgumentParser) -> None:
-    """Declare where FMUs are looked for, and put where they have to be built."""
+    """Declare the folder in which FMUs are looked for, and built if they are missing."""
     add_parameters(parser, run_scenario, fmu_dir=DIRECTORY)
 
 

@@ -1,4 +1,4 @@
-"""What the results of the library look like."""
+"""Figures of the library's results."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 
 def plot_judged(frame: pd.DataFrame, name: str) -> Figure:
-    """Return drift before and after compensation, an axis a panel."""
+    """Return drift before and after compensation, one panel per axis."""
     panels = before_and_after([("Compensated", frame)], frame)
     return _drawn(Chart("judged", f"Drift before and after compensation: {name}", "", panels))
 
 
 def plot_frames(frames: Mapping[str, pd.DataFrame]) -> Figure:
-    """Return what is left of the drift in each variant of a scenario, an axis a panel."""
+    """Return the remaining error in each variant of a scenario, one panel per axis."""
     panels = []
     for axis in AXES:
         lines = [
@@ -53,7 +53,7 @@ def plot_run(run: Run) -> Figure:
 
 
 def plot_bars(table: pd.DataFrame, title: str, label: str) -> Figure:
-    """Return horizontal bars: a group a row, a bar a column."""
+    """Return horizontal bars: a group per row, a bar per column."""
     from matplotlib import pyplot
 
     rows = table[::-1]
@@ -81,7 +81,7 @@ def _of(frame: pd.DataFrame, column: str) -> np.ndarray:
 
 
 def _drawn(chart: Chart) -> Figure:
-    """Return a figure that a notebook or ``pyplot.show()`` shows."""
+    """Return a pyplot figure, which a notebook or ``pyplot.show()`` displays."""
     from matplotlib import pyplot
 
     return draw_on(chart, pyplot.figure())

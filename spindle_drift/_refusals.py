@@ -1,4 +1,4 @@
-"""Arguments of a type that a function does not take are refused in one line, before it begins."""
+"""Refuses arguments of the wrong type in one line, before the function begins."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ R = TypeVar("R")
 T = TypeVar("T")
 
 KINDS = {int: numbers.Integral, float: numbers.Real, Path: os.PathLike}
-"""What is taken for a type, beside its own instances: numpy's numbers, anybody's paths."""
+"""What also passes for a type: numpy's numbers, any path-like object."""
 
 
 def refusing(function: Callable[P, R]) -> Callable[P, R]:
-    """Let a function of the API refuse arguments that are not what its annotations say.
+    """Let a function of the API refuse arguments that do not match its annotations.
 
-    The refusal says what the entry in the docstring says. Sequences may be any iterables; what an
-    iterator gives is not looked at.
+    The refusal quotes the type in the docstring. Any iterable passes as a sequence; the items of an
+    iterator are not checked.
     """
     signature = inspect.signature(function)
 
@@ -36,7 +36,7 @@ def refusing(function: Callable[P, R]) -> Callable[P, R]:
     def refuses(*args: P.args, **kwargs: P.kwargs) -> R:
         try:
             given = signature.bind_partial(*args, **kwargs).arguments
-        except TypeError:  # too many arguments: Python says it with the function's name
+        except TypeError:  # too many arguments: Python's own error names the function
             return function(*args, **kwargs)
         _refuse_types(function, given, _name(function))
         return function(*args, **kwargs)
@@ -47,8 +47,8 @@ def refusing(function: Callable[P, R]) -> Callable[P, R]:
 def refusing_methods(kind: type[T]) -> type[T]:
     """Let the public methods of a class refuse, as `refusing` does.
 
-    Its making, too, where its docstring has parameters: results, which have attributes, are made
-    by this package only.
+    The constructor too if the class docstring has parameters. Results, which have attributes only,
+    are made by this package alone.
     """
     checked = {"__init__"} if "Parameters\n" in (kind.__doc__ or "") else set()
     for name, thing in list(vars(kind).items()):
@@ -62,23 +62,23 @@ def refusing_methods(kind: type[T]) -> type[T]:
 def refuse_options(
     function: Callable[..., Any], options: abc.Mapping[str, Any], name: str, *, rest: bool = False
 ) -> None:
-    """Refuse options that are passed on to a function, if it does not have them or not so.
+    """Refuse options passed on to a function that it does not have, or has with another type.
 
     Parameters
     ----------
     function : callable
         Its keyword-only parameters are the options.
     options : mapping
-        As given.
+        The options given.
     name : str
-        What they are given to, for the refusal.
+        What the options were given to, for the refusal.
     rest : bool
-        The function passes on those that it does not have.
+        Whether the function passes on options that it does not have.
 
     Raises
     ------
     BadInput
-        Naming the first one.
+        Names the first such option.
     """
     parameters = inspect.signature(function).parameters.values()
     known = [entry.name for entry in parameters if entry.kind is entry.KEYWORD_ONLY]
@@ -88,7 +88,7 @@ def refuse_options(
 
 
 def _refuse_types(function: Callable[..., Any], given: abc.Mapping[str, Any], name: str) -> None:
-    """Refuse the first of a function's arguments, by parameter, that is not of its type."""
+    """Refuse the first argument, in order of parameters, that is not of its type."""
     for key, kind in parameter_types(function).items():
         if key in given and not _is(value := given[key], kind):
             problem = f"{shown(value)} is not allowed: {_words(function, key)} is needed"
@@ -129,7 +129,7 @@ def _is(value: object, hint: Any) -> bool:
 
 
 def _holds(value: object, origin: Any, inner: tuple[Any, ...]) -> bool:
-    """Return whether a value is a container of what is wanted."""
+    """Return whether a value is a container whose items are of the wanted types."""
     if origin is abc.Mapping:
         return isinstance(value, abc.Mapping) and all(
             _is(key, inner[0]) and _is(held, inner[1]) for key, held in value.items()
@@ -146,7 +146,7 @@ def _name(function: Callable[..., Any]) -> str:
 
 
 def _words(function: Callable[..., Any], name: str) -> str:
-    """Return what a parameter takes, as its docstring says it."""
+    """Return the type of a parameter as its docstring gives it."""
     described = entries(function)
     if function.__name__ == "__init__":
         module = inspect.getmodule(function)

@@ -1,4 +1,4 @@
-"""Error models compared on runs that they never saw."""
+"""Compares error models on unseen runs."""
 
 from __future__ import annotations
 
@@ -30,26 +30,26 @@ if TYPE_CHECKING:
 @refusing_methods
 @dataclass(frozen=True)
 class Comparison:
-    """How error models did on runs that they never saw.
+    """How well error models predict unseen runs.
 
     Attributes
     ----------
     table : DataFrame
-        For each model its title, and for each target the RMSE on training and on unseen runs, the
-        share of the unseen drift that it predicts, the RMSE of the error model alone and the share
-        of it that counts beside the Gaussian; best first, baselines included.
+        The title of each model, and for each target the RMSE on training and on unseen runs, the
+        share of the unseen drift that it predicts, the RMSE of the error model alone and its weight
+        next to the Gaussian; best first, baselines included.
     left_out : dict of str to str
-        Models that the runs cannot carry, and why.
+        Models that cannot be fitted to these runs, and why.
     notes : list of str
-        What was left out of the data.
+        Data that was left out.
     details : dict
         Everything, as ``spindle-drift compare --json`` prints it.
     faults : list of Fault
-        What is wrong with the runs; none of it was used.
+        Faulty data in the runs; it was not used.
     doubts : list of str
-        What the runs' numbers contradict.
+        Numbers in the runs that contradict what they are said to be.
     results : fmu_compensator.fit.comparison.Comparison
-        Run by run, with what was measured and predicted.
+        The measured and predicted values, run by run.
     """
 
     table: pd.DataFrame
@@ -66,12 +66,12 @@ class Comparison:
         Parameters
         ----------
         target : str, optional
-            Which target's RMSE; by default the first one's.
+            Target whose RMSE is shown; by default the first.
 
         Raises
         ------
         BadInput
-            For a target that the comparison has no RMSE of.
+            If the comparison has no RMSE of the target.
         """
         ends = ("_training", "_unseen")
         names = [str(name) for name in self.table]
@@ -85,7 +85,7 @@ class Comparison:
 
     @property
     def best(self) -> str:
-        """The model with the least error on unseen runs; baselines do not count."""
+        """The model with the smallest error on unseen runs, baselines excluded."""
         free = self.table[~self.table["uses_displacement"]]
         return str(next(name for name in free.index if name not in ("no_model", "persistence")))
 
@@ -105,32 +105,32 @@ def compare(
     options: Mapping[str, Mapping[str, Any]] | None = None,
     on_step: Callable[[str, int], None] = lambda label, steps: None,
 ) -> Comparison:
-    """Compare error models on runs that they never saw.
+    """Compare error models on unseen runs.
 
     Parameters
     ----------
     train, validate : sequence of Run, DataFrame or path
-        To learn from, and to judge on. Without *validate*, each of *train* is left out in turn.
+        Training runs and unseen runs. Without *validate*, each of *train* is left out in turn.
     models : sequence of str, optional
-        Error models; all of them by default. No model and persistence always take part.
+        Error models; all by default. The baselines no_model and persistence are always included.
     machine : Machine, path or name, optional
-        Machine file whose rig says what the displacements mean; by default that of `jig_borer`
-        where the runs have its columns, else every displacement column is a target.
+        Machine file whose rig defines the displacements; by default that of `jig_borer` if the runs
+        have its columns, otherwise every displacement column is a target.
     by : {"run", "speeds"}
         What is left out in turn: each run, or all runs of the same speeds.
     seed : int, optional
-        For models that start at random.
+        Random seed, for models that start at random.
     study : {"GA", "TS", "VAC"}, optional
-        As that study has it: its models with their options, and its points. What else is given
-        counts before it.
+        Do as that study does: its models with their options, and its points. Other arguments
+        override it.
     points : str
-        Temperatures for all models; by default what is usual for each.
+        Temperatures for all models; by default each model's usual ones.
     grey : mapping, optional
-        Options of their choice, as `spindle_drift.points` takes them.
+        Options of the choice of points, as `spindle_drift.points` takes them.
     options : mapping of str to mapping, optional
-        Of the models, by their names.
+        Options of the models, by model name.
     on_step : callable
-        Told the label of each piece of work as it begins, and how many there are.
+        Called with the label of each piece of work as it begins, and the number of pieces.
 
     Returns
     -------
@@ -139,7 +139,7 @@ def compare(
     Raises
     ------
     BadInput
-        For runs or models that cannot be used.
+        If the runs or models cannot be used.
 
     Examples
     --------
@@ -159,7 +159,7 @@ def compare(
             raise BadInput("--validate", run.name, f"{problem}: it would be judged on what it saw")
     given = None if study is None else preset(study, [*learnt, *judged], points)
     entrants = _contestants(models, given, points, grey or {}, options or {}, seed)
-    # All together, so that every fold and every figure goes by the same verdict on each sensor.
+    # All runs together, so that every fold and every figure has the same verdict on each sensor.
     every = looked_over([*learnt, *judged])
     rig = targets_of(every, as_machine(machine or USUAL_MACHINE).model.rig)
     if judged:

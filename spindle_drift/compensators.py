@@ -1,4 +1,4 @@
-"""Compensators: fitted, applied to runs, judged and watched."""
+"""Fits compensators, applies them to runs, judges and monitors them."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ USUAL_MACHINE = "jig_borer"
 @refusing_methods
 @dataclass(frozen=True, repr=False)
 class Compensator:
-    """A compensator: temperatures, speed and tool length in, offsets of the axes out.
+    """A compensator: temperatures, speed and tool length in, axis offsets out.
 
     Parameters
     ----------
     model : Model
-        A compensator file, read; `Compensator.load` and `fit` make one.
+        The contents of a compensator file; `Compensator.load` and `fit` return a compensator.
 
     Examples
     --------
@@ -77,7 +77,7 @@ class Compensator:
         Raises
         ------
         ModelFileError
-            If it cannot be used.
+            If the file cannot be used.
         """
         return cls(model_of(Path(path)) if Path(path).suffix == ".fmu" else load_model(path))
 
@@ -88,21 +88,20 @@ class Compensator:
 
     @property
     def sensors(self) -> list[str]:
-        """The thermometers that it takes in, in order."""
+        """The thermometers that it takes as inputs, in order."""
         return [sensor.name for sensor in self.model.sensors]
 
     @property
     def used(self) -> list[str]:
-        """Those of them that its error model uses."""
+        """The thermometers that its error model uses."""
         return [self.model.sensors[index].name for index in self.model.chosen]
 
     @property
     def figures(self) -> pd.DataFrame:
-        """RMSE [um] of each axis: no compensation, training runs, runs left out, what is promised.
+        """RMSE [um] of each axis: uncompensated, training runs, left-out runs, promised.
 
-        Of runs left out ``like`` are those like the rest and ``unlike`` whole conditions; NaN where
-        fewer than three runs were there to leave one out. Each is what the installed compensator
-        leaves.
+        ``like`` leaves out runs that resemble the rest, ``unlike`` whole conditions; NaN if there
+        were fewer than three runs. All are remaining errors of the compensator as installed.
         """
         told = self.model.provenance["figures"]
         unseen = told.get("unseen") or {}
@@ -127,7 +126,7 @@ class Compensator:
         ----------
         path : str or path
         force : bool
-            Whether anything that is in the way may be replaced.
+            Whether whatever is in the way may be replaced.
 
         Returns
         -------
@@ -137,32 +136,32 @@ class Compensator:
         Raises
         ------
         BadInput
-            If something that is no compensator file is in the way and *force* is not given.
+            If the path exists, is not a compensator file, and *force* is not given.
         """
         with guarding("fit", (), force):
             check_output(Path(path), COMPENSATOR_FILE)
             return write_atomically(path, compensator_text(self.model.table))
 
     def predict(self, run: RunLike, *, tool_length_mm: float | None = None) -> pd.DataFrame:
-        """Return the offsets with which it answers every row of a run.
+        """Return the offsets that it gives for every row of a run.
 
         Parameters
         ----------
         run : Run, DataFrame or path
-            With the thermometers that it uses; ``speed_rpm`` where there is one.
+            With the thermometers that the compensator uses, and ``speed_rpm`` if available.
         tool_length_mm : float, optional
-            Of a five-point rig's tool tip [mm]; by default 100, or the nearest that it takes.
+            Tool length of a five-point rig [mm]; by default 100, or the nearest allowed length.
 
         Returns
         -------
         DataFrame
-            ``time_s`` [s], ``dX_um`` ... and half the width of their interval,
+            ``time_s`` [s], ``dX_um`` ... and the half-widths of their intervals,
             ``dX_uncertainty_um`` ... [um] (-1: not known), ``valid_1`` and ``status_1``.
 
         Raises
         ------
         BadInput
-            If the run lacks a thermometer that it uses.
+            If the run lacks a thermometer that the compensator uses.
         """
         recorded = as_run(run)
         readings, speed = inputs_of(self.model, recorded)
@@ -178,7 +177,7 @@ class Compensator:
         return found
 
     def __repr__(self) -> str:
-        """Return one line."""
+        """Return a summary in one line."""
         used, runs = len(self.used), len(self.model.provenance["runs"])
         return f"<Compensator {self.name}: {used} temperatures, {runs} runs>"
 
@@ -189,22 +188,22 @@ class Compensator:
         machine: MachineLike | None = None,
         tool_length_mm: float | None = None,
     ) -> pd.DataFrame:
-        """Return the drift of a run, the offsets, and what they would have left of it.
+        """Return the drift of a run, the offsets, and the error that would have remained.
 
         Parameters
         ----------
         run : Run, DataFrame or path
             With the displacements that the compensator was fitted to.
         machine : Machine, path or name, optional
-            Its five-point rig names the displacement sensors (default: as in training).
+            Machine whose five-point rig names the displacement sensors (default: as in training).
         tool_length_mm : float, optional
-            At which a five-point rig's drift is taken [mm]; as `predict`.
+            Tool length at which a five-point rig's drift is evaluated [mm]; as `predict`.
 
         Returns
         -------
         DataFrame
-            ``drift_X_um``, ``dX_um``, ``error_X_um``, ``dX_uncertainty_um`` and so on for each axis
-            that was measured.
+            ``drift_X_um``, ``dX_um``, ``error_X_um``, ``dX_uncertainty_um`` and so on for each
+            measured axis.
         """
         recorded = as_run(run)
         warn_of_doubts([recorded])
@@ -231,7 +230,7 @@ class Compensator:
         machine: MachineLike | None = None,
         tool_length_mm: float | None = None,
     ) -> Figure:
-        """Return a figure of a run's drift, and of what the compensator would leave of it.
+        """Return a figure of a run's drift and of the error that would remain.
 
         Parameters
         ----------
@@ -251,17 +250,16 @@ class Compensator:
         machine: MachineLike | None = None,
         on_run: Callable[[Run], None] = lambda run: None,
     ) -> Report:
-        """Return whether it still fits, from logs of the machine.
+        """Return whether the compensator still fits, from logs of the machine.
 
         Parameters
         ----------
         runs : Run, DataFrame or path, or several
-            Each from its start on; drift measured in all rows, in some, or in none.
+            Each from its start; drift measured in all rows, some or none.
         machine : Machine, path or name, optional
-            Machine whose rig says what the displacements mean; by default what they meant in
-            training.
+            Machine whose rig defines the displacements (default: as in training).
         on_run : callable
-            Told each run that is done.
+            Called with each run that is done.
 
         Returns
         -------
@@ -271,7 +269,7 @@ class Compensator:
         Raises
         ------
         BadInput
-            If a run lacks a thermometer that it uses.
+            If a run lacks a thermometer that the compensator uses.
         """
         rig = None if machine is None else _rig_of(self.model, machine)
         return watch(self.model, as_runs(runs), rig, on_run=on_run)
@@ -279,7 +277,7 @@ class Compensator:
     def update(
         self, runs: RunLike | Sequence[RunLike], *, created: str | None = None
     ) -> Compensator:
-        """Return the compensator after new runs; those that it was fitted to are not needed.
+        """Return the compensator updated with new runs; the training runs are not needed.
 
         Parameters
         ----------
@@ -291,7 +289,7 @@ class Compensator:
         Raises
         ------
         BadInput
-            If a new run is an old one, or lacks a column.
+            If a run is already in the compensator, or lacks a column.
 
         Examples
         --------
@@ -332,8 +330,8 @@ def fit(
         Do as that study does: points, their choice, model, its options, geometry. Other arguments
         override it.
     **options
-        Of `fmu_compensator.fit.fitting.fit_compensator` (``points``, ``input_form``, ``name``,
-        ``title``, ``tool_length_mm``, ...) and of the error model.
+        Options of `fmu_compensator.fit.fitting.fit_compensator` (``points``, ``input_form``,
+        ``name``, ``title``, ``tool_length_mm``, ...) and of the error model.
 
     Returns
     -------
@@ -342,7 +340,7 @@ def fit(
     Raises
     ------
     BadInput
-        One line that says what the data or the options lack.
+        If the data or the options cannot be used.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""FMUs built, and scenarios co-simulated with them."""
+"""Builds FMUs and co-simulates scenarios with them."""
 
 from __future__ import annotations
 
@@ -41,20 +41,20 @@ def build_fmu(
     fmi: Literal[2, 3] = 2,
     force: bool = False,
 ) -> Path:
-    """Build an FMU, validate it, and run it in a fresh process before it is written.
+    """Build an FMU; before it is written, it is validated and run in a fresh process.
 
     Parameters
     ----------
     source : Compensator, Machine or path
-        A compensator (also its file, ``.json``) or a machine (its file, or a shipped name).
+        A compensator or its file (``.json``); or a machine, its file, or a shipped name.
     out : path
-        Folder for the FMU and its reference results; made if missing.
+        Folder for the FMU and its reference results; created if missing.
     name : str, optional
-        Of the FMU; ``compensator`` or ``plant`` by default.
+        Name of the FMU; ``compensator`` or ``plant`` by default.
     native : bool
-        Build it without Python, in C99.
+        Build it in C99, without Python.
     fmi : {2, 3}
-        Version of FMI; 3 builds it without Python.
+        FMI version; an FMU of version 3 is always without Python.
     force : bool
         Whether an FMU that this library did not make may be replaced.
 
@@ -66,9 +66,9 @@ def build_fmu(
     Raises
     ------
     BadInput
-        If the source cannot be used, or something is in the way.
+        If the source cannot be used, or another file is in the way.
     PublishError
-        If the FMU does not pass.
+        If the FMU fails validation or its run.
 
     Examples
     --------
@@ -91,7 +91,7 @@ def build_fmu(
 
 
 def _file_of(source: Any, work: Path) -> Path:
-    """Return a compensator's file; one of a compensator in memory is written."""
+    """Return a compensator's file; a compensator in memory is written to *work* first."""
     if not isinstance(source, Compensator):
         return Path(source)
     file = work / "model.json"
@@ -102,15 +102,15 @@ def _file_of(source: Any, work: Path) -> Path:
 @refusing_methods
 @dataclass(frozen=True)
 class Scenario:
-    """A scenario that was co-simulated.
+    """A co-simulated scenario.
 
     Attributes
     ----------
     folder : Path
         Time series, figures and ``report.html``.
     table : DataFrame
-        For each variant largest and mean absolute drift of the tool tip [um], and by how much it is
-        better than without compensation [%].
+        For each variant the largest and mean absolute drift of the tool tip [um], and the
+        improvement over no compensation [%].
     frames : dict of str to DataFrame
         The time series of each variant.
     details : dict
@@ -123,7 +123,7 @@ class Scenario:
     details: dict[str, Any]
 
     def plot(self) -> Figure:
-        """Return a figure of what is left of the drift in each variant."""
+        """Return a figure of the remaining error in each variant."""
         return plot_frames(self.frames)
 
 
@@ -139,7 +139,7 @@ def run_scenario(
     live: bool = False,
     force: bool = False,
 ) -> Scenario:
-    """Simulate a scenario: plant and compensator FMU in a loop.
+    """Simulate a scenario: plant and compensator FMU in closed loop.
 
     Parameters
     ----------
@@ -148,17 +148,17 @@ def run_scenario(
     out : path, optional
         Results folder (default: ``results/SCENARIO``).
     settings : mapping of str to any, optional
-        Keys of the scenario to set, such as duration_s=3600 or signals.speed=6000.
+        Keys to set in the scenario, such as duration_s=3600 or signals.speed=6000.
     plant : path, optional
         Another plant: an FMU or a machine file.
     compensator : path, optional
         Another compensator: an FMU or a compensator file.
     fmu_dir : path
-        Where FMUs are; ``plant.fmu`` and ``compensator.fmu`` are built there when missing.
+        Folder of the FMUs; ``plant.fmu`` and ``compensator.fmu`` are built there if missing.
     live : bool
-        Write a page beside the report in which both run live.
+        Also write a page in which both run live.
     force : bool
-        Whether *out* may hold other things.
+        Whether *out* may hold other files.
 
     Returns
     -------
@@ -167,9 +167,9 @@ def run_scenario(
     Raises
     ------
     BadInput
-        If something does not fit; no folder is left then.
+        If the scenario or its FMUs cannot be used; no folder is left behind.
     FmuError
-        If an FMU fails; no folder is left then.
+        If an FMU fails; no folder is left behind.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What a machine's model lacks."""
+"""Finds what is missing in a machine's model."""
 
 from __future__ import annotations
 
@@ -27,26 +27,25 @@ if TYPE_CHECKING:
 @refusing_methods
 @dataclass(frozen=True)
 class Gap:
-    """What was found missing in a machine's model.
+    """What a search found missing in a machine's model.
 
     Attributes
     ----------
     verdict : str
         ``effect``, ``one_of``, ``none_missing`` or ``unknown``.
     in_doubt : bool
-        Whether more than the tolerance is left with what was named: something else is missing too,
-        or what was named only acts like it.
+        Whether the residuals exceed the tolerance even with what was named: something else is
+        missing too, or what was named only resembles it.
     effects : list of str
-        Names of the effects that were added.
+        Names of the added effects.
     text : str
         The answer in a few lines.
     table : dict
         Everything, as ``gap.json`` holds it.
     machine : Machine
-        The machine with the effects; only the file's parameters can be saved where no folder was
-        given.
+        The machine with the effects; it can be saved only if a folder was given.
     folder : Path or None
-        Where report and figures are.
+        Folder of the report and figures.
     """
 
     verdict: str
@@ -58,7 +57,7 @@ class Gap:
     folder: Path | None
 
     def plot(self) -> Figure:
-        """Return a figure of each channel's gap before and after, beside what noise would leave."""
+        """Return a figure of each channel's gap before and after, next to the noise floor."""
         channels = pd.DataFrame.from_dict(self.table["channels"], orient="index")
         shown = channels[["before", "after", "floor"]].astype(float)
         return plot_bars(shown, f"Gap by channel: {self.verdict}", "RMS of residual [K, µm]")
@@ -81,7 +80,7 @@ def find_gap(
     force: bool = False,
     progress: Progress = quiet,
 ) -> Gap:
-    """Say where a machine's model and measured runs disagree, and name what is missing.
+    """Find where a machine's model and measured runs disagree, and name what is missing.
 
     Parameters
     ----------
@@ -90,29 +89,28 @@ def find_gap(
     runs : sequence of Run, DataFrame or path
         Runs to calibrate on, three or more.
     holdout : sequence of Run, DataFrame or path
-        Runs to judge by, used once at the end (default: the last of four or more *runs* is kept
-        back).
+        Runs to judge by, used once at the end (default: the last of four or more *runs* is held
+        out).
     out : path, optional
         Folder for report, figures and machine files.
     without : sequence of str
         Effects not to consider.
     most : int
-        Additions to make at most.
+        Largest number of additions.
     effects_only : bool
-        Add effects, and leave the description alone.
+        Only add effects; do not change the machine's description.
     seed : int
-        Of random starts.
+        Seed of random starts.
     workers : int, optional
-        Processes; one for each core by default.
+        Number of processes; one per core by default.
     fmu : bool
-        Whether to build the plant FMUs before and after and to co-simulate the runs kept back.
+        Whether to build the plant FMUs before and after and to co-simulate the held-out runs.
     split_hours : float, optional
-        Cut runs that are longer into pieces of this length [h], each begun where the one before
-        ended.
+        Cut longer runs into pieces of this length [h], each starting where the previous one ended.
     force : bool
-        Whether *out* may hold other things.
+        Whether *out* may hold other files.
     progress : callable
-        Told what is being done.
+        Called with what is being done.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Machines: read, simulated, calibrated."""
+"""Reads, simulates and calibrates machines."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Machine:
     model: Model = field(default=None, repr=False)  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
-        """Read the file, unless the model is there already."""
+        """Read the file, unless the model is given."""
         if self.model is None:
             object.__setattr__(self, "model", read_machine(self.source))
 
@@ -88,7 +88,7 @@ class Machine:
 
     @property
     def parameters(self) -> pd.DataFrame:
-        """Value, unit, range and source of every parameter, by its full name."""
+        """Value, unit, range and source of each parameter, by its full name."""
         table = {name: entry.to_dict() for name, entry in self.model.parameters.items()}
         return pd.DataFrame.from_dict(table, orient="index")
 
@@ -98,12 +98,12 @@ class Machine:
         Parameters
         ----------
         values : mapping of str to float
-            By full name, as in the table `parameters`, in its units.
+            By full name, in the units of the table `parameters`.
 
         Raises
         ------
         BadInput
-            For a name that is not known or a value outside its range.
+            If a name is unknown or a value is outside its range.
         """
         try:
             return replace(self, model=self.model.with_values(dict(values)))
@@ -111,13 +111,13 @@ class Machine:
             raise BadInput(self.name, "", str(error)) from None
 
     def save(self, path: str | Path, *, force: bool = False) -> Path:
-        """Write the machine file; comments and order are those of the file it came from.
+        """Write the machine file, keeping the comments and order of the file it came from.
 
         Parameters
         ----------
         path : str or path
         force : bool
-            Whether anything that is in the way may be replaced.
+            Whether whatever is in the way may be replaced.
 
         Returns
         -------
@@ -127,7 +127,7 @@ class Machine:
         Raises
         ------
         BadInput
-            If something else is in the way and *force* is not given.
+            If another file is in the way and *force* is not given.
         """
         with guarding("calibrate", [machine_path(self.source)], force):
             check_output(Path(path), MACHINE_FILE)
@@ -135,7 +135,7 @@ class Machine:
 
 
 def as_machine(given: MachineLike) -> Machine:
-    """Return a machine, whatever form it has."""
+    """Return a machine from any accepted form."""
     return given if isinstance(given, Machine) else Machine(given)
 
 
@@ -148,20 +148,20 @@ def simulate(
     every_s: float = 10.0,
     noise_seed: int | None = None,
 ) -> Run:
-    """Simulate what a machine's sensors would have shown.
+    """Simulate the readings of a machine's sensors.
 
     Parameters
     ----------
     machine : Machine, path or name
     inputs : DataFrame, Run or str
-        ``time_s`` and the machine's inputs, or a scenario's name or file: its first variant, with
-        the plant's parameters that it sets.
+        ``time_s`` and the machine's inputs, or a scenario's name or file, whose first variant is
+        simulated with the plant parameters that it sets.
     parameters : mapping of str to float, optional
-        Values to use instead of the machine's and the scenario's, by full name.
+        Values that override the machine's and the scenario's, by full name.
     every_s : float
-        Time between the rows of a scenario [s].
+        Time between rows if a scenario is simulated [s].
     noise_seed : int, optional
-        Adds the sensors' noise and resolution; without it the readings are exact.
+        Seed of the sensor noise; without it the readings have neither noise nor resolution.
 
     Returns
     -------
@@ -190,7 +190,7 @@ def simulate(
         scenario = read_scenario(str(inputs))
         case, name, source = case_to_simulate(scenario), scenario.settings.name, str(scenario.path)
         frame = inputs_of(case, model, every_s)
-        # The FMU quotes names that hold a hyphen, as structured naming asks; both forms serve.
+        # The FMU quotes names with a hyphen, as structured naming requires; both forms work here.
         told = case.settings.plant.parameters.items()
         values = {key.replace("'", ""): value for key, value in told} | values
     else:
@@ -212,22 +212,22 @@ def case_to_simulate(scenario: ReadScenario) -> Case:
 @refusing_methods
 @dataclass(frozen=True)
 class Calibration:
-    """A calibrated machine, and what the runs determine of it.
+    """A calibrated machine, and how well the runs determine its parameters.
 
     Attributes
     ----------
     machine : Machine
     parameters : DataFrame
         Value before and after, 95 % interval, and prior contraction (0: the runs say nothing,
-        1: they say all).
+        1: they determine the parameter).
     residuals : DataFrame
         RMS of model minus measurement of each channel before and after [K, um].
     left_out : list of str
-        What in the runs was broken, sensors that they lack, and runs that began warm.
+        Faulty data, missing sensors, and runs that began warm.
     faults : list of DataFault
-        Of these what was broken.
+        The faulty data among these.
     advice : list of Advice
-        What the machine file may lack.
+        What may be missing in the machine file.
     found : gap_finder.calibrate.Calibration
     observed : list of Observations
         The runs as they were compared.
@@ -256,7 +256,7 @@ def calibrate(
     seed: int = 0,
     progress: Progress = quiet,
 ) -> Calibration:
-    """Move a machine's free parameters so that it follows measured runs.
+    """Calibrate a machine's free parameters to measured runs.
 
     Parameters
     ----------
@@ -264,11 +264,11 @@ def calibrate(
         Page, machine file or shipped name.
     runs : Run, DataFrame or path, or several
     starts : int
-        Starting points; the first is the machine as it stands.
+        Number of starting points; the first is the machine as given.
     seed : int
-        Of the further starting points.
+        Seed of the other starting points.
     progress : callable
-        Told what is being done.
+        Called with what is being done.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Runs: read, imported from anybody's log, summarised."""
+"""Reads runs, imports them from any recorder's log, and summarises them."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ if TYPE_CHECKING:
 
 @refusing
 def read_run(source: RunLike, name: str = "run") -> Run:
-    """Read a run file, or check a frame that is like one.
+    """Read a run file, or check a frame of the same form.
 
     Parameters
     ----------
     source : path or DataFrame
         A run file, or a frame with ``time_s`` [s] first and columns such as ``T1_degC``.
     name : str
-        What reports call a frame; a file has its own name.
+        Name of a frame in reports; a file has its own name.
 
     Returns
     -------
@@ -45,7 +45,7 @@ def read_run(source: RunLike, name: str = "run") -> Run:
     Raises
     ------
     BadInput
-        For the first thing that is wrong: file, row, column, value and what is allowed.
+        For the first error: file, row, column, value and what is allowed.
 
     Examples
     --------
@@ -62,22 +62,22 @@ def read_run(source: RunLike, name: str = "run") -> Run:
 @refusing_methods
 @dataclass(frozen=True)
 class ImportedLog:
-    """Runs that were made of a log, and what was doubtful about it.
+    """The runs made from a log, and what was doubtful in it.
 
     Attributes
     ----------
     runs : list of Run
         In order of time.
     table : DataFrame
-        For each run its start, length, rest before it [h] and whether it began warm.
+        Start, length and preceding rest [h] of each run, and whether it began warm.
     left_out : dict of str to str
-        By header: why a column is not in the runs, and what would place it.
+        By header: why a column is not in the runs, and how to include it.
     doubts : dict of str to list of str
         By column: what its numbers contradict.
     notes : list of str
-        What was passed over.
+        What was ignored.
     asks : dict of str to str
-        By header: displacements that do not tell their axis, and what would.
+        By header: displacements whose axis is unknown, and how to state it.
     """
 
     runs: list[Run]
@@ -95,7 +95,7 @@ class ImportedLog:
         Parameters
         ----------
         which : int
-            Position of the run.
+            Index of the run.
         """
         return plot_run(self.runs[which])
 
@@ -105,14 +105,14 @@ class ImportedLog:
         Parameters
         ----------
         folder : path
-            Made if missing; other files in it stay, an existing mapping file, too.
+            Created if missing; other files in it stay, and so does an existing mapping file.
         force : bool
             Whether files that are in the way may be replaced.
 
         Returns
         -------
         list of Path
-            The files that were written.
+            The files written.
 
         Raises
         ------
@@ -142,36 +142,36 @@ def import_log(
     every_s: float | None = None,
     **rules: object,
 ) -> ImportedLog:
-    """Make runs of spreadsheets, text tables or logs of any recorder.
+    """Make runs from spreadsheets, text tables or logs of any recorder.
 
     Parameters
     ----------
     files : path or sequence of path
-        Text tables, .xlsx, .xls, .ods, .tdms or .mf4: tables with the same columns follow each
-        other, others stand side by side on one clock.
+        Text tables, .xlsx, .xls, .ods, .tdms or .mf4: tables with the same columns are joined end
+        to end, others side by side on one clock.
     mapping : path, optional
-        Mapping file to follow, as an earlier import wrote it.
+        Mapping file to follow, written by an earlier import.
     units : mapping of str to str, optional
         Unit of a column whose header has none, by header, such as 'T*=degC'.
     axes : mapping of str to str, optional
-        Axis that a displacement measures, by header, such as 'Dia*=X', or -X where it grows
-        towards -X.
+        Axis that a displacement measures, by header, such as 'Dia*=X', or -X if it grows towards
+        -X.
     time : str or mapping, optional
         Time column, if it is not found.
     every_row_s : float, optional
-        For tables without a column of time: from row to row, such as 60s [s].
+        Time from row to row, such as 60s, for tables without a time column [s].
     day_first : bool, optional
-        03/04 is the 3rd of April.
+        Read 03/04 as the 3rd of April.
     timezone : str, optional
-        Of local times, as Europe/Berlin.
+        Time zone of local times, such as Europe/Berlin.
     split : {"pauses", "days", "none"}, optional
-        Where a log is cut into runs (default: pauses); days: at midnight, too.
+        Where a log is cut into runs (default: pauses); days also cuts at midnight.
     pause_s : float, optional
         A longer pause ends a run (default: 1800) [s].
     cold_after_s : float, optional
         A machine is cold after a longer rest (default: 28800) [s].
     every_s : float, optional
-        Put the rows on an even grid [s].
+        Resample the rows to an even grid [s].
     **rules
         Other entries of a mapping file.
 
@@ -182,7 +182,7 @@ def import_log(
     Raises
     ------
     BadInput
-        For the first thing that cannot be used.
+        For the first error.
 
     Examples
     --------
@@ -246,8 +246,8 @@ def summary(
     ----------
     run : Run, DataFrame or path
     machine : Machine, path or name, optional
-        Machine whose rig says what the displacements mean, and which column is the ambient; without
-        it the columns' names do.
+        Machine that defines the displacements and the ambient column; without it the column names
+        do.
     ambient : str, optional
         Column of the ambient temperature; by default that of the machine's input ``ambient``.
 
@@ -270,7 +270,7 @@ def summary(
 
 
 def rig_for(run: Run, machine: MachineLike | None) -> Rig | None:
-    """Return the machine's rig; without a machine the one that the columns' names tell, or None."""
+    """Return the machine's rig; without a machine, the one the column names define, or None."""
     from spindle_drift.machines import as_machine
 
     if machine is not None:
@@ -283,7 +283,7 @@ def rig_for(run: Run, machine: MachineLike | None) -> Rig | None:
 
 
 def _ambient_column(run: Run, machine: MachineLike | None) -> str | None:
-    """Return the column of the machine's input called ambient, where the run has it."""
+    """Return the column of the machine's input ``ambient``, or None if the run lacks it."""
     from spindle_drift.machines import as_machine
 
     inputs = () if machine is None else as_machine(machine).model.inputs

@@ -1,4 +1,4 @@
-"""Which temperatures are alike, and which tell most of the drift."""
+"""Which temperatures are alike, and which explain most of the drift."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ class Points:
     Attributes
     ----------
     chosen : list of str
-        The temperatures chosen.
+        The chosen temperatures.
     groups : dict of str to list of list of str
-        By the method of grouping.
+        Groups of temperatures, by grouping method.
     degree : DataFrame
         Grey comprehensive degree of all pairs [1].
     scores : DataFrame
-        For each temperature Pearson's r and the grey relational degree to the error [1].
+        Pearson's r and the grey relational degree of each temperature to the error [1].
     combinations : DataFrame
-        All combinations of the chosen ones, the largest adjusted R2 first.
+        All combinations of the chosen temperatures, largest adjusted R2 first.
     details : dict
         Everything, as ``spindle-drift points --json`` prints it.
     survey : Survey
@@ -57,19 +57,20 @@ def points(
     study: str | None = None,
     **options: Any,
 ) -> Points:
-    """Group temperatures and choose the most telling of each group.
+    """Group temperatures and choose the most informative of each group.
 
     Parameters
     ----------
     runs : Run, DataFrame or path, or several
-        Their temperatures and displacements.
+        Runs with temperatures and displacements.
     machine : Machine, path or name, optional
-        Machine whose rig says what the displacements mean; without it the columns' names do.
+        Machine whose rig defines the displacements; without it the column names do.
     study : {"GA", "TS", "VAC"}, optional
-        As that study chooses. What else is given counts before it.
+        Choose as that study does. Other arguments override it.
     **options
-        Of `fmu_compensator.fit.survey.survey`: ``target``, ``grouping``, ``threshold``, ``theta``,
-        ``image``, ``absolute_image``, ``clusters``, ``variables``, ``keep_quiet``, ``score``.
+        Options of `fmu_compensator.fit.survey.survey`: ``target``, ``grouping``, ``threshold``,
+        ``theta``, ``image``, ``absolute_image``, ``clusters``, ``variables``, ``keep_quiet``,
+        ``score``.
 
     Returns
     -------
@@ -78,7 +79,7 @@ def points(
     Raises
     ------
     BadInput
-        For runs or options that cannot be used.
+        If the runs or options cannot be used.
 
     Examples
     --------

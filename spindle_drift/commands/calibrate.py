@@ -1,4 +1,4 @@
-"""``spindle-drift calibrate``: a machine's free parameters from measured runs."""
+"""``spindle-drift calibrate``: calibrate a machine's free parameters to measured runs."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Calibrate, write the machine file, and say what the runs determine."""
+    """Calibrate, write the machine file, and print how well the runs determine each parameter."""
     from measurement.files import write_together
     from plant_model.machine_writer import machine_text
     from scenarios.calibration_page import calibration_page, page_beside
@@ -52,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
     text = calibration_page(
         machine.model, found.found, found.observed, found.advice, found.left_out, facts
     )
-    # Together: a page of another machine file would mislead.
+    # Together, because a page that shows another machine file would mislead.
     write_together({page: text, path: marked(machine_text(found.machine.model, args.machine))})
     if args.json:
         table = {

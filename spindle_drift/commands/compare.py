@@ -1,7 +1,7 @@
-"""``spindle-drift compare``: all error models on the same runs, judged on runs they never saw.
+"""``spindle-drift compare``: fit all error models to the same runs, judge them on unseen runs.
 
-Give the runs to learn from and the runs to judge on (--train, --validate), or one set of runs that
-are left out in turn (--runs). Splits are by run or by condition, never by row.
+Give training runs and unseen runs (--train, --validate), or one set of runs that are left out in
+turn (--runs). Splits are by run or by condition, never by row.
 """
 
 from __future__ import annotations
@@ -61,12 +61,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Compare and print; nothing is written unless everything went well.
+    """Compare and print; nothing is written unless everything succeeds.
 
     Raises
     ------
     BadInput
-        For runs, models or options that cannot be used.
+        If the runs, models or options cannot be used.
     """
     if args.seed is not None and not 0 <= args.seed < 2**31:
         raise BadInput("compare", "seed", f"{args.seed} is not allowed: 0 to {2**31 - 1}")
@@ -123,7 +123,7 @@ def _options(args: argparse.Namespace) -> dict[str, dict[str, Any]]:
 
 
 def _noted(comparison: Comparison) -> list[str]:
-    # What is wrong with the data stands above already.
+    # Faulty data was printed above already.
     notes = [note for note in comparison.notes if not note.endswith(tuple(HANDLING.values()))]
     lines = ["What the models were given", *(f"  {note}" for note in notes)]
     lines += [f"  {name} is left out: {why}" for name, why in comparison.left_out.items()]

@@ -1,4 +1,4 @@
-"""``spindle-drift find-gap``: what is missing in a machine's model, found in measured runs."""
+"""``spindle-drift find-gap``: find what is missing in a machine's model from measured runs."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Find the gap, write the folder, and say what was found."""
+    """Find the gap, write the folder, and print what was found."""
     from scenarios.progress import FIND_GAP, spoken
     from spindle_drift.gaps import find_gap
 

@@ -1,4 +1,4 @@
-"""``spindle-drift fit``: a compensator file from measured or simulated runs."""
+"""``spindle-drift fit``: fit a compensator file to measured or simulated runs."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _assumed(rig: dict[str, Any]) -> str:
-    """Return where the sensors of a rig stand that nobody described, since no figure shows it."""
+    """Return the sensor positions assumed for a rig that nobody described; no figure shows them."""
     near, distal = (f"{rig[f'{pair}_x']}, {rig[f'{pair}_y']}" for pair in ("near", "distal"))
     return (
         f"no --machine says where the displacement sensors stand; taken, as at {USUAL_MACHINE}: "

@@ -1,8 +1,8 @@
-"""``spindle-drift import``: run files from spreadsheets, text tables and logs of any recorder.
+"""``spindle-drift import``: make run files from spreadsheets, text tables and recorder logs.
 
-Columns are named and converted by their headers; what cannot be placed is left out and told. A long
-log is cut into runs at its pauses. What was decided stands in import.toml beside the runs: mend it
-there and import again, and later logs of the same recorder follow it.
+Columns are named and converted by their headers; columns that cannot be identified are left out and
+reported. A long log is cut into runs at its pauses. All decisions are written to import.toml next
+to the runs: correct them there and import again; later logs of the same recorder follow it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ RULES = (
     *("time", "every_row_s", "day_first", "timezone"),
     *("split", "pause_s", "cold_after_s", "every_s"),
 )
-"""Of a mapping file, as the command line may say them otherwise."""
+"""Entries of a mapping file that the command line can override."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -62,12 +62,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Import, write the folder, and say what became of every column.
+    """Import, write the folder, and print what became of each column.
 
     Raises
     ------
     BadInput
-        For the first thing that cannot be used; nothing is written then.
+        For the first error; nothing is written then.
     """
     from tqdm import tqdm
 
@@ -87,7 +87,7 @@ def run(args: argparse.Namespace) -> int:
     files = tqdm(args.files, desc="import", unit="file", disable=hidden, leave=False)
     units, axes = _units(args.units), _axes(args.axes)
     found = import_files(files, mapping, units, axes)
-    # What was said now is to be remembered for the next import.
+    # Keep what was given now for the next import.
     fresh = args.mapping is None and bool(source is None or args.force or units or axes)
     written = write_imported(found, args.files, args.output, with_mapping=fresh)
     if args.json:
@@ -136,7 +136,7 @@ def _axes(given: list[str]) -> dict[str, str]:
 
 
 def _by_header(option: str, given: list[str], what: str) -> dict[str, str]:
-    """Return what was given by header; a header may itself hold an equals sign."""
+    """Return what was given by header; a header may itself contain an equals sign."""
     from measurement.errors import BadInput
 
     table = {}
@@ -161,7 +161,7 @@ def _seconds(text: str) -> float:
 
 
 def _not_in(known: Any, found: Any) -> list[str]:
-    """Return a line for each column that a mapping file in use does not name."""
+    """Return a line for each column that the mapping file does not name."""
     return [
         f"{header} is new to the mapping file and was read as {rule.name} in {rule.unit}"
         for header, rule in found.mapping.columns.items()

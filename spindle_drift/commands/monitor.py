@@ -1,4 +1,4 @@
-"""``spindle-drift monitor``: whether a compensator still fits its machine."""
+"""``spindle-drift monitor``: check whether a compensator still fits its machine."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def lines_of(report: Any) -> list[str]:
-    """Return what a person reads of a report: the verdict, what to do, and a line for each run."""
+    """Return a report as text: the verdict, what to do, and a line for each run."""
     lines = [f"{report.verdict}: {report.summary}"]
     lines += [f"note: {note}" for note in report.notes]  # a wrong unit explains all that follows
     lines.append(f"what to do: {report.advice}")

@@ -1,4 +1,4 @@
-"""``spindle-drift new-machine``: a first page for one's own machine, from a handful of answers."""
+"""``spindle-drift new-machine``: write a first page for your own machine from a few answers."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ QUESTIONS = {
     "speed": "Highest speed in r/min",
     "power": "Motor power in kW",
 }
-"""What is asked; a belt's power only if it is said."""
+"""The questions; a belt's power is used only if it is given."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -55,7 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the page, read it back, and say how warm it gets."""
+    """Write the page, read it back, and print how warm the machine gets."""
     import tomllib
 
     from measurement.errors import BadInput
@@ -107,9 +107,8 @@ def run(args: argparse.Namespace) -> int:
 def _running(answers: Answers, columns: Columns | None, path: Path) -> dict[str, float]:
     """Return the temperatures at which bearings run at full speed, in whole degrees.
 
-    A bearing's friction depends on how warm it runs, and the other way round: a warmer one makes
-    less heat, so there is one answer for each, and going half the way to it again and again ends
-    there.
+    A bearing's friction depends on its temperature and vice versa. A warmer bearing makes less
+    heat, so there is one solution for each, and repeated half steps towards it converge.
     """
     import tomllib
 
@@ -121,7 +120,7 @@ def _running(answers: Answers, columns: Columns | None, path: Path) -> dict[str,
 
     running = dict.fromkeys(BEARINGS, CLASS_VALUES["running_temperature"].value)
     tried: list[dict[str, float]] = []
-    while running not in tried:  # there are only so many whole degrees
+    while running not in tried:  # this ends: there are finitely many whole degrees
         tried.append(running)
         table = tomllib.loads(page_text(answers, columns, running))
         warm = bearing_temperatures(machine_from_table(expanded(table, path), path))
@@ -165,7 +164,7 @@ def _answers(args: argparse.Namespace) -> Answers:
 
 
 def _asked(key: str, given: object) -> str:
-    """Return an option's value, or the answer of who sits at the terminal."""
+    """Return an option's value, or the answer typed at the terminal."""
     from measurement.errors import BadInput
 
     if given is not None:
@@ -176,7 +175,7 @@ def _asked(key: str, given: object) -> str:
 
 
 def _bearing(text: str) -> Bearing:
-    """Return the bearing of a designation, or of the series 70 with a bore [mm]."""
+    """Return the bearing with a designation, or of series 70 with a bore [mm]."""
     from measurement.errors import BadInput
     from plant_model.drawing.bearing_table import SERIES, by_designation, known_designations
 

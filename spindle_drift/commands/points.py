@@ -1,6 +1,6 @@
-"""``spindle-drift points``: which temperatures are alike, and which tell most of the drift.
+"""``spindle-drift points``: show which temperatures are alike and which explain most of the drift.
 
-Prints the grey degrees and every grouping, and what each combination of the points explains.
+Prints the grey degrees, every grouping, and how much each combination of points explains.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def run(args: argparse.Namespace) -> int:
     Raises
     ------
     BadInput
-        For runs or options that cannot be used.
+        If the runs or options cannot be used.
     """
     options = {**grey_options(args), "grouping": args.points, "target": args.target}
     runs = as_runs(args.runs)

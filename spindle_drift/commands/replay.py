@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_results(parser, "results folder (default: results/replay)", default=Path("results/replay"))
     add_fmu_folder(parser)
     add_parameters(parser, run_replay, "tool_length_mm", "machine", "keep_frozen")
-    # Each with its unit.
+    # Values of these options carry their unit.
     add_parameters(
         parser,
         Probing,
@@ -65,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _probing(args: argparse.Namespace) -> Any:
-    """Return the probe cycles that the options ask for; None for none."""
+    """Return the probe cycles that the options ask for, or None."""
     from measurement.errors import BadInput
     from scenarios.probing import Probing
 
@@ -87,12 +87,12 @@ def _probing(args: argparse.Namespace) -> Any:
 def _quantity(
     option: str, text: str | None, units: dict[str, float], low: float, high: float
 ) -> float | None:
-    """Return a number with a unit as an option gives it, in the first of the units.
+    """Return an option's number with a unit, converted to the first of the units.
 
     Raises
     ------
     BadInput
-        If it is none, or out of range.
+        If it is no such number, or out of range.
     """
     from measurement.errors import BadInput, shown
 

@@ -1,4 +1,4 @@
-"""Simulate a scenario: plant and compensator FMU in a loop, a table and a results folder."""
+"""Simulate a scenario with plant and compensator FMU in closed loop; print and save results."""
 
 from __future__ import annotations
 
@@ -86,6 +86,6 @@ def _replay(scenario: Any, args: argparse.Namespace, out: Path) -> Any:
 
 
 def _near(folder: Path, name: str) -> Path:
-    """Return a run's path: from the scenario's folder, or else from the working folder."""
+    """Return a run's path, relative to the scenario's folder or else to the working folder."""
     path = Path(name).expanduser()
     return folder / path if (folder / path).is_file() else path

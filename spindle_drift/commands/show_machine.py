@@ -1,4 +1,4 @@
-"""``spindle-drift show-machine``: one page that shows a machine and what looks wrong in it."""
+"""``spindle-drift show-machine``: write a page that shows a machine and what looks wrong in it."""
 
 from __future__ import annotations
 

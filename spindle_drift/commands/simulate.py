@@ -1,4 +1,4 @@
-"""``spindle-drift simulate``: the run that a rig would measure in a scenario, without FMUs."""
+"""``spindle-drift simulate``: simulate the run that a rig would measure, without FMUs."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Write a scenario with its FMUs as one .ssp file, which other co-simulation tools run.
+"""Write a scenario with its FMUs as one .ssp file, which other co-simulation tools can run.
 
-The file holds both FMUs, one more that plays the scenario's signals, and SystemStructure.ssd with
-the connections by equal names, the plant's parameters and the step. Where a C compiler is, all of
-them are in C; with --ssp 2 they are of FMI 3.0 then.
+The file contains both FMUs, a third that plays the scenario's signals, and SystemStructure.ssd with
+the connections by equal names, the plant's parameters and the step. If a C compiler is available,
+all FMUs are in C, and with --ssp 2 of FMI 3.0.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Build what is missing, write the file, say what is in it."""
+    """Build missing FMUs, write the file, and print what is in it."""
     from measurement.files import write_atomically
     from scenarios.assignments import assignment
     from scenarios.fmu_files import find_fmu, needs_no_host
@@ -70,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
                 *([args.compensator or settings.compensator.fmu] * settings.compensator.enabled),
             )
         ]
-        # What plays the signals needs no Python if the others do not.
+        # The FMU that plays the signals should need no Python if the others do not.
         made = _compilers() if all(map(needs_no_host, found)) else []
         data = ssp_bytes(case, found[0], found[1] if len(found) > 1 else None, made, args.ssp)
     write_atomically(out, data)
@@ -89,7 +89,7 @@ def _compilers() -> list[Any]:
 
     try:
         return compilers()
-    except NativeError:  # the FMUs were there already
+    except NativeError:  # no compiler, but the FMUs already exist
         return []
 
 

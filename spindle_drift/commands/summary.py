@@ -1,4 +1,4 @@
-"""``spindle-drift summary``: what a run file holds, in the terms of ISO 230-3."""
+"""``spindle-drift summary``: summarise run files in the terms of ISO 230-3."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
     Raises
     ------
     BadInput
-        For a run or a machine file that cannot be used.
+        If a run or a machine file cannot be used.
     """
     machine = Machine(args.machine) if args.machine else None
     runs = looked_over([read_run(path) for path in args.runs])
@@ -78,11 +78,11 @@ def _draw(
 
 
 def _file_names(names: list[str]) -> list[str]:
-    """Return one file name per run; runs of one name (from two folders) get numbers."""
+    """Return one file name per run; runs with the same name (from two folders) get numbers."""
     files: list[str] = []
     for name in names:
         file, number = f"{name}.png", 1
-        while file.lower() in {other.lower() for other in files}:  # case counts on some disks only
+        while file.lower() in {other.lower() for other in files}:  # some disks ignore case
             number += 1
             file = f"{name}-{number}.png"
         files.append(file)

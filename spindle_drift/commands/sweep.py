@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run what is missing of the sweep, write its folder, print the summary."""
+    """Run the missing cases of the sweep, write its folder, print the summary."""
     from scenarios.assignments import assignment
     from scenarios.scenario import read_scenario
     from scenarios.sweep.plan import Request

@@ -1,4 +1,4 @@
-"""``spindle-drift update``: new runs into a compensator, without the old files."""
+"""``spindle-drift update``: add new runs to a compensator, without the old run files."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Condition on the runs, write the file, and print what the old one left of them."""
+    """Condition on the runs, write the file, and print the old compensator's remaining error."""
     after = Compensator.load(args.compensator).update(args.runs, created=args.created)
     path, provenance = after.save(args.output), after.model.provenance
     new_runs = provenance["figures"]["updated"][-len(args.runs) :]

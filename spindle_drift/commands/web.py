@@ -1,4 +1,4 @@
-"""``spindle-drift web``: a machine and its compensator, live in one web page."""
+"""``spindle-drift web``: write a web page in which a machine and its compensator run live."""
 
 from __future__ import annotations
 
