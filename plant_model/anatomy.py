@@ -1,4 +1,4 @@
-"""What effects act on, found by kind and unit and never by a machine's own names."""
+"""Finds the parts that effects act on, by kind and unit and never by a machine's own names."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from plant_model.machine import Input, Item, Machine
 from plant_model.parameters import FloatArray
 
 TOUCHES = 4
-"""Contacts from which a part may be the air of an enclosure: set on no data. Taking another part
-for it costs a candidate that explains nothing."""
+"""Least number of contacts of a part that may be the air of an enclosure: set on no data. Mistaking
+another part for it costs a candidate that explains nothing."""
 
 
 def input_in(machine: Machine, unit: str) -> Input | None:
-    """Return the first input in a unit: ``rpm`` the spindle's speed, ``Nm`` its torque.
+    """Return the first input with a unit: ``rpm`` for spindle speed, ``Nm`` for its torque.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def input_in(machine: Machine, unit: str) -> Input | None:
 
 
 def outside(machine: Machine) -> str:
-    """Return the boundary temperature that most surfaces face, or else the first there is.
+    """Return the boundary temperature that most surfaces face, or else the first one.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def foremost(machine: Machine, kind: str) -> int | None:
 
 
 def nose(machine: Machine) -> int | None:
-    """Return the node nearest to the tool: the shaft's end, or else a bearing's inner side.
+    """Return the node nearest to the tool: the shaft's end, or else the first bearing's inner side.
 
     Parameters
     ----------
@@ -103,8 +103,8 @@ def spindle_nodes(machine: Machine) -> set[str]:
 def enclosed_air(machine: Machine) -> str | None:
     """Return the part that is the air of an enclosure, if the machine has one.
 
-    No machine file says so: it is the part with the most contacts, if it has `TOUCHES` or more and
-    is neither the spindle's nor moves the tool or the work.
+    Machine files do not name it: it is the part with the most contacts, if it has `TOUCHES` or
+    more, does not belong to the spindle and does not move the tool or the work.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def enclosed_air(machine: Machine) -> str | None:
 
 
 def base_node(machine: Machine) -> int:
-    """Return the heaviest node that gives heat to the hall: the column, or else the heaviest.
+    """Return the heaviest node that gives heat to the hall (the column), or else the heaviest.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def base_node(machine: Machine) -> int:
 
 
 def carrier_node(machine: Machine) -> int:
-    """Return the heaviest node that passes heat to the column: what carries the spindle on it.
+    """Return the heaviest node that passes heat to the column: it carries the spindle.
 
     Parameters
     ----------
@@ -151,8 +151,7 @@ def carrier_node(machine: Machine) -> int:
     Returns
     -------
     int
-        Its position among the nodes; that of `base_node` where nothing passes heat to the
-        column.
+        Its position among the nodes; that of `base_node` if nothing passes heat to the column.
     """
     index = machine.node_index
     base = machine.nodes[base_node(machine)].name
@@ -163,10 +162,10 @@ def carrier_node(machine: Machine) -> int:
 
 
 def around_bearing(machine: Machine, bearing: Item) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Return the parts of the shaft and those of the housing that a bearing sits between.
+    """Return the parts of the shaft and of the housing that a bearing sits between.
 
-    They are what its inner and its outer side touch, other than each other; the side itself where
-    that touches nothing.
+    These are the parts that its inner and outer sides touch, apart from each other; a side that
+    touches nothing else stands for itself.
 
     Parameters
     ----------
@@ -190,7 +189,7 @@ def around_bearing(machine: Machine, bearing: Item) -> tuple[tuple[int, ...], tu
 
 
 def measured_parts(machine: Machine) -> list[str]:
-    """Return the nodes that a thermometer reads, in the order of the thermometers.
+    """Return the nodes that have a thermometer, in the order of the thermometers.
 
     Parameters
     ----------
@@ -201,7 +200,7 @@ def measured_parts(machine: Machine) -> list[str]:
 
 
 def structure_parts(machine: Machine) -> list[str]:
-    """Return the column and what it carries: parts that the work or a probe stands on.
+    """Return the column and the part that it carries: the work or a probe stands on them.
 
     Parameters
     ----------
@@ -210,21 +209,21 @@ def structure_parts(machine: Machine) -> list[str]:
     Returns
     -------
     list of str
-        Names of nodes; one where nothing is carried.
+        Names of nodes; only one if nothing is carried.
     """
     carriers = dict.fromkeys((base_node(machine), carrier_node(machine)))
     return [machine.nodes[node].name for node in carriers]
 
 
 def incidence(nodes: Sequence[int], count: int) -> FloatArray:
-    """Return the matrix, shape (len(nodes), count), that brings each row to its node.
+    """Return the matrix, shape (len(nodes), count), with a 1 for each row at its node.
 
     Parameters
     ----------
     nodes : sequence of int
         Position of each row's node.
     count : int
-        Nodes of the machine.
+        Number of nodes of the machine.
     """
     matrix = np.zeros((len(nodes), count))
     matrix[np.arange(len(nodes)), list(nodes)] = 1.0

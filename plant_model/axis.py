@@ -1,4 +1,4 @@
-"""How a control applies the offsets it receives: increments, slew limit, saturation, resolution."""
+"""A control applying the offsets it receives: increments, slew limit, saturation, resolution."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ import math
 from plant_model.machine import Axis
 
 MOST_ALLOWANCE = 1e15
-"""Increments that any step allows at most: farther than any axis goes, and given by
-arithmetic a whole number still."""
+"""Largest allowance per step, in increments: farther than any axis travels, and given by
+arithmetic, since a double still holds it as a whole number."""
 
 
 class AxisOffset:
-    """One axis with the "feedback integral method".
+    """One axis that uses the "feedback integral method".
 
-    The control integrates increments of its own resolution until their sum equals the offset
-    received: it never moves faster than the slew limit and never leaves the saturation limits.
+    The control sums increments of its own resolution until the sum equals the offset received. It
+    never moves faster than the slew limit and never leaves the saturation limits.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ class AxisOffset:
 
     def __init__(self, axis: Axis) -> None:
         self._axis = axis
-        # Without a resolution an increment is as fine as a double allows in practice.
+        # Without a resolution, an increment is as fine as a double allows in practice.
         self._increment = axis.resolution_um or 1e-9
         self._counts = 0
         self._allowance = 0.0
@@ -38,14 +38,14 @@ class AxisOffset:
     def step(self, wanted: float, step_s: float) -> float:
         """Return the offset in force [um] after *step_s*, moving towards *wanted* [um].
 
-        A value that is not finite is not an offset: the axis stays where it is.
+        If *wanted* is not finite, the axis stays where it is.
         """
         axis = self._axis
         if not math.isfinite(wanted):
             return self.in_force
         target = min(max(wanted, -axis.limit_um), axis.limit_um)
         missing = round(target / self._increment) - self._counts
-        # Travel that is less than an increment is kept for the next step, but not hoarded.
+        # Travel of less than an increment is kept for the next step, but does not accumulate.
         self._allowance += axis.slew_um_per_s * step_s / self._increment
         self._allowance = min(self._allowance, MOST_ALLOWANCE)
         reach = int(self._allowance)
@@ -55,7 +55,7 @@ class AxisOffset:
         return self.in_force
 
     def state(self) -> list[float]:
-        """Return what a continued trajectory needs."""
+        """Return the state needed to continue."""
         return [self._counts, self._allowance]
 
     def restore(self, state: list[float]) -> None:

@@ -1,4 +1,4 @@
-"""A look at a machine before any run: what it does at full speed, and what looks wrong."""
+"""Checks of a machine before any run: what it does at full speed, and what looks wrong."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ from plant_model.warm_up import warm_up
 CELL = re.compile(r"^(shaft|housing)_\d+(_(xp|yp|xm|ym|a[\d_]+))?$")
 
 HOT, WARM_BEARING = 120.0, 90.0
-"""No part of a spindle is meant to be warmer, no bearing to run warmer [degC]: set on no data."""
+"""Highest plausible temperatures of a spindle part and of a bearing [degC]: set on no data."""
 
 SLOWEST_H = 30.0
-"""No part of a machine tool takes longer to follow what is around it [h]: set on no data."""
+"""Longest plausible time constant of a machine tool's part [h]: set on no data."""
 
 MOST_DRIFT, LEAST_DRIFT = 500.0, 1.0
-"""Drift of the nose at full speed beyond these looks wrong [um]: set on no data."""
+"""Plausible range of the nose's drift at full speed [um]: set on no data."""
 
 NEAR = 0.3
-"""A part is seen beside a thermometer if it has this share of its conductance to it [1]: set on no
-data."""
+"""A part is next to a thermometer if more than this share of its conductance leads to a part that
+has one [1]: set on no data."""
 
 TURNING = ("inner", "rotor")
 
@@ -51,12 +51,12 @@ USUAL = {
     ("motor", "loss"): (0.5, 500.0),
     ("feed_axis", "loss"): (0.5, 300.0),
 }
-"""Where a number of a kind usually lies, in its unit; engineering judgement."""
+"""Usual range of an item's number, in its unit; engineering judgement."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """Some nodes that belong together, and what they do at full speed.
+    """Nodes that belong together, and what they do at full speed.
 
     Attributes
     ----------
@@ -67,13 +67,13 @@ class Part:
     conductance : float
         To everything else [W/K].
     hours : float
-        Capacity over conductance [h].
+        Time constant, capacity over conductance [h].
     warm : float
-        Warmest node at the end of running [degC].
+        Temperature of the warmest node at the end of running [degC].
     heat : float
         Generated in it at full speed [W].
     seen : str
-        ``read``, ``beside`` a thermometer, or ``unseen``.
+        ``read`` by a thermometer, ``beside`` one, or ``unseen``.
     """
 
     name: str
@@ -88,7 +88,7 @@ class Part:
 
 @dataclass(frozen=True)
 class MachineFacts:
-    """What there is to look at.
+    """Results of the checks.
 
     Attributes
     ----------
@@ -96,23 +96,23 @@ class MachineFacts:
     links : dict of (str, str) to float
         Conductance between parts, and from parts to boundary temperatures [W/K].
     modes : tuple of (hours, part)
-        The slowest time constants of the whole at full speed, and where each is strongest.
+        The longest time constants of the machine at full speed, and where each is strongest.
     sources : dict of str to float
         Heat at full speed [W].
     given_off : dict of str to float
         Heat given to each boundary, and to coolant from jacket to jacket, at the end of running
         [W].
     stored : float
-        Heat that still goes into warming there [W].
+        Heat that still warms the parts then [W].
     readings : dict of str to (float, str)
         Every sensor at the end of running, with its unit.
     drift : tuple of float
-        Of the nose there, X, Y, Z [um].
+        Of the nose then: X, Y, Z [um].
     wrong : tuple of str
         A sentence for each thing that looks wrong.
     shown : Simulation
     at : int
-        Row of the simulation at which running ends.
+        Row of the simulation at the end of running.
     """
 
     parts: tuple[Part, ...]
@@ -129,12 +129,12 @@ class MachineFacts:
 
 
 def part_of(node: str) -> str:
-    """Return the part that a node belongs to: cells of the shaft are the shaft.
+    """Return the part that a node belongs to: a cell of the shaft belongs to the shaft.
 
     Parameters
     ----------
     node : str
-        A node's name; a node that is no cell is its own part.
+        A node's name; a node that is not a cell is its own part.
     """
     cell = CELL.match(node)
     return cell[1] if cell else node
@@ -167,7 +167,7 @@ class _Look:
         for i, name in enumerate(self.names):
             groups[part_of(name)].append(i)
         self.groups = dict(groups)
-        # In their order, so that sums come out the same every time.
+        # In a fixed order, so that sums are reproducible.
         self.read = [
             name for name in self.groups if name in {part_of(s.of) for s in machine.sensors}
         ]
@@ -183,7 +183,7 @@ class _Look:
 
 
 def bearing_temperatures(machine: Machine) -> dict[str, float]:
-    """Return how warm each bearing's inner ring is at the end of running at full speed [degC].
+    """Return each bearing's inner ring temperature at the end of running at full speed [degC].
 
     Parameters
     ----------
@@ -211,7 +211,7 @@ def check_sheet(machine: Machine) -> MachineFacts:
     before, after = look.shown.temperatures[0, look.at - 1 : look.at + 1]
     seconds = float(look.shown.time_s[look.at] - look.shown.time_s[look.at - 1])
     stored = float(np.sum(look.capacity * (after - before)) / seconds)
-    # Rounded, so that what cancels shows as zero and not as minus zero.
+    # Rounded, so that terms that cancel show as zero and not as minus zero.
     x, y, z = (round(float(v), 6) + 0.0 for v in look.shown.drift(0.0)[0, look.at])
     thermometers = {sensor.name for sensor in machine.sensors}
     readings = {
@@ -272,7 +272,7 @@ def _paths(look: _Look) -> dict[tuple[str, str], float]:
 
 
 def _modes(look: _Look, most: int = 4) -> tuple[tuple[float, str], ...]:
-    """Return the slowest time constants of the linear part and where they are strongest."""
+    """Return the longest time constants of the linear part and where they are strongest."""
     root = np.sqrt(look.capacity)
     rates, shapes = np.linalg.eig(look.matrix / np.outer(root, root))
     order = np.argsort(rates.real)[:most]
@@ -285,7 +285,7 @@ def _modes(look: _Look, most: int = 4) -> tuple[tuple[float, str], ...]:
 
 
 def _sources(look: _Look) -> dict[str, float]:
-    """Return the heat at full speed that goes with each source, and that of none [W]."""
+    """Return the heat at full speed of each source, and of other effects [W]."""
     machine = look.machine
     heats = {}
     for item in machine.items:
@@ -314,7 +314,7 @@ def _wrong(look: _Look, parts: tuple[Part, ...], drift: tuple[float, float, floa
 
 
 def _lost(look: _Look) -> list[str]:
-    """Return what exchanges heat with nothing, or never gives it off."""
+    """Return a sentence for each part that exchanges no heat, or cannot give it off."""
     machine = look.machine
     links = [item for item in machine.items if item.family == "links"]
     touched = {name for item in links for names in item.refs.values() for name in names}
@@ -323,7 +323,7 @@ def _lost(look: _Look) -> list[str]:
         for name in look.names
         if name not in touched
     ]
-    # All boundaries are one place behind the nodes.
+    # All boundaries share one index after the nodes.
     outside, index = len(look.names), machine.node_index
     pairs = [[index.get(name, outside) for name in item.refs["between"]] for item in links]
     joined = np.zeros((outside + 1, outside + 1))
@@ -368,7 +368,7 @@ def _bearings(look: _Look) -> list[str]:
                 " say its f0, lubrication (oil-air makes less friction than grease) and grade, or a"
                 " jacket that cools it; or the highest speed is more than it ever runs."
             )
-        # What the owner said is what the bearing has where the machine works, not at full speed.
+        # A temperature given by the owner holds for the machine at work, not at full speed.
         usual = CLASS_VALUES["running_temperature"]
         if holds.source.startswith(CLASS) and not usual.low <= warm <= usual.high:
             found.append(
@@ -380,7 +380,7 @@ def _bearings(look: _Look) -> list[str]:
 
 
 def _numbers(machine: Machine) -> list[str]:
-    """Return the numbers that are far from where their kind usually lies, each said once."""
+    """Return a sentence for each number far outside the usual range, without repeats."""
     told: dict[tuple[str, str], list[str]] = defaultdict(list)
     for item in machine.items:
         for name, parameter in item.parameters.items():
@@ -399,7 +399,7 @@ def _said(item: Item, name: str, parameter: Parameter) -> str:
 
 
 def _unseen(look: _Look, parts: tuple[Part, ...]) -> list[str]:
-    """Return heated parts without a thermometer, those aside that turn and can have none."""
+    """Return heated parts without a thermometer, except rotating parts, which cannot have one."""
     sources = [item for item in look.machine.items if item.family == "sources"]
     turning = {name for item in sources for role in TURNING for name in item.refs.get(role, ())}
     names = [

@@ -1,4 +1,4 @@
-"""How much the answer changes with the number of cells."""
+"""How much the results change with the number of cells."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from plant_model.simulate import Simulation, simulate
 from plant_model.warm_up import warm_up
 
 FINER = (0.5, 1.0, 2.0, 3.0)
-"""How many times the page's cells are tried [1]: set on no data."""
+"""Numbers of cells to try, as multiples of the page's [1]: set on no data."""
 
 
 @dataclass(frozen=True)
@@ -29,13 +29,13 @@ class Fineness:
     Attributes
     ----------
     longest_mm : float
-        Longest cell.
+        Length of the longest cell.
     sectors, nodes : int
     temperature, drift : float
-        Largest difference from the finest row, of all thermometers and of all displacements, in
-        proportion to how far the one that moves most goes [1].
+        Largest difference from the finest row over all thermometers and over all displacement
+        sensors, as a share of the largest change that any of them shows [1].
     worst_k, worst_um : float
-        The same [K, um].
+        The same differences, absolute [K, um].
     """
 
     longest_mm: float
@@ -48,7 +48,7 @@ class Fineness:
 
 
 def convergence(name_or_path: str | Path) -> list[Fineness]:
-    """Return what a page's machine shows in a warm-up with half to three times the cells.
+    """Simulate a page's warm-up with half to three times the cells and compare the results.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def convergence(name_or_path: str | Path) -> list[Fineness]:
 
 
 def _shown(shown: Simulation) -> tuple[FloatArray, FloatArray]:
-    """Return how far thermometers and displacements went, (channels, times)."""
+    """Return the changes of the thermometers, then of the displacements, (channels, times)."""
     thermometers = {sensor.name for sensor in shown.machine.sensors}
     warm = [r[0] - r[0, 0] for name, r in shown.readings.items() if name in thermometers]
     moved = [r[0] for name, r in shown.readings.items() if name not in thermometers]

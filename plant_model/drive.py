@@ -1,4 +1,4 @@
-"""What drives a simulation: inputs on a grid of steps, held or joined as each kind needs."""
+"""Inputs of a simulation on a grid of steps, held or interpolated depending on their kind."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 SWITCH = SAME_SPEED_SHARE
-"""A change of a held input by more than this share of its range is an instant of the grid [1]."""
+"""If a held input changes by more than this share of its range, the grid has an instant there
+[1]."""
 
 
 class DriveError(ValueError):
@@ -32,13 +33,13 @@ class Drive:
     grid : array, shape (K + 1,)
         Instants between which the model steps [s].
     held : dict of str to array, shape (K,)
-        Speed, feed, torque and the like: their mean in each step.
+        Mean of speed, feed, torque and the like in each step.
     first, last : dict of str to array, shape (K,)
         Boundary temperatures at the start and end of each step [degC].
     rows : dict of str to array, shape (T,)
-        All inputs at the rows that were given, gaps bridged.
+        All inputs at the given rows, gaps bridged.
     row_times : array, shape (T,)
-        The rows [s].
+        Times of the rows [s].
     """
 
     grid: FloatArray
@@ -63,7 +64,7 @@ class Drive:
         return np.array([self.first[name][0] for name in machine.boundary_index])
 
     def refined(self, parts: int) -> Drive:
-        """Return the same inputs, each step of the grid in so many parts.
+        """Return the same inputs with each step of the grid split into equal parts.
 
         Parameters
         ----------
@@ -87,7 +88,7 @@ class Drive:
         return Drive(whole, held, first, last, self.rows, self.row_times)
 
     def inputs_at(self, time_s: FloatArray) -> dict[str, FloatArray]:
-        """Return all inputs at other instants: held ones as in force, boundaries by lines.
+        """Return all inputs at other instants: held ones as held, boundaries interpolated.
 
         Parameters
         ----------
@@ -115,15 +116,14 @@ def column_in(frame: pd.DataFrame, entry: Input) -> str | None:
     ----------
     frame : DataFrame
     entry : Input
-        Its column's name counts first, then its own name with its unit, then its own name
-        alone.
+        Its column is tried first, then its name with its unit, then its name only.
     """
     names = (entry.column, f"{entry.name}_{entry.unit}", entry.name)
     return next((name for name in names if name in frame.columns), None)
 
 
 def _series(frame: pd.DataFrame, entry: Input) -> FloatArray:
-    """Return one input over the frame's rows, gaps bridged from the last known value."""
+    """Return one input at the frame's rows; gaps hold, those of boundaries are interpolated."""
     column = column_in(frame, entry)
     if column is None:
         if entry.default is None:
@@ -155,10 +155,10 @@ def drive_from(
     frame : DataFrame
         ``time_s`` and the inputs, by run column or by input name.
     step_s : float
-        Longest step [s]. Rows are instants of the grid, unless they are denser than that; so are
-        instants where a held input switches.
+        Longest step [s]. The grid has an instant at each row, unless rows are denser than that,
+        and wherever a held input switches.
     at : array, optional
-        Instants of the grid instead of the rows [s]; even ones step faster than uneven rows.
+        Instants of the grid instead of the rows [s]; equal steps are faster than uneven rows.
 
     Returns
     -------
@@ -168,7 +168,7 @@ def drive_from(
     Raises
     ------
     DriveError
-        For fewer than two rows, time that does not ascend, or an input that is not there.
+        For fewer than two rows, time that does not increase, or a missing input.
     """
     if "time_s" not in frame.columns:
         raise DriveError("time_s: the inputs need this column")
@@ -179,7 +179,7 @@ def drive_from(
         raise DriveError(f"step_s: {step_s:g} must be above 0")
     series = {entry.name: _series(frame, entry) for entry in machine.inputs}
     steps = (time[-1] - time[0]) / step_s
-    # Rows are instants of the grid, thinned where they are denser than the steps.
+    # Rows are instants of the grid, thinned if they are denser than the steps.
     every = max(1, int(step_s / np.median(np.diff(time)) + 1e-9))
     rows = time[::every] if at is None else np.append(time[0], at[(at > time[0]) & (at < time[-1])])
     switches = [rows, time[-1:]]
@@ -187,7 +187,7 @@ def drive_from(
         if entry.is_boundary:
             continue
         jumps = np.abs(np.diff(series[entry.name])) > SWITCH * (entry.high - entry.low)
-        # An input that jumps at nearly every step is noisy: its mean in each step serves.
+        # An input that jumps at nearly every step is noisy: its mean in each step is enough.
         if jumps.sum() <= 0.5 * steps + 1.0:
             switches.append(time[1:][jumps])
     fixed = np.unique(np.concatenate(switches))
@@ -215,13 +215,13 @@ def _step_means(time: FloatArray, values: FloatArray, grid: FloatArray) -> Float
         return np.asarray(area[rows] + values[rows] * (at - time[rows]))
 
     mean = (integral(grid[1:], row_of_end) - integral(grid[:-1], row)) / np.diff(grid)
-    # A step in which nothing changes keeps its value to the last bit.
+    # If nothing changes in a step, its value is kept to the last bit.
     changes = np.concatenate([[0], np.cumsum(np.diff(values) != 0.0)])
     return np.where(changes[row] == changes[row_of_end], values[row], mean)
 
 
 def levels_of(values: FloatArray, span: float) -> FloatArray:
-    """Return an input as conductances see it: in halves of a switch if it takes more levels."""
+    """Return an input as conductances see it: rounded to half a switch if it has many levels."""
     width = SWITCH / 2.0 * span
     if len(np.unique(values)) * width <= span:
         return values

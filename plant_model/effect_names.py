@@ -1,10 +1,10 @@
-"""What effects are called in machine files, and what is called after them among the inputs."""
+"""Names of effects in machine files, and of the inputs that are named after effects."""
 
 from __future__ import annotations
 
 
 def effect_key(name: str, channel: str = "") -> str:
-    """Return how a machine file names an effect: its name, and its channel or driver, if any.
+    """Return an effect's key in a machine file: its name, and its channel or driver, if any.
 
     Parameters
     ----------
@@ -16,7 +16,7 @@ def effect_key(name: str, channel: str = "") -> str:
 
 
 def name_of(key: str) -> str:
-    """Return the name in a key: of an effect, or of a kind of change.
+    """Return the name in a key: that of an effect, or of a kind of change.
 
     Parameters
     ----------
@@ -27,10 +27,10 @@ def name_of(key: str) -> str:
 
 
 def leaps_of(key: str) -> str:
-    """Return the name under which inputs hold what was seen of an effect's leaps.
+    """Return the name of the input that holds an effect's measured leaps.
 
-    An array, shape (K,): +1 or -1 where elongation was seen to leap up or down at the end of a
-    step, else 0. Such an input is there only where measured runs are compared with.
+    The input is an array, shape (K,): +1 or -1 if the measured elongation leaps up or down at the
+    end of a step, else 0. It exists only in a comparison with measured runs.
 
     Parameters
     ----------
@@ -41,11 +41,11 @@ def leaps_of(key: str) -> str:
 
 
 def switched_by(key: str) -> str:
-    """Return the name under which inputs hold when a part was seen to switch an effect.
+    """Return the name of the input that holds when an effect was switched, as measured on a part.
 
-    An array, shape (K,): the share of the step after each in which it was on. Such an input is
-    there only where measured runs are compared with: a model that is a little wrong of the part
-    would switch at other instants.
+    The input is an array, shape (K,): the share of the next step in which the effect was on. It
+    exists only in a comparison with measured runs: a model with a slightly wrong temperature of
+    the part would switch at other instants.
 
     Parameters
     ----------

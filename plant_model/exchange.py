@@ -1,4 +1,4 @@
-"""Heat that parts exchange with each other and with their surroundings."""
+"""Heat exchanged by parts with each other and with their surroundings."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ class Exchange:
     Attributes
     ----------
     node, other : int
-        Positions; *other* counts boundaries where ``boundary`` is set.
+        Positions; *other* counts boundaries if ``boundary`` is set.
     conductance : array, shape (sets or 1, times or 1)
         g [W/K].
     boundary : bool
         Whether *other* is a boundary temperature.
     one_way : bool
-        Heat carried by a flow from *other*, which itself gives nothing back (series coolant).
+        Whether a flow carries the heat from *other*, which gets nothing back (series coolant).
     """
 
     node: int
@@ -44,7 +44,7 @@ def exchange(
     conductance : array, shape (sets or 1, times or 1)
         [W/K].
     one_way : bool
-        As `Exchange` has it.
+        As in `Exchange`.
     """
     first, second = item.refs["between"]
     if second in machine.boundary_index:

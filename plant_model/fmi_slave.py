@@ -22,7 +22,7 @@ MACHINE_FILE = "machine.json"
 
 
 class PlantSlave(DriftSlave):
-    """Speed, boundary temperatures, tool length and offsets in; readings, drift and error out."""
+    """Takes speed, boundary temperatures, tool length and offsets; gives readings, drift, error."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -30,7 +30,7 @@ class PlantSlave(DriftSlave):
         self._is_offset = [name in OFFSETS for name in self._names]
 
     def declare(self) -> Sequence[Variable]:
-        """Return the variables that the machine asks for."""
+        """Return the variables that the machine needs."""
         self._machine = Machine.from_dict(json.loads(self.resource(MACHINE_FILE)))
         self._numbers = {
             variable_name(name): name
@@ -40,7 +40,7 @@ class PlantSlave(DriftSlave):
         return variables(self._machine)
 
     def prepare(self) -> None:
-        """Make the machine of the parameters in force.
+        """Build the machine from the parameters in force.
 
         Raises
         ------
@@ -51,7 +51,7 @@ class PlantSlave(DriftSlave):
         self._outputs = [self.refs[name] for name in self._stepper.outputs()]
 
     def begin(self) -> None:
-        """Start every node at the boundary input that it names, else above the first.
+        """Start each node at its boundary input, or its sensor's rise above the first boundary.
 
         Raises
         ------
@@ -83,7 +83,7 @@ class PlantSlave(DriftSlave):
             raise FmuError(str(error)) from None
 
     def _retune(self) -> None:
-        """Go on with parameters that have been set since the last step."""
+        """Continue with the parameters that have been set since the last step."""
         for name, value in self.parameters.items():
             refusal = self.variables[self.refs[name]].refusal(value)
             if refusal:
@@ -102,9 +102,9 @@ class PlantSlave(DriftSlave):
         self._publish()
 
     def _look(self) -> None:
-        """Refuse an input that is not finite or out of its range.
+        """Refuse an input that is not finite or outside its range.
 
-        Offsets beyond the limit are none of these: the control stays within it.
+        Offsets beyond the limit are accepted: the control limits them.
         """
         for (ref, value), offset in zip(self.inputs.items(), self._is_offset, strict=True):
             refusal = self.variables[ref].refusal(value)
@@ -115,7 +115,7 @@ class PlantSlave(DriftSlave):
         self.outputs.update(zip(self._outputs, self._stepper.outputs().values(), strict=True))
 
     def hidden(self) -> dict[str, Any]:
-        """Return temperatures, the axes, the noise generator."""
+        """Return the state: temperatures, axes, noise generator."""
         return self._stepper.state()
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -124,7 +124,7 @@ class PlantSlave(DriftSlave):
 
 
 def variable_name(parameter: str) -> str:
-    """Return a machine parameter's name as an FMU writes it.
+    """Return a machine parameter's name in an FMU.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def variable_name(parameter: str) -> str:
 
 
 def start_sensors(machine: Machine) -> list[str]:
-    """Return the sensors at whose first reading a node starts, in the nodes' order.
+    """Return the sensors whose first readings nodes start at, in the nodes' order.
 
     Parameters
     ----------
@@ -269,7 +269,7 @@ def _reading(name: str, text: str, unit: str) -> Variable:
         low=low,
         high=high,
         nominal=20.0 if unit == "degC" else 10.0,
-        # The control starts at zero whatever it receives; the rest may depend on anything.
+        # The control starts at zero whatever it receives; other outputs may depend on any input.
         depends_at_start=() if name.startswith("offset_") else None,
     )
 
@@ -286,10 +286,10 @@ FAMILIES = {
 
 
 def tunable(machine: Machine) -> set[str]:
-    """Return the parameters that may change in mid-run: what wears, ages or is set on a machine.
+    """Return the parameters that may change during a run because they wear, age or are set.
 
-    These are heat paths, heat sources and effects. Capacities, lengths and expansions stay what
-    they are, and so does the scale of an effect with own states, which are there or not.
+    These are heat paths, heat sources and effects. Capacities, lengths and expansions are fixed,
+    and so are the parameters of effects with own states, because own states cannot come and go.
 
     Parameters
     ----------
@@ -299,7 +299,7 @@ def tunable(machine: Machine) -> set[str]:
     for name, parameter in machine.parameters.items():
         family, key, *_ = name.split(".")
         if family == "numbers":
-            continue  # it moves what is tied to it
+            continue  # it moves the parameters tied to it
         own_states = family == "effects" and catalogue()[name_of(key)].states
         group = moves if family in TUNABLE_FAMILIES and not own_states else stays
         group.add(parameter.tied or name)

@@ -1,4 +1,4 @@
-"""What stands idle in a machine: inputs that nothing uses, axes that nothing moves."""
+"""Idle inputs and axes of a machine: inputs that nothing uses, axes that nothing moves."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from plant_model.machine import Input, Machine
 from plant_model.simulate import Simulation, simulate
 
 FOUND_BY_UNIT = ("rpm", "Nm")
-"""Effects find the spindle's speed and its torque by the unit; a torque waits for them."""
+"""Units by which effects find spindle speed and torque; only effects may use a torque."""
 
 TAKERS = {
     "mm_min": "a carrier says feed = { input = NAME }",
     "degC": "a jacket says inlet = NAME, a part air = NAME",
 }
-"""What takes an input of a unit, in the words of a page."""
+"""How a page uses an input of each unit."""
 
 
 def unused_inputs(machine: Machine) -> list[str]:
@@ -50,11 +50,11 @@ def still_axes(machine: Machine, shown: Simulation, inputs: pd.DataFrame) -> lis
     shown : Simulation
         Of the warm-up.
     inputs : DataFrame
-        That drove it.
+        The inputs of the warm-up.
     """
     still = _still(machine, shown)
     if still:
-        # The hall, the coolant, the torque may move what a warm-up in a steady hall does not.
+        # Hall, coolant or torque may move an axis that does not move in a steady hall.
         still &= _still(machine, simulate(machine, _stirred(machine, inputs), step_s=60.0))
     found = []
     for axis in sorted(still):
@@ -67,12 +67,12 @@ def still_axes(machine: Machine, shown: Simulation, inputs: pd.DataFrame) -> lis
 
 
 def _still(machine: Machine, shown: Simulation) -> set[str]:
-    moves = ~np.isclose(shown.drift(0.0)[0], 0.0).all(axis=0)  # what cancels leaves rounding
+    moves = ~np.isclose(shown.drift(0.0)[0], 0.0).all(axis=0)  # rounding remains if terms cancel
     return {axis for axis in machine.probes.values() if not moves["XYZ".index(axis)]}
 
 
 def _stirred(machine: Machine, inputs: pd.DataFrame) -> pd.DataFrame:
-    """Return the warm-up with all inputs moved by a quarter from its second row on."""
+    """Return the warm-up with all inputs moved by a quarter from the second row on."""
     moved = inputs.copy()
     for entry in machine.inputs:
         moved.loc[1:, entry.name] += 0.25 * (entry.high - moved[entry.name])

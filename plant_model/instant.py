@@ -1,8 +1,8 @@
-"""What one machine shows at one instant: `sensors.readings` and `structure`, made for every step.
+"""Pose and readings of one machine at one instant: `sensors.readings` and `structure` made fast.
 
-A co-simulation asks for one instant at a time, where arrays of one element cost more than what is
-computed with them. So here a pose is six floats and the readings are one flat array. What effects
-do through hooks of their own goes through those hooks; effects without one cost nothing.
+A co-simulation asks for one instant at a time, and arrays of one element cost more than the
+arithmetic on them. So here a pose is six floats and the readings are one flat array. Only effects
+with a hook for the pose or the readings cost anything.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Instant:
     effects : sequence of Effect
         Those in force.
     slices : dict of str to slice
-        Where each effect's own states stand.
+        Positions of each effect's own states.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Instant:
             for effect in effects
             if _has(effect, "displacement")
         ]
-        # A sensor that lags replaces its reading, so it comes before errors that are added to it.
+        # A lagging sensor replaces its reading, so it comes before the errors added to it.
         self._showing = sorted(
             (
                 (effect, slices.get(effect.key, NOWHERE))

@@ -1,11 +1,11 @@
-"""Stepping C dT/dt = -L T + f + N(T) with the linear part exact.
+"""Stepping C dT/dt = -L T + f + N(T), exactly in the linear part.
 
 With y = C^(1/2) T the matrix is symmetric, so its modes are orthogonal and decay without
 coupling: z(t+h) = e^(-lambda h) z + h phi1 f0 + h phi2 (f1 - f0) is exact for forcing f that is
 linear in time (Hochbruck and Ostermann, Acta Numerica 19 (2010) 209-286,
-doi:10.1017/S0962492910000048). What depends on temperature is stepped by the third-order
+doi:10.1017/S0962492910000048). The temperature-dependent part N is stepped by the third-order
 exponential Runge-Kutta scheme of Cox and Matthews (J. Comput. Phys. 176 (2002) 430-455,
-doi:10.1006/jcph.2002.6995), with its second-order member as the error estimate.
+doi:10.1006/jcph.2002.6995); the second-order scheme in it gives the error estimate.
 """
 
 from __future__ import annotations
@@ -19,40 +19,39 @@ import numpy as np
 from plant_model.parameters import FloatArray
 
 TOLERANCE = 1e-2
-"""Local error that a part of a step may leave by its estimate [K], which is that of the member of
-second order. Set on every effect of the catalogue and all at once, on the jig borer in lumps and on
-a lathe, in steps of 1 to 120 s: against a tolerance of 1e-6 K, temperatures are off by 7e-3 K at
-most, and by 0.026 K where coolant comes to a stop; a thermometer resolves 0.1 K."""
+"""Largest estimated local error of a part of a step [K]; the estimate is that of the second-order
+scheme. Set on every effect of the catalogue, alone and all at once, on the jig borer in lumps and
+on a lathe, in steps of 1 to 120 s: compared with a tolerance of 1e-6 K, temperatures are off by at
+most 7e-3 K, and by 0.026 K when coolant stops; a thermometer resolves 0.1 K."""
 
 SMALLEST_SPLIT, SMALLEST_S = 2.0**-15, 5e-4
-"""Error control goes down to this part of a step, or to this length [s], whichever is less:
+"""Error control splits a step down to this fraction, or to this length [s], whichever is less:
 set on no data."""
 
 MOST_PARTS = 100_000
-"""Parts of a step: one of weeks in which something keeps switching is refused, not endless: set on
-no data."""
+"""Most parts of a step: a step of weeks in which something keeps switching is refused instead of
+running on: set on no data."""
 
 ROUNDING = 1e-6
-"""Less of a part than this is no part: lengths are sums, counts are whole. It is
-given by arithmetic: far above the last digits, far below any part."""
+"""A smaller fraction of a part is ignored, because lengths are sums and counts are whole. It is
+given by arithmetic: far above rounding, far below any part."""
 
 KEPT = 64
-"""How many of what is worth keeping are kept at once: weights of steps, levels of conductances.
-Set on no data."""
+"""Most results kept in a cache: weights of steps, levels of conductances. Set on no data."""
 
 Forcing = Callable[[FloatArray, FloatArray], FloatArray]
-"""Of the fraction of each run's step (0..1), shape (runs,), and the state in modes, shape (sets,
-runs, size): forcing in modes, same shape."""
+"""Takes the fraction of each run's step (0..1), shape (runs,), and the state in modes, shape (sets,
+runs, size); returns the forcing in modes, same shape."""
 
 
 class IntegrationError(ArithmeticError):
-    """Error control could not reach the tolerance: the model is not finite or changes too fast."""
+    """Error control cannot reach the tolerance: the model is not finite or changes too fast."""
 
 
 def phi(order: int, x: FloatArray) -> FloatArray:
     """Return phi_k(x) = (phi_{k-1}(x) - 1/(k-1)!) / x with phi_0 = exp, for x <= 0.
 
-    Near zero the quotient cancels, so a Taylor series stands in below 0.5 (error under 1e-16).
+    Near zero the quotient cancels, so a Taylor series replaces it below 0.5 (error under 1e-16).
 
     Parameters
     ----------
@@ -75,14 +74,14 @@ def phi(order: int, x: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class Modes:
-    """The modes of a network at one set of inputs, own states of effects appended.
+    """The modes of a network at one set of inputs, followed by the own states of effects.
 
     Attributes
     ----------
     decay : array, shape (sets or 1, size)
         Decay rate of every mode [1/s], zero for own states.
     to_state, to_modes : array, shape (sets or 1, size, size)
-        From modes to [temperatures, own states] and back.
+        Matrices from modes to [temperatures, own states] and back.
     """
 
     decay: FloatArray
@@ -99,7 +98,7 @@ class Modes:
         Parameters
         ----------
         length : float
-            h [s]; what it gives is kept for the next step of this length.
+            h [s]; the weights are kept for the next step of this length.
         """
         weights = self._weights.get(length)
         if weights is None:
@@ -111,7 +110,7 @@ class Modes:
         return weights
 
     def third_order(self, length: float) -> FloatArray:
-        """Return the weights of the third-order scheme, (7, sets, size), in its order [1, s].
+        """Return the weights of the third-order scheme in its order, (7, sets, size) [1, s].
 
         Parameters
         ----------
@@ -150,22 +149,22 @@ class Modes:
         capacity : array, shape (sets or 1, nodes)
             [J/K]
         state_count : int
-            Own states of effects, which follow the nodes and do not decay.
+            Number of effects' own states, which come after the nodes and do not decay.
 
         Returns
         -------
         Modes
-            Their rates in 1/s.
+            With rates in 1/s.
         """
         root = np.sqrt(capacity)
         scaled = matrix / (root[:, :, None] * root[:, None, :])
-        # Sets often differ in what is no part of the network; the modes cost more than all else.
+        # Sets often differ outside the network only, and the modes cost more than all else.
         unlike = np.any(scaled != scaled[:1], axis=(1, 2))
         which = np.where(unlike, np.cumsum(unlike), 0)
         decay, vectors = (
             part[which] for part in np.linalg.eigh(scaled[np.append(0, np.flatnonzero(unlike))])
         )
-        # Heat cannot run up a difference: a negative rate is rounding of an isolated network.
+        # Heat cannot flow uphill: a negative rate is rounding of an isolated network.
         decay = np.maximum(decay, 0.0)
         to_state = vectors / root[:, :, None]
         to_modes = np.swapaxes(vectors, 1, 2) * root[:, None, :]
@@ -177,12 +176,12 @@ class Modes:
         return cls(decay, to_state, to_modes)
 
     def with_state_decay(self, state_decay: FloatArray) -> Modes:
-        """Return the same modes with own states that decay at known rates, (sets, states) [1/s].
+        """Return the same modes with own states that decay at known rates.
 
         Parameters
         ----------
         state_decay : array, shape (sets, states)
-            For as many states as the modes were made with [1/s].
+            Decay rates of all own states that the modes were made with [1/s].
         """
         count = state_decay.shape[1]
         kept = self.decay[:, : self.decay.shape[1] - count]
@@ -200,7 +199,7 @@ def _with_identity(matrix: FloatArray, size: int) -> FloatArray:
 def apply(matrix: FloatArray, vector: FloatArray) -> FloatArray:
     """Return matrix (sets or 1, ..., n, m) times vector (sets, ..., m)."""
     if len(matrix) == 1 < len(vector) and vector.ndim == 3:
-        # One matrix for all sets: one product of matrices instead of one of a vector for each.
+        # One matrix for all sets: one matrix product instead of one product for each vector.
         together = np.matmul(vector.swapaxes(0, 1), matrix[0].swapaxes(1, 2))
         return np.asarray(together.swapaxes(0, 1))
     return np.asarray(np.matmul(matrix, vector[..., None])[..., 0])
@@ -209,7 +208,7 @@ def apply(matrix: FloatArray, vector: FloatArray) -> FloatArray:
 def linear_steps(
     modes: Modes, start: FloatArray, steps: FloatArray, first: FloatArray, last: FloatArray
 ) -> FloatArray:
-    """Step a linear network through many steps, exactly.
+    """Step a linear network exactly through many steps.
 
     Parameters
     ----------
@@ -220,7 +219,7 @@ def linear_steps(
     steps : array, shape (K,)
         Lengths of the steps [s].
     first, last : array, shape (sets, K, size)
-        Forcing at the start and end of each step, in modes, linear between.
+        Forcing in modes at the start and end of each step, linear in between.
 
     Returns
     -------
@@ -236,7 +235,7 @@ def linear_steps(
             np.stack([kept[length][k] for length in steps.tolist()], axis=1) for k in (1, 2)
         )
     gain = weight1 * first + weight2 * (last - first)
-    # Step first and contiguous: what is left in the loop is three short operations.
+    # Steps are the first axis and contiguous, so that the loop has only three short operations.
     out = np.ascontiguousarray(np.swapaxes(gain, 0, 1))
     state = start
     for row, length in zip(out, steps.tolist(), strict=True):
@@ -247,23 +246,23 @@ def linear_steps(
 
 
 class ExponentialRungeKutta:
-    """Third-order stepping of runs side by side, each with an error control of its own.
+    """Third-order stepping of runs side by side, each with its own error control.
 
     Parameters
     ----------
     modes : sequence of Modes
-        Of the linear part, for each run.
+        Modes of the linear part, one for each run.
     tolerance : float
         Local error allowed [K].
     scale : array, shape (size,), optional
-        What counts like 1 K in the state, for own states in other units.
+        Change of each state that counts as much as 1 K, for own states in other units.
 
     Attributes
     ----------
     to_state, to_modes : array, shape (sets, runs, size, size)
-        Those of every run's modes.
+        Matrices of each run's modes.
     part : array, shape (runs,)
-        The part of an interval that each run goes at a time [1].
+        Fraction of an interval that each run steps at a time [1].
     """
 
     def __init__(
@@ -281,13 +280,13 @@ class ExponentialRungeKutta:
         self._weights = np.empty((7, len(modes[0].decay), *self.to_state.shape[1:3]))
 
     def enter(self, run: int, modes: Modes) -> None:
-        """Let a run, by position, go on with other modes."""
+        """Let the run at a position continue with other modes."""
         if modes is not self._modes[run]:
             self._modes[run], self._lengths[run] = modes, np.nan
             self.to_state[:, run], self.to_modes[:, run] = modes.to_state, modes.to_modes
 
     def keep(self, runs: int) -> None:
-        """Go on with so many runs, the first ones."""
+        """Continue with the first runs only, as many as given."""
         self.to_state, self.to_modes = self.to_state[:, :runs], self.to_modes[:, :runs]
         self.part, self._lengths = self.part[:runs], self._lengths[:runs]
         self._weights = self._weights[:, :, :runs]
@@ -295,9 +294,9 @@ class ExponentialRungeKutta:
     def once(
         self, state: FloatArray, h: FloatArray, forcing: Forcing, at: FloatArray, part: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the state (modes) after one step of each run's length h, and its error estimate.
+        """Return the state in modes after one step of length h in each run, and its error estimate.
 
-        The step covers the fractions ``at`` to ``at + part`` of the interval that *forcing* knows.
+        The step covers the fractions ``at`` to ``at + part`` of the interval of *forcing*.
         """
         for run in np.flatnonzero(h != self._lengths).tolist():
             self._weights[:, :, run] = self._modes[run].third_order(float(h[run]))
@@ -310,24 +309,24 @@ class ExponentialRungeKutta:
         return end, wb * (f0 - 2.0 * fa + fb)
 
     def interval(self, state: FloatArray, lengths: FloatArray, forcing: Forcing) -> FloatArray:
-        """Step every run through an interval, in equal parts until its error asks for others.
+        """Step every run through an interval, in equal parts until the error requires others.
 
-        The error goes with the cube of a part's length, that of quick modes with the square: parts
-        double where the one leaves room, and are shortened by the other. Counts are whole, so that
-        the C form has the same parts, and equal parts share their weights.
+        The error grows with the cube of a part's length, that of fast modes with its square: parts
+        are doubled by the cubic rule and shortened by the quadratic one. Counts are whole, so that
+        the C form has the same parts and equal parts share their weights.
 
         Parameters
         ----------
         state : array, shape (sets, runs, size)
             In modes.
         lengths : array, shape (runs,)
-            Of each run's interval [s].
+            Length of each run's interval [s].
         forcing : callable
 
         Raises
         ------
         IntegrationError
-            When even the smallest split does not reach the tolerance.
+            If even the smallest split does not reach the tolerance.
         """
         at, parts, part = np.zeros(len(lengths)), 0, self.part
         smallest = np.minimum(SMALLEST_SPLIT, SMALLEST_S / lengths)
@@ -335,7 +334,7 @@ class ExponentialRungeKutta:
         while np.any(going := left > 0.0):
             part = np.where(going, (1.0 - at) / np.maximum(left, 1.0), part)
             taken = part * going
-            # A state that runs away overflows: its error is not finite, and refused as any other.
+            # A diverging state overflows: its error is not finite and is refused like any other.
             with np.errstate(over="ignore", invalid="ignore"):
                 end, error = self.once(state, lengths * taken, forcing, at, taken)
                 off = np.abs(apply(self.to_state, error) / self._scale)

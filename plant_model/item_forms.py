@@ -1,4 +1,4 @@
-"""The forms of items that a machine file may hold: what each kind refers to, and its numbers."""
+"""Forms of the items of a machine file: what each kind refers to, and its numbers."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class NumberSpec:
-    """What a number of an item or an effect is: its unit and the range that makes sense at all."""
+    """A number of an item or an effect: its unit and the range of physically sensible values."""
 
     unit: str
     low: float
@@ -22,12 +22,12 @@ class ItemSpec:
     Attributes
     ----------
     refs : dict of str to str
-        Roles and what may stand there: ``node``, ``input``, ``boundary`` or a choice such as
+        Roles and what each may refer to: ``node``, ``input``, ``boundary`` or a choice such as
         ``node|boundary``; a trailing ``*`` allows a list.
     numbers : dict of str to NumberSpec
-        Its parameters; one with a default may be left out.
+        Its parameters; those with a default may be left out.
     only_one : str
-        What is said to a machine with more than one; empty if it may have many.
+        Error message for a machine with more than one; empty if it may have many.
     """
 
     refs: dict[str, str]

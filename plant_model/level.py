@@ -12,19 +12,19 @@ from plant_model.parameters import FloatArray
 
 Held = dict[str, FloatArray]
 Ends = tuple[FloatArray, FloatArray]
-"""A quantity at the start and at the end of a step, linear between."""
+"""A quantity at the start and at the end of a step, linear in between."""
 
 
 class LevelStepper:
-    """What stepping needs to know of one level; it steps where nothing depends on temperature.
+    """Steps the network at one level of the inputs, exactly if nothing depends on temperature.
 
     Parameters
     ----------
     network : Network
     matrix : array, shape (sets or 1, nodes, nodes)
-        Its conductances L at this level [W/K].
+        Conductances L at this level [W/K].
     boundary : array, shape (sets or 1, nodes, boundaries)
-        Those to boundary temperatures, B [W/K].
+        Conductances B to boundary temperatures [W/K].
 
     Attributes
     ----------
@@ -38,36 +38,36 @@ class LevelStepper:
             self.modes = Modes.of(matrix, network.capacity)
         else:
             modes = Modes.of(matrix, network.capacity, network.state_count)
-            # What own states lose by themselves is stepped exactly: a small holder or a quick lag
-            # would otherwise ask for steps as short as its time constant.
+            # The own decay of own states is stepped exactly: a small holder or a quick lag
+            # would otherwise require steps as short as its time constant.
             self.modes = modes.with_state_decay(network.state_decay())
 
     def forced(self, heat: Ends, outside: Ends) -> Ends:
-        """Return what heat does at the start and the end of each step, (sets, K, size) in modes.
+        """Return the forcing in modes at the start and the end of each step, (sets, K, size).
 
         Parameters
         ----------
         heat : pair of array, shape (sets, K, nodes)
-            From inputs [W].
+            Heat from inputs [W].
         outside : pair of array, shape (K, boundaries)
             Boundary temperatures [degC].
         """
         first = last = heat[0] @ self._by_heat
         if heat[1] is not heat[0]:
             last = heat[1] @ self._by_heat
-        # Where a master holds all inputs both ends are one array.
+        # If a master holds all inputs, both ends are one array.
         alike = last is first and outside[1] is outside[0]
         first = first + outside[0] @ self._by_boundary
         return first, first if alike else last + outside[1] @ self._by_boundary
 
     @cached_property
     def _by_heat(self) -> FloatArray:
-        """What 1 W in a node does to the modes, which are orthogonal, (sets, nodes, size) [K/J]."""
+        """Forcing of the (orthogonal) modes by 1 W in a node, (sets, nodes, size) [K/J]."""
         return self.modes.to_state[:, : self.network.node_count]
 
     @cached_property
     def _by_boundary(self) -> FloatArray:
-        """What 1 K of a boundary does to the modes, (sets, boundaries, size) [1/s]."""
+        """Forcing of the modes by 1 K at a boundary, (sets, boundaries, size) [1/s]."""
         return np.asarray(np.swapaxes(self._boundary, 1, 2) @ self._by_heat)
 
     def exact(
@@ -81,11 +81,11 @@ class LevelStepper:
         steps : array, shape (K,)
             Their lengths [s].
         held : dict of str to array, shape (K,)
-            Inputs that stay in each step.
+            Inputs that are constant in each step.
         heat : pair of array, shape (sets, K, nodes)
-            From inputs, at the start and the end of each step [W].
+            Heat from inputs at the start and the end of each step [W].
         outside : pair of array, shape (K, boundaries)
-            Boundary temperatures there [degC].
+            Boundary temperatures then [degC].
         """
         network, modes = self.network, self.modes
         nodes = network.node_count

@@ -1,4 +1,4 @@
-"""The levels of a run's inputs that conductances use."""
+"""Levels of the inputs that conductances use, along a run."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Stretch = tuple[LevelStepper, slice]
 def stretches_of(
     machine: Machine, network: Network, drives: Sequence[Drive]
 ) -> list[list[Stretch]]:
-    """Return the stretches of each run at one level of the inputs that conductances use."""
+    """Return the stretches of each run in which the inputs of conductances stay at one level."""
     levels = [levels_on(machine, network, drive) for drive in drives]
     bounds = [_bounds(rows) for rows in levels]
     keys = [
@@ -40,7 +40,7 @@ def stretches_of(
 
 
 def _bounds(levels: FloatArray) -> list[int]:
-    """Return the steps at which a level begins, and the number of steps."""
+    """Return the steps at which levels begin, followed by the number of steps."""
     changes = np.flatnonzero(np.any(np.diff(levels, axis=0) != 0.0, axis=1)) + 1
     return [0, *changes.tolist(), len(levels)]
 
@@ -55,13 +55,12 @@ def conductances_at(
     machine : Machine
     network : Network
     keys : sequence of tuple of float
-        Values of the network's ``conductance_inputs``, in their order; all other inputs are 0.
+        Values of the network's ``conductance_inputs`` in their order; all other inputs are 0.
 
     Returns
     -------
     dict of key to (matrix, boundary)
-        Shapes (sets or 1, nodes, nodes) and, from each boundary temperature, (sets or 1, nodes,
-        boundaries) [W/K].
+        Shapes (sets or 1, nodes, nodes) and (sets or 1, nodes, boundaries) [W/K].
     """
     inputs = {entry.name: np.zeros(len(keys)) for entry in machine.inputs}
     columns = np.array(keys, dtype=np.float64).reshape(len(keys), -1).T
@@ -77,7 +76,7 @@ def levels_on(machine: Machine, network: Network, drive: Drive) -> FloatArray:
     ----------
     machine : Machine
     network : Network
-        Says which inputs conductances use.
+        Knows which inputs conductances use.
     drive : Drive
         With K + 1 instants.
     """

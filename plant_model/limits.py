@@ -1,4 +1,4 @@
-"""What physics allows a parameter, whatever range its file gives it."""
+"""Physical limits of parameters, whatever range the file gives them."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ CAPACITY = NumberSpec("J/K", 1e-3, 1e9)
 
 
 def physical_limits(machine: Machine) -> dict[str, tuple[float, float]]:
-    """Return the ends of what each parameter can be, by its full name, in its unit.
+    """Return the lowest and highest possible value of each parameter, by full name, in its unit.
 
-    A named number may go as far as all that follow it allow. The own numbers of an effect that
-    gives items their law may go as far as that law does; those of any other effect end with their
-    range, which says how large such an effect is and not how well it is known.
+    A named number is limited by all parameters that follow it. The own numbers of an effect that
+    gives items their law are limited by that law. Those of other effects are limited by their
+    range, which states how large the effect can be and not how well it is known.
     """
     capacity = CAPACITY.low, CAPACITY.high
     limits = {f"nodes.{node.name}.capacity": capacity for node in machine.nodes}

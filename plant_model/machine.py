@@ -1,6 +1,7 @@
-"""What a machine is: nodes, items that act on them, inputs, sensors, structure, effects in force.
+"""Description of a machine: nodes, items that act on them, inputs, sensors, rig, effects in force.
 
-Data only, and the standard library only: the plant FMU carries a machine as JSON.
+This module holds only data and imports only the standard library: the plant FMU contains a machine
+as JSON.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from plant_model.parameters import NUMBERS, Parameter, ParameterError
 
 FAMILIES = ("links", "sources", "structure")
 FIVE_POINT = {"near_x": "X", "near_y": "Y", "distal_x": "X", "distal_y": "Y", "axial": "Z"}
-"""What each displacement sensor of a five-point rig looks along."""
+"""Axis along which each displacement sensor of a five-point rig measures."""
 
 
 @dataclass(frozen=True)
@@ -28,9 +29,9 @@ class Input:
     column : str
         The run-file column that holds it.
     low, high : float
-        The range that the model is meant for [unit].
+        The model's intended range [unit].
     default : float or None
-        Its value where a run has no such column; None if a run must have it.
+        Its value if a run has no such column; None if a run must have it.
     """
 
     name: str
@@ -42,26 +43,26 @@ class Input:
 
     @property
     def is_boundary(self) -> bool:
-        """Whether it is a temperature, and so something that nodes exchange heat with."""
+        """Whether it is a temperature, which nodes can exchange heat with."""
         return self.unit == "degC"
 
     @property
     def most(self) -> float:
-        """The largest value of its range, without sign [unit]."""
+        """The largest absolute value of its range [unit]."""
         return max(abs(self.low), abs(self.high))
 
 
 REST = "rest"
-"""What ``start`` of a node says for: where it stands when the machine has rested."""
+"""Value of a node's ``start`` if it starts at its temperature in a machine long at rest."""
 
 
 @dataclass(frozen=True)
 class Node:
-    """A lump of one temperature, and where it starts.
+    """A lump of one temperature, and its start.
 
-    It starts at the first value of the signal *start*, or so large a share of the way there from
-    the first boundary temperature; with :data:`REST` where a machine that has stood for long has
-    it (:mod:`plant_model.rest`).
+    It starts at the first value of the signal *start*, or at the share *start_share* of the way
+    there from the first boundary temperature; with :data:`REST`, at its temperature in a machine
+    long at rest (:mod:`plant_model.rest`).
     """
 
     name: str
@@ -71,38 +72,38 @@ class Node:
 
     @property
     def rests(self) -> bool:
-        """Whether it starts where it stands when the machine has been at rest for long."""
+        """Whether it starts at its temperature in a machine long at rest."""
         return self.start == REST
 
     def starts_at(self, first: Mapping[str, float], usual: float) -> float:
-        """Return where it starts [degC].
+        """Return its start temperature [degC].
 
         Parameters
         ----------
         first : mapping of str to float
             First values of signals, by name [degC].
         usual : float
-            The first boundary temperature, which stands for signals that are not there [degC].
+            The first boundary temperature, which replaces missing signals [degC].
         """
         value = first.get(self.start, usual)
-        # The whole way without any rounding.
+        # A share of 1 must not round.
         return value if self.start_share == 1.0 else usual + self.start_share * (value - usual)
 
 
 @dataclass(frozen=True)
 class Item:
-    """A link, a heat source or a part of the structure; the effect of its *kind* gives it its law.
+    """A link, a heat source or a part of the structure; the effect of its *kind* defines its law.
 
     Attributes
     ----------
     family : str
         ``links``, ``sources`` or ``structure``.
     name, kind : str
-        Its own name and the kind, for example ``convection``.
+        Its name and its kind, for example ``convection``.
     refs : dict of str to tuple of str
-        The nodes and inputs that it touches, by role.
+        The nodes and inputs that it refers to, by role.
     parameters : dict of str to Parameter
-        Its numbers.
+        Its numbers, by name.
     """
 
     family: str
@@ -117,7 +118,7 @@ class Item:
         Parameters
         ----------
         parameter : str
-            Its name among the item's numbers.
+            Its name in *parameters*.
         """
         return f"{self.family}.{self.name}.{parameter}"
 
@@ -149,7 +150,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class Machine:
-    """A machine file, read and checked; parameters that are tied follow one of *numbers*."""
+    """A machine file, read and checked; tied parameters follow one of *numbers*."""
 
     name: str
     title: str
@@ -171,24 +172,24 @@ class Machine:
 
     @cached_property
     def boundary_index(self) -> dict[str, int]:
-        """Position of every boundary temperature among the boundary temperatures."""
+        """Position of each boundary temperature among the boundary temperatures."""
         names = [entry.name for entry in self.inputs if entry.is_boundary]
         return {name: i for i, name in enumerate(names)}
 
     @cached_property
     def probes(self) -> dict[str, str]:
-        """The axis that each displacement sensor looks along, by name."""
+        """Axis along which each displacement sensor measures, by sensor name."""
         if self.rig["kind"] == "direct":
             return {name: entry["axis"] for name, entry in self.rig["axes"].items()}
         return {self.rig[role]: axis for role, axis in FIVE_POINT.items()}
 
     @cached_property
     def signs(self) -> dict[str, int]:
-        """What drift along its axis is times each displacement sensor's reading, by name."""
+        """Factor from drift along the axis to each displacement sensor's reading, by name."""
         if self.rig["kind"] == "direct":
             return {name: entry["sign"] for name, entry in self.rig["axes"].items()}
         given = (self.rig.get(f"{role}_sign", 1) for role in FIVE_POINT)
-        # The axial one says how its reading gives the elongation, which is growth towards -Z.
+        # The axial sign is from reading to elongation, and elongation is growth towards -Z.
         return {
             name: -sign if axis == "Z" else sign
             for (name, axis), sign in zip(self.probes.items(), given, strict=True)
@@ -229,10 +230,10 @@ class Machine:
         Parameters
         ----------
         values : dict of str to float
-            By full name, in the parameters' units. What follows a named number moves with it.
+            By full name, in the parameters' units. Followers of a named number move with it.
         beyond : bool
-            Take a value outside its range, too: the range then reaches as far, and the source says
-            which it was.
+            Accept values outside the range: the range is then extended, and the source states the
+            original one.
 
         Raises
         ------
@@ -294,7 +295,7 @@ class Machine:
         Parameters
         ----------
         table : dict
-            What `to_dict` gave, also after a way through JSON.
+            From `to_dict`, also after a round trip through JSON.
 
         Returns
         -------
@@ -308,7 +309,7 @@ _hints = cache(get_type_hints)
 
 
 def _made(kind: Any, value: Any) -> Any:
-    """Return what `asdict` took apart, by the types of the fields."""
+    """Rebuild a value from `asdict`, by the types of the fields."""
     if kind is Any or type(value) not in (dict, list, tuple):
         return value
     inner = get_args(kind)

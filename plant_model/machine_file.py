@@ -1,7 +1,8 @@
 """Reading machine files: TOML in, a checked :class:`~plant_model.machine.Machine` out.
 
-The general form is declared here, the form of each kind of link, source or structure by the effect
-that gives it its law. A refusal names the file, the place, the value and what is allowed.
+`plant_model.machine_forms` declares the general form; the form of each kind of link, source or part
+is declared by the effect that defines its law. A refusal names the file, the place, the value and
+what is allowed.
 """
 
 from __future__ import annotations
@@ -26,28 +27,28 @@ KINDS_OF_AXES = ("d", "drift_", "offset_", "error_")
 RESERVED = {"time", "tool_length", "noise_seed", REST}.union(
     f"{kind}{axis}" for kind in KINDS_OF_AXES for axis in "XYZ"
 )
-"""Names that the plant's other signals have, and the word that ``start`` knows."""
+"""Names of the plant's other signals, and the keyword of ``start``."""
 
 SHIPPED = Path(__file__).parent / "machines"
 
 
 def shipped_machines() -> list[str]:
-    """Return the names of the machines that come with the package."""
+    """Return the names of the machines shipped with the package."""
     return sorted(path.stem for path in SHIPPED.glob("*.toml"))
 
 
 def machine_path(name_or_path: str | Path) -> Path:
-    """Return the file of a shipped machine's name, or the path as given.
+    """Return the file of a shipped machine, or the path as given.
 
     Parameters
     ----------
     name_or_path : str or path
-        What ends in ``.toml`` is a file, or a shipped one if it names no folder.
+        With the ending ``.toml`` it is a file, or a shipped one if it names no folder.
 
     Raises
     ------
     BadInput
-        When there is neither such a file nor such a machine.
+        If there is neither such a file nor such a machine.
     """
     path = Path(name_or_path)
     if path.suffix == ".toml" or path.is_file():
@@ -65,7 +66,7 @@ def machine_path(name_or_path: str | Path) -> Path:
 
 
 def read_machine(name_or_path: str | Path) -> Machine:
-    """Read a machine file in lumps or a page of a drawing, or a shipped machine by its name.
+    """Read a machine file in lumps, a page of a drawing, or a shipped machine by name.
 
     Parameters
     ----------
@@ -86,12 +87,12 @@ def read_machine(name_or_path: str | Path) -> Machine:
 
 
 def machine_table(path: Path) -> dict[str, Any]:
-    """Return a machine file's table; a page of a drawing is expanded into one.
+    """Return a machine file's table, with a page of a drawing expanded.
 
     Raises
     ------
     BadInput
-        When the file cannot be read, or for the first thing wrong in a page.
+        If the file cannot be read, or for the first error in a page.
     """
     table = read_toml(path)
     return expanded(table, path) if is_page(table) else table
@@ -120,7 +121,7 @@ def machine_from_table(table: dict[str, Any], source: str | Path) -> Machine:
 
 
 class _Reader:
-    """Turns the checked outer form into a machine, checking what refers to what."""
+    """Turns the checked outer form into a machine and checks its references."""
 
     def __init__(self, form: FileForm, source: str | Path) -> None:
         self.form, self.source = form, source
@@ -180,7 +181,7 @@ class _Reader:
             seen.add(name)
 
     def _free(self, place: str, name: str, taken: Iterable[str] = ()) -> None:
-        """Refuse a name that the plant's other signals have."""
+        """Refuse a name that another signal of the plant has."""
         if name in RESERVED or name in taken:
             raise self.refuse(
                 place,
@@ -252,7 +253,7 @@ class _Reader:
         return Parameter(**form.model_dump())
 
     def _tied(self, place: str, table: dict[str, Any], spec: NumberSpec) -> Parameter:
-        """Return a parameter that follows a named number, so many times as large."""
+        """Return a parameter that follows a named number by a factor."""
         form = checked(TiedForm, table, self.source, place)
         name = self._one_of(f"{place}.number", form.number, self.numbers)
         number = self.numbers[name]
@@ -381,7 +382,7 @@ class _Reader:
                     raise self.refuse(f"effects.{key}", f"needs the effect {needed} in force")
 
     def _of_key(self, machine: Machine, key: str) -> type[Effect]:
-        """Return the effect that a key names, on a driver that it has on this machine."""
+        """Return the effect that a key names, after checking its driver on this machine."""
         name, _, driver = key.partition(":")
         effect = catalogue()[name]
         if driver and not effect.on_channel:

@@ -1,4 +1,4 @@
-"""The outer forms of a machine file, checked by pydantic; the page of a drawing shares some."""
+"""Outer forms of a machine file, checked by pydantic; a drawing's page shares some of them."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 from measurement.rig import AxisOfColumn, FivePointRig, Sign, SimulatedRig
 
 NAME = r"^[A-Za-z][A-Za-z0-9_]*$"
-"""What may name a part, a sensor or an input."""
+"""Pattern of names of parts, sensors and inputs."""
 
 Name = Annotated[str, StringConstraints(pattern=NAME, max_length=60)]
 SignalUnit = Literal["degC", "rpm", "mm_min", "Nm", "W", "lpm"]
 Number = Annotated[float, Field(allow_inf_nan=False)]
 
 MOST_NODES = 500
-"""Lumps that a machine file may have: set on no data."""
+"""Most lumps of a machine file: set on no data."""
 
 
 class Form(BaseModel):
-    """Base of all forms: nothing unknown, nothing converted."""
+    """Base of all forms: unknown fields are refused, and values are not converted."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -33,8 +33,8 @@ class ParameterForm(Form):
     unit: str
     """Fixed for each parameter."""
     low: Number
-    """With *high* the range: for calibration four standard deviations wide, of the logarithm if
-    positive, and not a hard limit."""
+    """The range is *low* to *high*: for calibration four standard deviations wide, of the logarithm
+    if positive, and not a hard limit."""
     high: Number
     source: str = Field(min_length=1)
     """A key of ``references``, or free text."""
@@ -58,7 +58,7 @@ class InputForm(Form):
     column: str = Field(min_length=1)
     """Its run-file column, which ends in the unit."""
     low: Number
-    """With *high* the model's intended range."""
+    """The model's intended range is *low* to *high*."""
     high: Number
     default: Number | None = None
     """Its value for a run without that column; if left out, a run must have it."""
@@ -72,8 +72,8 @@ class NodeForm(Form):
     capacity: dict[str, Any]
     """A parameter, 0.001 to 1e9 J/K."""
     start: str = "ambient"
-    """Sensor or input whose first value it starts at; or ``rest``: its steady state between those
-    parts and boundaries with the machine at rest."""
+    """Sensor or input whose first value it starts at; or ``rest``: its steady state between the
+    other parts and the boundaries, with the machine at rest."""
     start_share: Number = Field(default=1.0, ge=0.0, le=2.0)
     """Share of the way to that start from the first boundary temperature."""
 
@@ -115,7 +115,7 @@ class FiveForm(FivePointRig):
 
 
 class DirectForm(SimulatedRig):
-    """A rig of direct displacements; unlike in a fit of a compensator, axes may come twice."""
+    """A rig of direct displacements; unlike in a compensator's fit, an axis may occur twice."""
 
     kind: Literal["direct"]
     axes: dict[Name, AxisOfColumn] = Field(min_length=1)
@@ -131,7 +131,7 @@ class FileForm(Form):
     title: str
     description: str = ""
     references: dict[Name, str] = Field(default_factory=dict)
-    """Sources, by the key that parameters cite."""
+    """Sources, by the key cited in parameters."""
     numbers: dict[Name, ParameterForm] = Field(default_factory=dict)
     """Parameters that several others follow: ``{ number = "film", factor = 0.025, unit = "W/K" }``.
     Calibration, sweeps and the plant FMU see ``numbers.film`` instead of its followers."""

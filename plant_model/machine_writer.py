@@ -1,4 +1,4 @@
-"""Writing a machine back into its file: moved values and added effects, all else as it stands."""
+"""Writing a machine back into its file: changed values and added effects; the rest is kept."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ def write_machine(
     *,
     finish: Callable[[str], str] = str,
 ) -> Path:
-    """Write a machine that came from a file and was changed or added to.
+    """Write a machine that was read from a file and then changed or extended.
 
     Parameters
     ----------
     machine : Machine
-        Same nodes, items and sensors as in the original, in their order: with other values and
-        starts, joined to other nodes. More nodes and, of each family, more items may stand behind.
+        Same nodes, items and sensors as in the original and in the same order; values, starts and
+        the nodes that items join may differ. More nodes, and more items of each family, may follow.
     original : str or path
-        The file (or shipped name) that it came from; its comments and order stay.
+        The file (or shipped name) that it came from; its comments and order are kept.
     path : path
-        Where to write; replaced whole or not at all.
+        Where to write; the file is replaced as a whole or not at all.
     finish : callable, optional
-        Last change of the text, such as a comment on top.
+        Last change to the text, for example a comment at the top.
 
     Returns
     -------
@@ -50,23 +50,23 @@ def write_machine(
     Raises
     ------
     BadInput
-        When *original* is not the file of this machine, or *path* cannot be written.
+        If *original* is not the file of this machine, or *path* cannot be written.
     """
     return write_atomically(path, finish(machine_text(machine, original)))
 
 
 def machine_text(machine: Machine, original: str | Path) -> str:
-    """Return what `write_machine` writes.
+    """Return the text that `write_machine` writes.
 
     Parameters
     ----------
     machine, original
-        As `write_machine` takes them.
+        As for `write_machine`.
 
     Raises
     ------
     BadInput
-        When *original* is not the file of this machine.
+        If *original* is not the file of this machine.
     """
     source = machine_path(original)
     head, document = _document(source)
@@ -85,14 +85,14 @@ def machine_text(machine: Machine, original: str | Path) -> str:
             _put_item(entry, item)
     _put_effects(document["effects"], machine)
     text: str = head + document.as_string()
-    # What is written must read back as the same machine.
+    # The text must read back as the same machine.
     if machine_from_table(tomllib.loads(text), source) != machine:
         raise BadInput(source, "", "is not the file that this machine came from")
     return text
 
 
 def _document(source: Path) -> tuple[str, Any]:
-    """Return a first line and the file to change; a page gives way to the machine file in lumps."""
+    """Return a first line and the file to change; a page is replaced by its expansion in lumps."""
     text = source.read_text(encoding="utf-8")
     if is_page(tomllib.loads(text)):
         return f"# Expanded from the page {source.name}.\n\n", tomlkit.item(machine_table(source))
@@ -100,7 +100,7 @@ def _document(source: Path) -> tuple[str, Any]:
 
 
 def _beside(entries: Any, things: Sequence[T]) -> Iterator[tuple[T, Any]]:
-    """Give each thing with its table in the file, a new one where there is none yet."""
+    """Yield each thing with its table in the file, or with a new one if there is none."""
     for place, thing in enumerate(things):
         if place == len(entries):
             entries.append(tomlkit.table())
@@ -108,7 +108,7 @@ def _beside(entries: Any, things: Sequence[T]) -> Iterator[tuple[T, Any]]:
 
 
 def _put_item(entry: Any, item: Item) -> None:
-    """Write an item; one that touches other things than the file says keeps its name."""
+    """Write an item; if its references differ from the file's, it keeps its name."""
     is_new = not entry
     if is_new:
         entry["kind"], entry["name"] = item.kind, item.name
@@ -133,7 +133,7 @@ def _put_effects(effects: Any, machine: Machine) -> None:
 
 
 def _put(entry: Any, key: str, value: Any, usual: object = None) -> None:
-    """Write what is not as the file has it, which leaves out what is *usual*."""
+    """Write a value if the file has another; a missing entry in the file means *usual*."""
     if not isinstance(value, Parameter):
         if entry.get(key, usual) != value:
             entry[key] = value

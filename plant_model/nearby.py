@@ -1,12 +1,12 @@
-"""Parameter sets near one another: the trajectory of one, the others to first order about it.
+"""Parameter sets near one another: the trajectory of one set, and the others to first order.
 
-A derivative needs no more, and the modes of every changed network would cost the cube of its parts.
-With T0 the trajectory of the one set, what another set differs by obeys
+This is enough for derivatives, and finding the modes of every changed network would cost the cube
+of its size. If T0 is the trajectory of the first set, the difference D of another set obeys
 
     dD/dt = C0^-1 (-L0 + J) D + g,    g = C^-1 F(T0) - C0^-1 F0(T0),
 
-in the modes of the one network, where F is all heat and J is how the heat that depends on
-temperature answers to it, along T0. g and J D are taken as linear over a step.
+in the modes of the first network. F is all heat, and J is the Jacobian of the heat that depends on
+temperature, along T0. g and J D are taken as linear over a step.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from plant_model.parameters import FloatArray
 from plant_model.side_by_side import nodes_read
 
 SLOPE_STEP = 0.05
-"""Step of the derivative by a temperature [K], or by an own state in what counts like one; set on
+"""Step of the derivative by a temperature [K], or by an own state in units of its scale; set on
 no data."""
 
 Places = npt.NDArray[np.intp]
@@ -49,17 +49,17 @@ def near_by(
     Parameters
     ----------
     network, first : Network
-        Of all sets, and of the one.
+        Networks of all sets, and of the reference set.
     about : int
-        Position of the one.
+        Position of the reference set.
     drive : Drive
         With K + 1 instants.
     stretches : sequence of Stretch
-        Of the one.
+        Of the reference set.
     differs : sequence of Changed
         Of all sets.
     base : array, shape (1, K + 1, nodes + own states)
-        Its trajectory.
+        Trajectory of the reference set.
     start : array, shape (sets, nodes)
         Temperatures to start from [degC].
     more : pair of array, shape (sets, K, nodes), optional
@@ -69,7 +69,7 @@ def near_by(
     begin, end = (drive.held | around for around in (drive.first, drive.last))
     heat = network.heat(drive.held)
     heats = (heat, heat) if more is None else (heat + more[0], heat + more[1])
-    # A quick part warms most at the start of a step: what counts is how far it gets.
+    # A fast part warms most at the start of a step: the mean rate over the step matters.
     warming = np.diff(course[:, :nodes], axis=0) / steps[:, None]
     excess = (
         _excess(network, about, differs, warming, begin, course[:-1], heats[0]),
@@ -108,7 +108,7 @@ class Changed:
     sets : array of int
         Positions of these sets.
     change : array, shape (these sets, K)
-        By how much it differs, in each step [W/K].
+        Difference from the reference set in each step [W/K].
     """
 
     exchange: Exchange
@@ -117,14 +117,14 @@ class Changed:
 
 
 def changed(network: Network, about: int, drives: Sequence[Drive]) -> list[list[Changed]]:
-    """Return what differs in each run from the network of one set.
+    """Return the exchanges that differ from the reference set, for each run.
 
     Parameters
     ----------
     network : Network
         Of all sets.
     about : int
-        Position of the one.
+        Position of the reference set.
     drives : sequence of Drive
     """
     of_runs = [levels_on(network.machine, network, drive) for drive in drives]
@@ -154,9 +154,9 @@ def _excess(
     course: FloatArray,
     heat: FloatArray,
 ) -> FloatArray:
-    """Return how much faster all changes along the one's course, (sets, K, nodes + own states).
+    """Return the extra rates of each set along the reference course, (sets, K, nodes + own states).
 
-    *inputs*, *course* and *heat* are at one end of each step, *warming* is over it [K/s].
+    *inputs*, *course* and *heat* are at one end of each step; *warming* is over the step [K/s].
     """
     nodes = network.node_count
     warm = course[:, :nodes]
@@ -171,7 +171,7 @@ def _excess(
     more = flows - flows[about]
     for item in differs:
         entry = item.exchange
-        # What a flow brings from another part is among what depends on temperature.
+        # Heat that a flow brings from another part is already in the temperature-dependent heat.
         apart = -warm[:, entry.node]
         if entry.boundary:
             apart += outside[:, entry.other]
@@ -191,14 +191,14 @@ def _excess(
 
 @dataclass(frozen=True)
 class Slopes:
-    """How what depends on temperature, and own states, answer to all of these along a course.
+    """Jacobian, along a course, of temperature-dependent heat and of the rates of own states.
 
     Attributes
     ----------
     read, answers : array of int
-        Positions among temperatures and own states: what is read, and what answers.
+        Positions, among temperatures and own states, of what is read and of what responds.
     first, last : array, shape (K, answers, read)
-        At the start and at the end of each step [1/s].
+        Derivatives at the start and at the end of each step [1/s].
     """
 
     read: Places
@@ -207,15 +207,17 @@ class Slopes:
     last: FloatArray
 
     def seen(self, modes: Modes) -> FloatArray:
-        """Return what is read of each mode, (size, read), of the modes of one parameter set."""
+        """Return the matrix from modes of one parameter set to what is read, (size, read)."""
         return np.asarray(modes.to_state[0, self.read].T)
 
     def at_start(self, k: int, modes: Modes) -> FloatArray:
-        """Return how modes answer to what is read at the start of a step, (read, size) [1/s]."""
+        """Return how modes respond to what is read at the start of a step, (read, size) [1/s]."""
         return np.asarray(self.first[k].T @ modes.to_modes[0][:, self.answers].T)
 
     def at_end(self, k: int, modes: Modes, at_last: FloatArray) -> FloatArray:
-        """Return what is read at the end, without its answer, moves there by it, (read, size).
+        """Return how far what is read at the end of a step moves the modes there, (read, size).
+
+        What is read is computed without this response.
 
         Parameters
         ----------
@@ -223,9 +225,9 @@ class Slopes:
             The step.
         modes : Modes
         at_last : array, shape (size,)
-            What a mode's forcing at the end of the step moves it by there [s].
+            Effect of a mode's forcing at the end of the step on the mode there [s].
         """
-        # The answer acts on itself: few things answer, and few are read.
+        # The response acts on itself; the system to solve is small.
         push = at_last * modes.to_modes[0][:, self.answers].T
         itself = push @ self.seen(modes) @ self.last[k].T
         return np.asarray(
@@ -234,7 +236,7 @@ class Slopes:
 
 
 def slopes_along(network: Network, drive: Drive, course: FloatArray) -> Slopes:
-    """Return the slopes of a network of one parameter set along a course.
+    """Return the slopes of a network with one parameter set along a course.
 
     Parameters
     ----------
@@ -273,7 +275,7 @@ def _answer(
     excess: Ends,
     slopes: Slopes,
 ) -> None:
-    """Fill in what sets differ by over a stretch, (sets, K + 1, size)."""
+    """Fill in the differences of all sets over a stretch, (sets, K + 1, size)."""
     to_modes, to_state = modes.to_modes[0], modes.to_state[0]
     seen = slopes.seen(modes)
     first, last = (np.swapaxes(part[:, at] @ to_modes.T, 0, 1) for part in excess)

@@ -1,7 +1,7 @@
 """The thermal network: effects in force, assembled into matrices and heat.
 
 C dT/dt = -L(inputs) T + B(inputs) u + q, with capacities C [J/K], conductances L and B [W/K],
-boundary temperatures u [degC] and heat q [W]. What depends on temperature stays in q.
+boundary temperatures u [degC] and heat q [W]. Everything that depends on temperature is in q.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from plant_model.parameters import FloatArray, Values
 
 
 def effects_in_force(machine: Machine, values: Values) -> list[Effect]:
-    """Return the machine's effects, leaving out those that are off in every parameter set.
+    """Return the machine's effects without those that are off in every parameter set.
 
     Parameters
     ----------
@@ -37,12 +37,12 @@ def effects_in_force(machine: Machine, values: Values) -> list[Effect]:
 
 
 def state_slices(effects: Sequence[Effect]) -> dict[str, slice]:
-    """Return where the own states of each effect stand, by its key.
+    """Return the positions of each effect's own states, by its key.
 
     Parameters
     ----------
     effects : sequence of Effect
-        In force, in their order.
+        Those in force, in their order.
     """
     slices, at = {}, 0
     for effect in effects:
@@ -66,12 +66,12 @@ class Network:
     Attributes
     ----------
     capacity : array, shape (sets or 1, nodes)
-        Heat capacities [J/K]; 1 where all sets have the same, as everywhere below.
+        Heat capacities [J/K]; "or 1" here and below: one set if all sets have the same values.
     linear : bool
         Whether nothing depends on temperature, so that stepping is exact; own states then only
         follow (:meth:`followed`).
     error_scale : array, shape (nodes + own states,)
-        What error control takes like 1 K.
+        Error that counts as much as 1 K in error control.
     settles : bool
         Whether own states jump at the end of a step (:meth:`settled`).
     state_count : int
@@ -95,7 +95,7 @@ class Network:
             {name for effect in self._plain for name in effect.conductance_inputs}
         )
         probe = {entry.name: np.array([0.0]) for entry in machine.inputs}
-        # Heat that a flow brings from another node has no symmetric counterpart.
+        # Heat that a flow brings from another node is not symmetric.
         self.one_way = [
             entry for entry in self.exchanges(probe) if entry.one_way and not entry.boundary
         ]
@@ -107,7 +107,7 @@ class Network:
         self._slices = state_slices(effects)
 
     def exchanges(self, inputs: Inputs) -> Iterable[Exchange]:
-        """Return the exchanges that depend on inputs only, at many sets of these at once."""
+        """Return the exchanges that depend on inputs only, at many sets of inputs at once."""
         for effect in self._plain:
             yield from effect.conductance(inputs, NONE, NONE)
 
@@ -117,12 +117,12 @@ class Network:
         Parameters
         ----------
         inputs : mapping of str to array, shape (1,)
-            The inputs, of which conductances use ``conductance_inputs``.
+            The inputs; conductances use those in ``conductance_inputs``.
 
         Returns
         -------
         L : array, shape (sets or 1, nodes, nodes)
-            Conductances between nodes and to everything else on the diagonal [W/K].
+            Conductances between nodes, and on the diagonal to everything else [W/K].
         B : array, shape (sets or 1, nodes, boundaries)
             Conductances to the boundary temperatures [W/K].
         """
@@ -130,7 +130,7 @@ class Network:
         return matrix[:, 0], boundary[:, 0]
 
     def all_conductances(self, inputs: Inputs, levels: int) -> tuple[FloatArray, FloatArray]:
-        """Return the same at many sets of inputs at once, which costs little more than at one.
+        """Return L and B at many sets of inputs at once, which costs little more than one set.
 
         Parameters
         ----------
@@ -214,7 +214,7 @@ class Network:
         return out, rates
 
     def state_slices(self) -> dict[str, slice]:
-        """Return where the own states of each effect stand."""
+        """Return the positions of each effect's own states, by its key."""
         return self._slices
 
     def start_states(self, temperatures: FloatArray, inputs: Inputs) -> FloatArray:
@@ -232,14 +232,14 @@ class Network:
         return out
 
     def state_decay(self) -> FloatArray:
-        """Return how fast own states decay by themselves [1/s], shape (sets, own states)."""
+        """Return the rates at which own states decay by themselves [1/s], (sets, own states)."""
         out = np.zeros((self.sets, self.state_count))
         for effect in self._with_states:
             out[:, self._slices[effect.key]] = effect.state_decay()
         return out
 
     def settled(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
-        """Return the own states after what happens at the end of a step, (sets, own states).
+        """Return the own states after their jumps at the end of a step, (sets, own states).
 
         Parameters
         ----------
@@ -271,8 +271,8 @@ class Network:
         steps : array, shape (K,)
             Lengths of the steps [s].
         first, last : inputs and temperatures
-            At the start and the end of each step, shapes (K,) and (sets, K, nodes); what is
-            followed is taken as linear between.
+            At the start and the end of each step, shapes (K,) and (sets, K, nodes); the values
+            that own states follow are taken as linear in between.
         """
         out = np.zeros((states.shape[0], len(steps), self.state_count))
         for effect in self._with_states:

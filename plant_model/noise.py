@@ -1,10 +1,10 @@
-"""The random numbers of a stepped plant's sensor noise, the same in Python and in C.
+"""Random numbers of a stepped plant's sensor noise, the same in Python and in C.
 
-Number i of a seed's sequence needs no number before it: two 64-bit words of SplitMix64 (Steele, Lea
-and Flood, OOPSLA 2014, doi:10.1145/2714064.2660195), taken at places 2 i + 1 and 2 i + 2 from a
-beginning that is itself a mixed seed, become two even numbers u and v in [0, 1) of 53 bits, and
-these sqrt(-2 ln(1 - u)) cos(2 pi v), which is normally distributed (Box and Muller, Ann. Math.
-Stat. 29 (1958) 610-611, doi:10.1214/aoms/1177706645). The C twin is ``native/c/noise.c``.
+Number i of a seed's sequence does not need the numbers before it. Two 64-bit words of SplitMix64
+(Steele, Lea and Flood, OOPSLA 2014, doi:10.1145/2714064.2660195), at places 2 i + 1 and 2 i + 2
+after a start that is itself the mixed seed, give two uniform numbers u and v in [0, 1) of 53 bits.
+Then sqrt(-2 ln(1 - u)) cos(2 pi v) is normally distributed (Box and Muller, Ann. Math. Stat. 29
+(1958) 610-611, doi:10.1214/aoms/1177706645). The C twin is ``native/c/noise.c``.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ import numpy.typing as npt
 from plant_model.parameters import FloatArray
 
 WEYL_STEP, WORD = 0x9E3779B97F4A7C15, 2**64 - 1
-"""What is added each time, in words of 64 bits: given by SplitMix64."""
+"""Increment of the state, and mask of a 64-bit word: given by SplitMix64."""
 LARGEST_SEED = 2**31 - 1
-"""What an Integer holds, given by FMI."""
+"""Largest Integer, given by FMI."""
 
 
 def _mixed(z: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:
@@ -32,14 +32,14 @@ class NormalSequence:
     Parameters
     ----------
     seed : int
-        The same seed gives the same numbers, 0 to 2^32 - 1.
+        0 to 2^32 - 1; the same seed gives the same numbers.
     count : int
-        How many are drawn at a time.
+        Number of values drawn at a time.
 
     Attributes
     ----------
     drawn : int
-        How many have been drawn; it may be set.
+        Number of values drawn so far; it may be set.
     """
 
     def __init__(self, seed: int, count: int) -> None:

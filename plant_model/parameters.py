@@ -1,4 +1,4 @@
-"""Named numbers with a unit, a range and a source, and many sets of them at once."""
+"""Named numbers with unit, range and source, and many sets of them at once."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ ROOM_DEGC = 20.0
 """The standard reference temperature, given by ISO 1 [degC]."""
 
 NUMBERS = "numbers."
-"""What the full names of named numbers begin with."""
+"""Prefix of the full names of named numbers."""
 
 BEYOND = "calibrated beyond"
-"""What the source of a parameter says, before its range, that runs took out of that range."""
+"""Text in the source of a parameter that calibration moved out of its range; the range follows."""
 
 
 @dataclass(frozen=True)
@@ -28,18 +28,18 @@ class Parameter:
     Attributes
     ----------
     value, low, high : float
-        The number in force, and the range in which it is expected in 95 of 100 cases [unit].
+        The number in force, and the range that is expected to hold it in 95 of 100 cases [unit].
     unit : str
-        Its unit as the machine file writes it, for example ``W/K``.
+        Its unit as in the machine file, for example ``W/K``.
     source : str
         Where the value and the range come from.
     calibrate : bool
         Whether calibration may move it.
     tied : str
-        Full name of the named number that it follows (``numbers.film``); empty if it stands alone.
-        Its range is then the one value that the number gives it.
+        Full name of the named number that it follows (``numbers.film``), or empty. The range of a
+        tied parameter is its value.
     factor : float
-        What the named number is multiplied by.
+        Factor on the named number.
     """
 
     value: float
@@ -52,7 +52,7 @@ class Parameter:
     factor: float = 1.0
 
     def following(self, number: float) -> Parameter:
-        """Return the tied parameter as it is where its named number has this value.
+        """Return the tied parameter for a value of its named number.
 
         Parameters
         ----------
@@ -63,7 +63,7 @@ class Parameter:
         return replace(self, value=value, low=value, high=value)
 
     def moved(self, value: float) -> Parameter:
-        """Return the parameter at another value; its range reaches there, and says what it was.
+        """Return the parameter at another value; an extended range is noted in the source.
 
         Parameters
         ----------
@@ -100,12 +100,12 @@ class ParameterError(ValueError):
 
 
 class Values:
-    """The values of all parameters for one or many parameter sets.
+    """Values of all parameters for one or many parameter sets.
 
     Parameters
     ----------
     parameters : mapping of str to Parameter
-        Every parameter of the machine by its full name, for example ``nodes.column.capacity``.
+        All parameters of the machine by full name, for example ``nodes.column.capacity``.
     overrides : mapping of str to float or array, shape (sets,)
         Values to use instead. All arrays have the same length.
     bounded : bool
@@ -152,11 +152,11 @@ class Values:
                 self._columns[name] = self._columns[parameter.tied] * parameter.factor
 
     def __getitem__(self, name: str) -> FloatArray:
-        """Return one parameter, shape (sets, 1), or (1, 1) where it is the same in all sets."""
+        """Return one parameter, shape (sets, 1), or (1, 1) if it is the same in all sets."""
         return self._columns[name]
 
     def widen(self, sets: int) -> None:
-        """Stand for at least *sets* parameter sets, where something else differs between them.
+        """Represent at least *sets* parameter sets, because something else differs between them.
 
         Parameters
         ----------
@@ -166,7 +166,7 @@ class Values:
         Raises
         ------
         ParameterError
-            When there are several sets of parameters already, and of another number.
+            If there are already several sets, and their number differs.
         """
         if sets > 1 and self.sets not in {1, sets}:
             raise ParameterError(f"{sets} starts, but {self.sets} parameter sets")

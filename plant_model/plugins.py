@@ -1,4 +1,4 @@
-"""Effects that other installed distributions add; a plant FMU does not carry this module."""
+"""Effects from other installed distributions; a plant FMU does not contain this module."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def plugged_effects(shipped: Collection[str]) -> dict[str, PlugIn[type[Effect]]]
     Raises
     ------
     BadInput
-        For a plug-in that is no effect.
+        For a plug-in that is not an effect.
     """
     plugins = classes_plugged_in(EFFECTS, Effect, shipped)
     for plugin in plugins.values():
@@ -32,7 +32,7 @@ def plugged_effects(shipped: Collection[str]) -> dict[str, PlugIn[type[Effect]]]
 
 
 def _problem(name: str, effect: type[Effect]) -> str:
-    """Return what an effect lacks that every effect must have."""
+    """Return what is wrong with an effect, or an empty text."""
     missing = [
         field
         for field in ("name", "title", "explanation", "parameters", "amplitude")
@@ -52,7 +52,7 @@ def _problem(name: str, effect: type[Effect]) -> str:
 
 
 def plugged_modules() -> set[str]:
-    """Return the names of the modules that hold effects of plug-ins."""
+    """Return the names of the modules that define the effects of plug-ins."""
     from plant_model.effects import shipped_effects
 
     plugins = plugged_effects(frozenset(shipped_effects()))

@@ -1,11 +1,11 @@
-"""Where parts start that no thermometer reads: as a machine that has stood for long has them.
+"""Start temperatures of parts without a thermometer: steady state of a machine long at rest.
 
-A shaft, a ring or a test bar then exchanges no heat on balance: 0 = sum_j G_ij (T_j - T_i) + q_i
-over its neighbours j, of which thermometers and boundaries give some, with the conductances and the
-heat of inputs at rest. A spindle between 21 degC of coolant and 24 degC of hall is not at the
+A shaft, a ring or a test bar then has no net heat flow: 0 = sum_j G_ij (T_j - T_i) + q_i over its
+neighbours j, some of which have a thermometer or are boundaries, with the conductances and the
+heat of inputs at rest. A spindle between coolant at 21 degC and a hall at 24 degC is not at the
 temperature of the thermometer next to it, and half a kelvin in a bar of 150 mm is 1 um.
 
-What depends on temperature has no part in it.
+Heat that depends on temperature is left out.
 """
 
 from __future__ import annotations
@@ -19,28 +19,28 @@ from plant_model.network import Network, effects_in_force
 from plant_model.parameters import FloatArray, Values
 
 ISOLATED = 1e-9
-"""A part that exchanges nothing stands at the first boundary: by so much to it [W/K], given by
-arithmetic: far above the last digits, far below any exchange."""
+"""Conductance to the first boundary, so that a part without exchange starts there [W/K]; given by
+arithmetic: far above rounding, far below any exchange."""
 
 
 def at_rest(entry: Input) -> float:
-    """Return what an input is while the machine rests: its default, or as near to 0 as it goes."""
+    """Return an input's value while the machine rests: its default or 0, clipped to its range."""
     return min(max(entry.default or 0.0, entry.low), entry.high)
 
 
 class RestingParts:
-    """Finds the start of the parts that the machine file starts at ``rest``.
+    """Finds the start temperatures of the nodes with start ``rest`` in the machine file.
 
     Parameters
     ----------
     machine : Machine
     network : Network
-        Of the machine, for as many parameter sets as starts are wanted for.
+        Of the machine, with the parameter sets to find starts for.
 
     Attributes
     ----------
     at, others : array of int
-        The nodes that start at rest, and all others.
+        Positions of the nodes that start at rest, and of all others.
     """
 
     def __init__(self, machine: Machine, network: Network) -> None:
@@ -50,7 +50,7 @@ class RestingParts:
 
     @classmethod
     def of(cls, machine: Machine) -> RestingParts:
-        """Return it for the numbers that the machine file has.
+        """Return it for the parameters of the machine file.
 
         Parameters
         ----------
@@ -61,7 +61,7 @@ class RestingParts:
 
     @cached_property
     def weights(self) -> FloatArray:
-        """Shares of all other nodes, then of the boundaries, then a constant in degC.
+        """Weights of all other nodes, then of the boundaries, then a constant in degC.
 
         Array, shape (sets, nodes at rest, other nodes + boundaries + 1).
         """
@@ -86,7 +86,7 @@ class RestingParts:
         Parameters
         ----------
         starts : array, shape (sets, nodes)
-            Whatever it holds for nodes at rest is replaced [degC].
+            The values of nodes at rest are replaced [degC].
         boundary : array, shape (boundaries,)
             Boundary temperatures at the start, in the machine's order [degC].
         """

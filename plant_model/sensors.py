@@ -1,4 +1,4 @@
-"""What the machine's sensors show: thermometers and the displacement rig, noise and resolution."""
+"""Readings of the machine's sensors: thermometers and displacement rig, noise and resolution."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ def displacement_names(machine: Machine) -> list[str]:
     Returns
     -------
     list of str
-        Of a five-point rig near x and y, distal x and y, axial.
+        For a five-point rig: near x and y, distal x and y, axial.
     """
     return list(machine.probes)
 
 
 def displacements(machine: Machine, pose_now: FloatArray) -> dict[str, FloatArray]:
-    """Return every displacement reading [um] for a pose, shape (..., 6).
+    """Return all displacement readings for a pose [um].
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def displacements(machine: Machine, pose_now: FloatArray) -> dict[str, FloatArra
     Returns
     -------
     dict of str to array, shape (...)
-        By sensor, with its sign [um].
+        By sensor name, with the sensor's sign [um].
     """
     rig, axes, signs = machine.rig, machine.probes.values(), machine.signs
     if rig["kind"] == "direct":
@@ -65,15 +65,15 @@ def readings(
     states: FloatArray,
     pose_now: FloatArray,
 ) -> dict[str, FloatArray]:
-    """Return what every sensor would show without noise.
+    """Return the readings of all sensors without noise.
 
     Parameters
     ----------
     machine : Machine
     effects : sequence of Effect
-        In force; those that change readings do it here.
+        Those in force; some change readings.
     slices : dict of str to slice
-        Where the own states of each effect lie, by its key.
+        Positions of each effect's own states, by its key.
     inputs : mapping of str to array, shape (times,)
     time_s : array, shape (times,)
         Since the run's start [s].
@@ -97,7 +97,7 @@ def readings(
         else:
             shown[sensor.name] = np.broadcast_to(inputs[sensor.of], shape).copy()
     shown.update(displacements(machine, pose_now))
-    # A sensor that lags replaces its reading, so it comes before errors that are added to it.
+    # A lagging sensor replaces its reading, so it comes before the errors added to it.
     for effect in sorted(effects, key=lambda entry: not entry.states):
         own = states[..., slices[effect.key]] if effect.states else NONE
         effect.reading(inputs, own, time_s, shown)
@@ -105,7 +105,7 @@ def readings(
 
 
 def noise_and_resolution(machine: Machine) -> dict[str, tuple[float, float]]:
-    """Return one standard deviation of noise and the resolution of every sensor, by name.
+    """Return the noise (one standard deviation) and the resolution of every sensor, by name.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def noise_and_resolution(machine: Machine) -> dict[str, tuple[float, float]]:
     Returns
     -------
     dict of str to (noise, resolution)
-        [K, um]; 0 where there is none.
+        [K, um]; 0 if there is none.
     """
     table = {sensor.name: (sensor.noise, sensor.resolution) for sensor in machine.sensors}
     rig = machine.rig
@@ -123,17 +123,16 @@ def noise_and_resolution(machine: Machine) -> dict[str, tuple[float, float]]:
 
 
 class SensorNoise:
-    """Adds every sensor's noise to its reading and rounds it to the sensor's resolution.
+    """Adds each sensor's noise to its reading and rounds it to the sensor's resolution.
 
     Parameters
     ----------
     machine : Machine
-        Whose sensors they are.
 
     Attributes
     ----------
     names : list of str
-        The sensors, in the order in which they get their noise.
+        The sensors, in the order of their noise numbers.
     """
 
     def __init__(self, machine: Machine) -> None:
@@ -141,17 +140,17 @@ class SensorNoise:
         pairs = np.array(list(table.values()))
         self.names = list(table)
         self._noise = pairs[:, 0, None, None]
-        # Rounding to a resolution far below a double's own changes nothing.
+        # Rounding to a resolution this fine changes nothing.
         self._resolution = np.where(pairs[:, 1] > 0.0, pairs[:, 1], 1e-12)[:, None, None]
 
     def added(self, shown: dict[str, FloatArray], normal: FloatArray) -> dict[str, FloatArray]:
-        """Return readings, each (sets, times), as noisy sensors would show them.
+        """Return readings with noise and resolution, each (sets, times).
 
         Parameters
         ----------
         shown : dict of str to array, shape (sets, times)
         normal : array, shape (sensors, sets, times)
-            Numbers of mean 0 and standard deviation 1.
+            Random numbers with mean 0 and standard deviation 1.
         """
         exact = np.stack([shown[name] for name in self.names])
         counts = np.rint((exact + self._noise * normal) / self._resolution)
@@ -165,6 +164,6 @@ def column_of(machine: Machine, name: str) -> str:
     ----------
     machine : Machine
     name : str
-        A thermometer or a displacement sensor of it.
+        One of its thermometers or displacement sensors.
     """
     return f"{name}_um" if name in displacement_names(machine) else f"{name}_degC"

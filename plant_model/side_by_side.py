@@ -1,7 +1,7 @@
-"""Stepping runs side by side where something depends on temperature.
+"""Stepping runs side by side if something depends on temperature.
 
-A step costs its short operations on arrays, which cost hardly more for five runs than for one. The
-hooks of effects take many instants at once: here each instant is another run's.
+A step consists of short array operations, which cost hardly more for five runs than for one. The
+hooks of effects take many instants at once: here each instant belongs to another run.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ class Track:
     levels : list of LevelStepper
         In force in each step.
     held : dict of str to array, shape (K,)
-        Inputs that stay in each step.
+        Inputs that are constant in each step.
     force : pair of array, shape (sets, K, size)
-        What heat from inputs and boundaries does at the start and the end of each step, in modes.
+        Forcing in modes by inputs and boundaries at the start and the end of each step.
     outside : pair of array, shape (K, boundaries)
-        Boundary temperatures there [degC].
+        Boundary temperatures then [degC].
     part : float
-        The part of a step that error control goes at a time, which it learns on the way [1].
+        Fraction of a step that error control steps at a time, which it adapts on the way [1].
     """
 
     start: FloatArray
@@ -62,7 +62,7 @@ def side_by_side(network: Network, tracks: Sequence[Track], tolerance: float) ->
     tolerance : float
         Local error allowed [K].
     """
-    # The longest first: those that go on are always the first ones.
+    # The longest first, so that the runs still going are always the first ones.
     longest = sorted(tracks, key=lambda track: -len(track.steps))
     lengths, held, outside = (
         _padded([track.steps for track in longest]),
@@ -117,7 +117,7 @@ def _padded(series: Sequence[FloatArray]) -> FloatArray:
 
 
 def _settle(network: Network, held: Held, now: FloatArray) -> None:
-    """Let own states jump where a step has ended, in place."""
+    """Let own states jump at the end of a step, in place."""
     nodes = network.node_count
     for run in range(now.shape[1]):
         inputs = {name: values[run : run + 1] for name, values in held.items()}
@@ -125,7 +125,7 @@ def _settle(network: Network, held: Held, now: FloatArray) -> None:
 
 
 class _Forcing:
-    """What drives the modes of all runs within a step."""
+    """Forcing of the modes of all runs within a step."""
 
     held: Held
     force: Ends
@@ -151,7 +151,7 @@ class _Forcing:
 
 
 class _Temperatures(NDArrayOperatorsMixin):
-    """Temperatures of nodes from modes, each found when it is read: most effects read few.
+    """Temperatures of nodes from modes, each computed when read: most effects read only a few.
 
     Parameters
     ----------
@@ -183,7 +183,7 @@ class _Temperatures(NDArrayOperatorsMixin):
 
 
 class _Watched(_Temperatures):
-    """Temperatures, each its own mode, that remember which of them were read."""
+    """Temperatures, each its own mode, that record which of them were read."""
 
     def __init__(self, values: FloatArray) -> None:
         super().__init__(np.eye(values.shape[-1])[None, None], values)
@@ -200,7 +200,7 @@ class _Watched(_Temperatures):
 
 
 def nodes_read(network: Network, inputs: Held, course: FloatArray) -> npt.NDArray[np.intp]:
-    """Return the nodes whose temperature what depends on temperature reads.
+    """Return the nodes whose temperatures the temperature-dependent effects read.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ def nodes_read(network: Network, inputs: Held, course: FloatArray) -> npt.NDArra
 
 
 def _in_modes(heat: FloatArray, to_nodes: FloatArray) -> FloatArray:
-    """Return what heat [W] does to modes: with modes that are orthogonal, by the same matrix.
+    """Return the forcing of the modes by heat [W]; they are orthogonal, so the matrix is the same.
 
     Parameters
     ----------

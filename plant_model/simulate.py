@@ -1,4 +1,4 @@
-"""Simulating a machine over a run, for one or for many parameter sets at once."""
+"""Simulation of a machine over a run, for one or many parameter sets at once."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from plant_model.structure import drift_at, pose
 from plant_model.trajectory import shared_trajectories
 
 CHUNK_NUMBERS = 20_000_000
-"""Numbers of node temperatures kept at once; more parameter sets are simulated in turns:
-set on no data."""
+"""Most node temperatures kept at once; more parameter sets are simulated in turns: set on no data.
+"""
 
 
 @dataclass(frozen=True)
@@ -35,9 +35,9 @@ class Simulation:
     inputs : dict of str to array, shape (T,)
         The inputs at these instants.
     readings : dict of str to array, shape (sets, T)
-        What every sensor shows, by name [degC or um].
+        Reading of every sensor, by name [degC or um].
     temperatures : array, shape (sets, T, nodes)
-        Of every node [degC].
+        Temperature of every node [degC].
     pose : array, shape (sets, T, 6)
         In the order of ``effects.base.POSE``.
     states : array, shape (sets, T, own states)
@@ -110,23 +110,23 @@ def simulate(
     ----------
     machine : Machine
     inputs : DataFrame, T rows
-        ``time_s`` and every input, by run column or input name: a run file's frame serves. Nodes
+        ``time_s`` and every input, by run column or input name, such as a run file's frame. Nodes
         that start at a sensor's reading take its first value there, if the frame has it.
     parameters : mapping of str to float or array, shape (sets,)
         Values to use instead of the machine's, by full name.
     step_s : float
-        Longest internal step [s]. Rows that are denser than that are joined by lines; with fewer
-        rows, what is returned at a row is what the model is at that instant.
+        Longest internal step [s]. Results at rows denser than that are interpolated linearly;
+        otherwise they are the model's own at each row.
     noise_seed : int, optional
         Adds each sensor's noise and resolution; without it the readings are exact.
     tolerance : float
-        Local error where a step is not exact [K].
+        Local error allowed if a step is not exact [K].
     at : array, shape (T,), optional
-        Instants at which results are wanted, instead of the rows [s].
+        Instants of the results, instead of the rows [s].
     start : array, shape (sets or 1, nodes), optional
-        Temperatures to start from, instead of those that the inputs give [degC].
+        Start temperatures, instead of those that the inputs give [degC].
     drive : Drive, optional
-        The inputs on their grid, if they are there already; *step_s* is then its.
+        The inputs on their grid, if already known; *step_s* is then ignored.
     bounded : bool
         Refuse a parameter outside its range.
 
@@ -138,11 +138,11 @@ def simulate(
     Raises
     ------
     DriveError
-        When the inputs cannot drive the machine.
+        If the inputs cannot drive the machine.
     ParameterError
         For an unknown parameter or a value outside its range.
     IntegrationError
-        When a model that depends on temperature cannot be stepped.
+        If a temperature-dependent model cannot be stepped within the tolerance.
     """
     drive = drive or drive_from(machine, inputs, step_s)
     (whole,) = simulate_all(
@@ -166,13 +166,13 @@ class Driven:
     Attributes
     ----------
     inputs : DataFrame
-        The run's frame; its first readings say where nodes start.
+        The run's frame; nodes start at its first readings.
     drive : Drive
         Its inputs on their grid.
     at : array, shape (T,), optional
-        Instants at which results are wanted, instead of the rows [s].
+        Instants of the results, instead of the rows [s].
     start : array, shape (sets or 1, nodes), optional
-        Temperatures to start from, instead of those that the inputs give [degC].
+        Start temperatures, instead of those that the inputs give [degC].
     """
 
     inputs: pd.DataFrame
@@ -192,18 +192,18 @@ def simulate_all(
 ) -> list[Simulation]:
     """Simulate a machine over several runs, each with all parameter sets.
 
-    Where something depends on temperature this costs hardly more than one run alone.
+    If something depends on temperature, this costs hardly more than one run.
 
     Parameters
     ----------
     machine : Machine
     runs : sequence of Driven
-        With a start each, or none.
+        Either all with a start or all without.
     parameters, tolerance, bounded
         As for :func:`simulate`, the tolerance [K].
     near : bool
-        Step all sets to first order about the first of them: enough for derivatives. What moves
-        and what is read follows from that as ever.
+        Step all sets to first order about the first one, which is enough for derivatives. Pose and
+        readings follow from the temperatures as usual.
 
     Returns
     -------
@@ -230,9 +230,9 @@ def simulate_all(
 
 @dataclass(frozen=True)
 class _Begun:
-    """A run with the temperatures that it starts from, (sets or 1, nodes).
+    """A run with its start temperatures, (sets or 1, nodes).
 
-    And the nodes, by position, that start at a sensor's reading, and that sensor.
+    It also holds the nodes, by position, that start at a sensor's reading, with that sensor.
     """
 
     run: Driven
@@ -265,10 +265,10 @@ def _joined(parts: Sequence[Simulation]) -> Simulation:
 
 
 def start_readings(machine: Machine, inputs: pd.DataFrame) -> dict[str, float]:
-    """Return the temperature at each thermometer that nodes start at [degC], by its name.
+    """Return the start temperature at each thermometer that nodes start at [degC], by its name.
 
-    Its first reading, less the error that the machine's effects give it there; those that the frame
-    has no reading of are left out.
+    This is its first reading minus the error that the machine's effects add there. Thermometers
+    without a reading in the frame are left out.
 
     Parameters
     ----------
@@ -290,9 +290,9 @@ def start_readings(machine: Machine, inputs: pd.DataFrame) -> dict[str, float]:
 
 
 def _starts(machine: Machine, drive: Drive, first: dict[str, float]) -> FloatArray:
-    """Return where each node starts; *first* is what the sensors read first, by name.
+    """Return the start temperature of each node; *first* is the sensors' first readings, by name.
 
-    NaN where it starts at rest: that is found from the others.
+    NaN for nodes that start at rest: they are found from the others.
     """
     usual = next(iter(drive.first.values()))[0]
     signals = first | {name: values[0] for name, values in drive.first.items()}
@@ -302,7 +302,7 @@ def _starts(machine: Machine, drive: Drive, first: dict[str, float]) -> FloatArr
 
 
 def _first_readings(machine: Machine, inputs: pd.DataFrame) -> dict[str, float]:
-    """Return what the sensors that nodes start at read first, of those that the frame has."""
+    """Return the first readings of the sensors that nodes start at, if the frame has them."""
     first = {}
     for name in {node.start for node in machine.nodes}:
         if (column := f"{name}_degC") in inputs:
@@ -314,7 +314,7 @@ def _first_readings(machine: Machine, inputs: pd.DataFrame) -> dict[str, float]:
 
 
 def _read_at_start(machine: Machine, drive: Drive, first: dict[str, float]) -> dict[int, str]:
-    """Return the nodes, by position, that start at a sensor's reading, and that sensor."""
+    """Return the nodes, by position, that start at a sensor's reading, with that sensor."""
     return {
         i: node.start
         for i, node in enumerate(machine.nodes)
@@ -357,12 +357,12 @@ def _simulate_some(
 
 
 def at_rows(grid: FloatArray, values: FloatArray, time: FloatArray) -> FloatArray:
-    """Return (sets, grid, size) at the rows' instants, by lines between the grid's instants.
+    """Return values at the rows' instants, interpolated linearly between the grid's instants.
 
     Parameters
     ----------
     grid : array, shape (grid,)
-        Increasing instants [s].
+        Instants of the values, increasing [s].
     values : array, shape (sets, grid, size)
     time : array, shape (T,)
         The rows [s].

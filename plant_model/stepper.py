@@ -1,4 +1,4 @@
-"""One machine stepped in time with held inputs, as a co-simulation master drives it."""
+"""One machine stepped in time with held inputs, as by a co-simulation master."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class InputError(ValueError):
 
 
 class PlantStepper:
-    """A machine whose inputs hold during each step; exact where the network is linear.
+    """A machine with inputs held during each step; exact if the network is linear.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class PlantStepper:
         self._axes = [AxisOffset(machine.axis) for _ in AXES]
         self._levels: dict[tuple[float, ...], LevelStepper] = {}
         self._heat: dict[tuple[float, ...], FloatArray] = {}
-        # By the file's numbers, as the C form has it: a solved network is no formula.
+        # With the file's parameters, as in C: solving the network is not a formula to trace.
         rests = any(node.rests for node in machine.nodes)
         self._resting = RestingParts.of(machine) if rests else None
         self._outputs: dict[str, float] = {}
@@ -76,15 +76,15 @@ class PlantStepper:
     def reset(
         self, inputs: Mapping[str, float], readings: Mapping[str, float] | None = None
     ) -> None:
-        """Start again: every node at the first value of the input or sensor it starts at.
+        """Restart: every node at the first value of its input or sensor.
 
         Parameters
         ----------
         inputs : mapping of str to float
-            Inputs at the start; ``tool_length`` [mm] too where a tool is measured.
+            Inputs at the start, and ``tool_length`` [mm] if a tool is measured.
         readings : mapping of str to float, optional
-            First readings of sensors by name [degC]; of those that are not there, the first
-            boundary temperature is taken.
+            First readings of sensors by name [degC]; the first boundary temperature replaces
+            missing ones.
         """
         names = self.machine.boundary_index
         first = inputs[next(iter(names))]
@@ -110,13 +110,13 @@ class PlantStepper:
         step_s : float
             Length of the step [s].
         inputs : mapping of str to float
-            The machine's inputs by name; ``tool_length`` [mm] and the offsets received ``dX``,
-            ``dY``, ``dZ`` [um], zero where absent.
+            The machine's inputs by name, and ``tool_length`` [mm] and the offsets received ``dX``,
+            ``dY``, ``dZ`` [um], which are zero if absent.
 
         Raises
         ------
         ValueError
-            For a step that is not above 0 and finite; :class:`InputError` for an input out of
+            For a step that is not finite and above 0; :class:`InputError` for an input out of
             range.
         """
         if not 0.0 < step_s < math.inf:
@@ -161,7 +161,7 @@ class PlantStepper:
         return stepper
 
     def _heat_at(self, inputs: Mapping[str, float]) -> FloatArray:
-        # Heat that boundary temperatures bring is an exchange, so only what is held counts.
+        # Heat from boundary temperatures is an exchange, so only held inputs matter.
         key = tuple([inputs[name] for name in self._held])
         heat = self._heat.get(key)
         if heat is None:
@@ -170,7 +170,7 @@ class PlantStepper:
         return heat
 
     def _refresh(self, inputs: Mapping[str, float]) -> None:
-        """Compute all outputs for the state as it is."""
+        """Compute all outputs for the present state."""
         pose, shown = self._instant.at(self._state, self._start, inputs, self._time)
         outputs = dict(zip(self._instant.names, shown.tolist(), strict=True))
         if self._seed is not None:
@@ -185,11 +185,11 @@ class PlantStepper:
         self._outputs = outputs
 
     def outputs(self) -> dict[str, float]:
-        """Return readings [degC, um], tool-tip drift, offsets in force and errors left [um]."""
+        """Return readings [degC, um], tool-tip drift, offsets in force, remaining errors [um]."""
         return self._outputs
 
     def state(self) -> dict[str, Any]:
-        """Return everything that a continued trajectory needs, ready for JSON."""
+        """Return the state needed to continue, ready for JSON."""
         return {
             "time": self._time,
             "start": self._start.tolist(),
@@ -213,12 +213,12 @@ class PlantStepper:
 
 
 def _arrays(inputs: Mapping[str, float], names: Iterable[str]) -> dict[str, FloatArray]:
-    """Return inputs as the hooks of effects want them, each of shape (1,)."""
+    """Return inputs in the form that hooks of effects take, each of shape (1,)."""
     return {name: np.array([inputs[name]]) for name in names}
 
 
 def _keep(cache: dict[Any, Any], key: Any, value: Any) -> None:
-    """Remember a result, forgetting the oldest when there are many."""
+    """Keep a result, dropping the oldest if there are many."""
     if len(cache) >= KEPT:
         cache.pop(next(iter(cache)))
     cache[key] = value

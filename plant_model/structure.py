@@ -1,7 +1,7 @@
-"""From temperatures to where the nose and the tool tip are.
+"""Position of the nose and the tool tip from temperatures.
 
-This is the plant's own geometry. The compensator has another, written apart from it, so that the
-two cannot share a mistake.
+This is the plant's own geometry. The compensator's geometry is written separately, so that the two
+cannot share a mistake.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from plant_model.effects.base import NONE, POSE, Inputs
 from plant_model.parameters import FloatArray
 
 UM_PER_MM, RAD_PER_URAD = 1e3, 1e-6
-"""As given by the SI; an FMU of the plant carries nothing of `measurement`."""
+"""As given by the SI; a plant FMU contains nothing of `measurement`."""
 
 
 def pose(
@@ -32,7 +32,7 @@ def pose(
     effects : sequence of Effect
         Those in force.
     slices : dict of str to slice
-        Where each effect's own states stand.
+        Positions of each effect's own states.
     inputs : mapping of str to array, shape (times,)
     rise : array, shape (sets, times, nodes)
         Temperature above its start [K].
@@ -46,7 +46,7 @@ def pose(
 
 
 def drift_at(pose_now: FloatArray, length_mm: float | FloatArray) -> FloatArray:
-    """Return the drift of a point *length* beyond the gauge line [um], shape (..., 3).
+    """Return the drift of a point on the tool [um], shape (..., 3).
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def drift_at(pose_now: FloatArray, length_mm: float | FloatArray) -> FloatArray:
     x, y, elongation, yaw, pitch, strain = (pose_now[..., i] for i in range(6))
     lever = length_mm * UM_PER_MM
     tan_yaw, tan_pitch = np.tan(yaw * RAD_PER_URAD), np.tan(pitch * RAD_PER_URAD)
-    # 1 - cos of the whole tilt, in a form that does not cancel at small angles.
+    # 1 - cos of the total tilt, in a form without cancellation at small angles.
     tilt_squared = tan_yaw**2 + tan_pitch**2
     secant = np.sqrt(1.0 + tilt_squared)
     shortening = lever * tilt_squared / (secant * (1.0 + secant))

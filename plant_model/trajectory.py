@@ -1,4 +1,4 @@
-"""Stepping a machine's temperatures along runs, for many parameter sets at once."""
+"""Stepping a machine's temperatures through runs, for many parameter sets at once."""
 
 from __future__ import annotations
 
@@ -22,13 +22,12 @@ from plant_model.rest import RestingParts
 from plant_model.side_by_side import Track, side_by_side
 
 FINE_S = 30.0
-"""Longest step over which heat that is known ahead runs along a line, and of a co-simulation with a
-measured run [s]: a chiller switches every few minutes. Set on
+"""Longest step over which heat that is known ahead is taken as linear, and of a co-simulation with
+a measured run [s]: a chiller switches every few minutes. Set on
 no data."""
 
 NOT_WARMING = ("structure.", NUMBERS)
-"""How parameters begin that no temperature depends on; a page's number acts by what is tied to it.
-"""
+"""Prefixes of parameters without effect on temperatures; a named number acts by its followers."""
 
 
 def shared_trajectories(
@@ -41,10 +40,10 @@ def shared_trajectories(
     *,
     near: bool = False,
 ) -> list[FloatArray]:
-    """Return what :func:`trajectories` does, stepping each temperature field once.
+    """Return the same as :func:`trajectories`, stepping each temperature field only once.
 
-    Sets that differ in what moves or reads alone have the same temperatures, and own states that
-    nothing warms by follow afterwards.
+    Sets that differ only in structure or readings have the same temperatures, and own states that
+    do not affect temperatures follow afterwards.
 
     Parameters
     ----------
@@ -56,11 +55,11 @@ def shared_trajectories(
     drives : sequence of Drive
         Of each run, with K + 1 instants.
     starts : sequence of array, shape (sets, nodes)
-        Of each run [degC]; NaN for nodes that start at rest, which is found from the others.
+        Of each run [degC]; NaN for nodes that start at rest, which are found from the others.
     tolerance : float
-        Local error where a step is not exact [K].
+        Local error allowed if a step is not exact [K].
     near : bool
-        Take all sets as near the first, to first order about it (:mod:`plant_model.nearby`).
+        Step all sets to first order about the first one (:mod:`plant_model.nearby`).
 
     Returns
     -------
@@ -136,7 +135,7 @@ def _near(
     tolerance: float,
     more: Sequence[Ends] | None,
 ) -> list[FloatArray]:
-    """Return what `trajectories` does to first order about one set, whose network is *first*."""
+    """Return the same as `trajectories`, to first order about one set, whose network is *first*."""
     only = slice(about, about + 1)
     along = stretches_of(machine, first, drives)
     alone = [(begin[only], end[only]) for begin, end in more] if more is not None else None
@@ -156,7 +155,7 @@ def _by_effect(network: Network, states: FloatArray) -> dict[str, FloatArray]:
 def _ahead(network: Network, drive: Drive, start: FloatArray) -> tuple[FloatArray, Ends]:
     """Return own states on the grid, and the heat at the start and the end of each step [W].
 
-    All effects of the network are known ahead, so that no temperature is there to be asked for.
+    All effects of the network are known ahead, so temperatures are not needed.
     """
     steps = np.diff(drive.grid)
     shape = (len(start), len(steps))
@@ -176,7 +175,7 @@ def _ahead(network: Network, drive: Drive, start: FloatArray) -> tuple[FloatArra
 def _distinct(
     values: Values, others: Sequence[Effect], starts: Sequence[FloatArray]
 ) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-    """Return the positions of sets of different temperatures, and which of these each set has."""
+    """Return the positions of sets with distinct temperatures, and for each set which it uses."""
     quiet = (*NOT_WARMING, *(f"effects.{effect.key}." for effect in others))
     columns = [column for name, column in values.varying() if not name.startswith(quiet)]
     sets = len(starts[0])
@@ -203,8 +202,8 @@ def trajectories(
 ) -> list[FloatArray]:
     """Return temperatures and own states of each run, shape (sets, K + 1, nodes + states).
 
-    *more* is further heat at the start and the end of each step, each (sets, K, nodes) [W], and
-    *stretches* are those of the runs where they are known.
+    *more* is further heat at the start and the end of each step, each (sets, K, nodes) [W];
+    *stretches* are those of the runs, if already known.
     """
     of_runs = stretches or stretches_of(machine, network, drives)
     courses, tracks = [], []
@@ -227,7 +226,7 @@ def trajectories(
 
 
 def _go_exactly(out: FloatArray, drive: Drive, stretches: Sequence[Stretch], heats: Ends) -> None:
-    """Fill in a run, (sets, K + 1, size), from its first instant on."""
+    """Fill in a run, (sets, K + 1, size), after its first instant."""
     steps, outside = np.diff(drive.grid), _outside(stretches[0][0].network.machine, drive)
     for level, at in stretches:
         held = {name: values[at] for name, values in drive.held.items()}
@@ -238,7 +237,7 @@ def _go_exactly(out: FloatArray, drive: Drive, stretches: Sequence[Stretch], hea
 def _track(
     network: Network, start: FloatArray, drive: Drive, stretches: Sequence[Stretch], heats: Ends
 ) -> Track:
-    """Return a run ready to be stepped beside others."""
+    """Return a run ready to be stepped side by side with others."""
     outside = _outside(network.machine, drive)
     first, last = (np.empty((len(start), len(drive.grid) - 1, start.shape[1])) for _ in range(2))
     levels: list[LevelStepper] = []
@@ -250,7 +249,7 @@ def _track(
 
 
 def _within(heats: Ends, at: slice) -> Ends:
-    """Return heat in some of the steps; one array where both ends are one."""
+    """Return heat in some of the steps; if both ends are one array, they stay one."""
     first = heats[0][:, at]
     return first, first if heats[1] is heats[0] else heats[1][:, at]
 

@@ -1,4 +1,4 @@
-"""Find the variants of a thing by walking the folder that holds them, one a file."""
+"""Finds classes by walking a folder with one class per file."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ T = TypeVar("T")
 def classes_found(
     package: str, folder: Iterable[str], base: type[T], what: str
 ) -> dict[str, type[T]]:
-    """Return the concrete subclass of *base* that each module of a package holds, by module name.
+    """Return the concrete subclass of *base* in each module of a package, by module name.
 
     Parameters
     ----------
     package : str
-        The package's ``__name__``, which differs when the plant FMU carries it.
+        The package's ``__name__``, which is different in a plant FMU.
     folder : iterable of str
-        Its ``__path__``; the module ``base`` is passed over.
+        Its ``__path__``; the module ``base`` is skipped.
     base : type
         With a class attribute ``name``.
     what : str
-        Folder and thing for people, such as ``effects effect``.
+        Folder and thing for the error message, for example ``effects effect``.
 
     Raises
     ------
     ImportError
-        If a module does not hold exactly one, of the file's name.
+        If a module does not hold exactly one class, or its name is not the file's.
     """
     place, thing = what.rsplit(" ", 1)
     classes_by_name: dict[str, type[T]] = {}

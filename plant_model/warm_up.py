@@ -1,4 +1,4 @@
-"""The run by which a machine is looked at: ISO 230-3's, full speed from cold, then a stop."""
+"""The run that machines are checked with: ISO 230-3, full speed from cold, then a stop."""
 
 from __future__ import annotations
 
@@ -12,18 +12,19 @@ from plant_model.parameters import ROOM_DEGC
 from plant_model.rest import at_rest
 
 AVERAGE_FEED = 0.25
-"""Share of an axis' highest feed, as it moves on average at most [1]: set on no data."""
+"""Highest average feed of an axis, as a share of its highest feed [1]: set on no data."""
 
 
 def held_at(entry: Input) -> float:
-    """Return where an input stays: temperatures at 20 degC, the rest at rest."""
+    """Return an input's constant value: 20 degC for temperatures, others as at rest."""
     return min(max(ROOM_DEGC, entry.low), entry.high) if entry.is_boundary else at_rest(entry)
 
 
 def warm_up(machine: Machine) -> pd.DataFrame:
-    """Return inputs every minute: 4 h at the highest speed, then 1 h at rest; air and coolant stay.
+    """Return inputs every minute: 4 h at the highest speed, then 1 h at rest.
 
-    Feed axes move at a quarter of their highest feed meanwhile, as they do on average at most.
+    Temperatures are constant. While the spindle runs, feed axes move at a quarter of their highest
+    feed.
 
     Parameters
     ----------
