@@ -1,10 +1,10 @@
-"""The answers of the runs to everything that may be wrong, gathered once as normal matrices.
+"""The responses of the runs to everything that may be wrong, computed once as design matrices.
 
-Columns, each scaled to one prior standard deviation: parameters that calibration moves; parameters
-that it does not move but that are known only to a range; thermometers' constant errors; where in a
-part a thermometer sits; how much each part's warming moves each displacement; heat that passes a
-part beside its one temperature. What belongs to one run alone (zeros, starting temperatures) is
-minimised over inside that run.
+The columns, each scaled to one prior standard deviation: parameters that calibration moves;
+parameters that it does not move but that are known only to a range; constant errors of
+thermometers; where in a part a thermometer sits; how much each part's warming moves each
+displacement; heat that bypasses the single temperature of a part. Unknowns of one run (zeros,
+starting temperatures) are eliminated within that run.
 """
 
 from __future__ import annotations
@@ -37,44 +37,45 @@ from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
 
 PLACE_SHARE = 0.1
-"""Share of the difference to a neighbouring part that a thermometer may read (one sd) [1]; set on
-no data."""
+"""Share of a neighbouring part's temperature that a thermometer may read (one sd) [1]; set on no
+data."""
 
 OUTLIER = 6.0
 """Weighted residuals beyond this many root mean squares count linearly in the score. Set on two
-mistakes in the file of the tenth split (lathe 0009 and 0016), which lower it by less with 3."""
+mistakes in the machine file of the tenth split (lathe 0009 and 0016): with 3 they lower the score
+by less."""
 
 PASSING_SHARE = 0.5
-"""Share of what a neighbour would pass on through a part without mass that may pass beside its one
-temperature (one sd) [1]. A part of some size has no one temperature: what touches it close by is
-warmed first. Set on one machine of the fifth split (lathe 0000, nothing hidden)."""
+"""Share of the heat that a neighbour would pass on through a part without mass that may bypass its
+single temperature (one sd) [1]: in a large part, what touches it close by is warmed first. Set on
+one machine of the fifth split (lathe 0000, nothing hidden)."""
 
 LEAST_SLOW = 0.1
-"""Below this share of its delay in delay and `INDEPENDENT_S` a part has one temperature [1]: most
+"""A part has a single temperature if delay / (delay + `INDEPENDENT_S`) is below this [1]: most
 cells of a page are that quick, and would be a thousand columns. Set for time, on no data."""
 
 ROUNDING_SHARE = 1e-9
-"""Share of an answer's squares that is rounding [1]: given by sums of thousands of doubles."""
+"""Share of a response's squares that is rounding [1]: given by sums of thousands of doubles."""
 
 LEVER_SHARE = 0.01
-"""Share of a displacement's spread that each part's warming may be wrong by (one sd) [1]; set on no
+"""Error of each part's effect on a displacement, as a share of its range (one sd) [1]; set on no
 data."""
 
 
 @dataclass(frozen=True)
 class RunSensitivities:
-    """Derivatives of one run that no effect changes much; computed once, weighted.
+    """Weighted derivatives of one run that no effect changes much; computed once.
 
     Attributes
     ----------
     nuisance : array, shape (N, O)
-        What only this run has (zeros, starting temperatures, switches), in fewer directions.
+        By the run's own unknowns (zeros, starting temperatures, switches), in fewer directions.
     starts : array, shape (N, nodes)
-        Starting temperatures, which are among these.
+        By the starting temperatures, which ``nuisance`` includes.
     bias : array, shape (N, C)
-        Thermometers' errors.
+        By the thermometers' errors.
     other : array, shape (N, Q)
-        Parameters that calibration does not move, errors, places, levers and heat that passes by.
+        By parameters that calibration does not move, errors, places, levers and bypassing heat.
     weight : array, shape (N,)
         Robust square-root weight.
     """
@@ -87,7 +88,7 @@ class RunSensitivities:
 
 
 def sensitivities_of(machine: Machine, observed: Observations, fixed: Priors) -> RunSensitivities:
-    """Compute what a run answers to, about a calibrated machine; ``other`` column by column."""
+    """Compute a run's derivatives about a calibrated machine, with all columns of ``other``."""
     ((by_fixed,),) = linear_about(machine, [observed], fixed, fixed.position(machine)[None])
     bias = bias_columns(machine, observed)
     places, levers = _place_columns(machine, observed), _lever_columns(machine, observed)
@@ -105,9 +106,9 @@ def sensitivities_of(machine: Machine, observed: Observations, fixed: Priors) ->
 def all_sensitivities(
     calibrated: Machine, observed: Sequence[Observations], pool: Executor | None = None
 ) -> list[RunSensitivities]:
-    """Compute what every run answers to, about a calibrated machine.
+    """Compute the derivatives of every run about a calibrated machine.
 
-    ``other`` is in those directions that move something in these runs. With a pool, runs are
+    ``other`` keeps only the directions that change something in these runs. With a pool, runs are
     computed in its processes.
     """
     fixed = Priors.of(calibrated, calibrated=False)
@@ -119,19 +120,19 @@ def all_sensitivities(
 
 @dataclass(frozen=True)
 class RunDesign:
-    """One run: residual and columns, weighted and robust, its nuisance columns beside them.
+    """Residual, shared columns and nuisance columns of one run, with robust weights.
 
     Attributes
     ----------
     residual : array, shape (N,)
     shared : array, shape (N, Q)
-        Columns that mean the same in every run; those that calibration moves come first.
+        Unknowns common to all runs; those that calibration moves come first.
     nuisance : array, shape (N, O)
     weight : array, shape (N,)
-        Robust square-root weight, already in all of them.
+        Robust square-root weight, already applied to all of them.
     alone : tuple of int
-        Parameters that no other run tells anything of: their columns are the last of ``nuisance``,
-        and nothing in ``shared``.
+        Parameters that no other run depends on: their columns are the last of ``nuisance``, and 0
+        in ``shared``.
     """
 
     residual: FloatArray
@@ -146,11 +147,11 @@ class RunDesign:
         return np.asarray(self.nuisance.T @ self.nuisance + np.eye(self.nuisance.shape[1]))
 
     def cleaned(self, columns: FloatArray) -> FloatArray:
-        """Return columns (N, m) less what the nuisance parameters can imitate under their prior."""
+        """Return columns (N, m) minus what nuisance parameters can imitate under their prior."""
         return columns - self.nuisance @ np.linalg.solve(self._inner, self.nuisance.T @ columns)
 
     def deviations_alone(self, covariance: FloatArray) -> FloatArray:
-        """Return standard deviations of the parameters that this run alone tells of, (alone,).
+        """Return standard deviations of the parameters that only this run depends on, (alone,).
 
         Parameters
         ----------
@@ -167,7 +168,7 @@ def design_of(
     parts: Sequence[Linearisation],
     sensitivities: Sequence[RunSensitivities],
 ) -> list[RunDesign]:
-    """Gather the design of all runs about a calibrated machine."""
+    """Return the design of every run about a calibrated machine."""
     squares = np.array([np.sum(part.by_parameter**2, axis=0) for part in parts])
     alone = told_by_one_run(squares)
     return [
@@ -177,12 +178,12 @@ def design_of(
 
 
 def told_by_one_run(squares: FloatArray) -> npt.NDArray[np.bool_]:
-    """Return where a run alone tells anything of an unknown, shape (R, Q).
+    """Return which run is the only one that depends on an unknown, shape (R, Q).
 
     Parameters
     ----------
     squares : array, shape (R, Q)
-        Of each unknown's answer in each run.
+        Of each run's response to each unknown.
     """
     return np.asarray((squares > 0.0) & (squares.sum(axis=0) - squares <= ROUNDING_SHARE * squares))
 
@@ -190,10 +191,10 @@ def told_by_one_run(squares: FloatArray) -> npt.NDArray[np.bool_]:
 def run_design(
     linear: Linearisation, sensitivities: RunSensitivities, alone: Sequence[int] = ()
 ) -> RunDesign:
-    """Gather the design of one run; *alone* are parameters that no other run tells anything of."""
+    """Return the design of one run; *alone* are parameters that no other run depends on."""
     weight = sensitivities.weight
     shared = np.hstack([linear.by_parameter, sensitivities.other])
-    # What only this run has is an unknown of its own, like a zero.
+    # A parameter that only this run depends on is its own unknown, like a zero.
     own = np.hstack([sensitivities.nuisance, shared[:, alone]])
     shared[:, alone] = 0.0
     return RunDesign(
@@ -209,7 +210,7 @@ def _column(observed: Observations, channel: int, series: FloatArray) -> FloatAr
 
 
 def _place_columns(machine: Machine, observed: Observations) -> FloatArray:
-    """Return the answer to a thermometer that reads partly a neighbour of its part, (N, m)."""
+    """Return the response to thermometers that partly read a neighbour of their part, (N, m)."""
     index = machine.node_index
     temperatures = simulate_at(machine, observed).temperatures[0, 1:]
     columns = []
@@ -229,11 +230,11 @@ def _place_columns(machine: Machine, observed: Observations) -> FloatArray:
 
 
 def passing_paths(machine: Machine) -> list[AddedPath]:
-    """Return paths by which heat passes a part beside its one temperature, one sd each.
+    """Return paths by which heat bypasses the single temperature of a part, one sd each.
 
-    What a neighbour gives to a part reaches the part's other neighbours at once, each by its share
-    of the conductances, and with the steady flow that it would have if the part had no mass. A part
-    that evens out within the time that a misfit lasts (`INDEPENDENT_S`) passes the less beside it.
+    Heat from one neighbour reaches the part's other neighbours at once, in proportion to their
+    conductances, with the steady flow through a part without mass. The quicker a part evens out
+    compared with the time that a misfit lasts (`INDEPENDENT_S`), the less heat bypasses it.
     """
     joined: dict[str, dict[str, float]] = {node.name: defaultdict(float) for node in machine.nodes}
     for item in machine.of_kind("links", "conduction", "contact"):
@@ -249,7 +250,7 @@ def passing_paths(machine: Machine) -> list[AddedPath]:
         slow = delay_s / (delay_s + INDEPENDENT_S)
         if slow < LEAST_SLOW:
             continue
-        # Two neighbours are one path, whichever of them it is counted from.
+        # Two neighbours are one path, in either direction.
         for part in list(around)[: 1 if len(around) == 2 else None]:
             others = {name: g / (total - around[part]) for name, g in around.items()}
             del others[part]
@@ -263,13 +264,13 @@ def passing_paths(machine: Machine) -> list[AddedPath]:
 
 
 def _passing_columns(machine: Machine, observed: Observations) -> FloatArray:
-    """Return the answer to heat that passes a part beside its one temperature, (N, m)."""
+    """Return the response to heat that bypasses the single temperature of a part, (N, m)."""
     columns = [change[0] for change in path_answers(machine, observed, passing_paths(machine))]
     return np.array(columns).reshape(len(columns), observed.weights.size).T
 
 
 def _lever_columns(machine: Machine, observed: Observations) -> FloatArray:
-    """Return the answer to a part that moves a displacement more or less than modelled, (N, m)."""
+    """Return the response to parts that move a displacement more than modelled, (N, m)."""
     result = simulate_at(machine, observed)
     base = modelled(result, observed)[0]
     rise = result.temperatures[0, 1:] - result.temperatures[0, 0]

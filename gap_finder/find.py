@@ -1,4 +1,4 @@
-"""The gap finder: calibrate, look for what is missing, answer; then open the held-out run."""
+"""The gap finder: calibrates, finds what is missing, then judges it on the held-out runs."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 
 FEWEST_RUNS = 3
-"""Runs needed, given by leaving each out: of fewer, the rest would be one run, of which nothing
-tells what it has in common with others."""
+"""Minimum number of runs, given by leaving each out: with fewer, a single run would remain, which
+cannot show what runs have in common."""
 
 ADEQUATE = 1.5
-"""What a model may leave per run and channel, predicted from the other runs [tolerances squared].
+"""Largest error of an adequate model per left-out run and channel [tolerances squared].
 
 Set on the fifth split: with nothing missing 0.9 to 1.2 (three lathes, a jig borer, a belt-driven
 spindle)."""
 
 HALVED = 2.0
-"""Times what a regression on the inputs leaves from which a model lacks something [1]: by the
-question that it answers, and set on no split."""
+"""A model lacks something if its gap is this many times that of a regression on the inputs [1]:
+follows from the question that it answers, and set on no split."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class GapResult:
     search : SearchResult
         The hypotheses.
     faults : tuple of DataFault
-        What was left out besides, because the calibrated machine says that it is broken.
+        Further data left out because the calibrated machine shows that they are broken.
     """
 
     search: SearchResult
@@ -57,12 +57,12 @@ class GapResult:
 
     @property
     def before(self) -> Fit:
-        """The calibrated machine as it was given."""
+        """The given machine, calibrated."""
         return self.search.nothing.fit
 
     @property
     def after(self) -> Fit:
-        """The same with what was added; *before* itself if nothing was."""
+        """The calibrated machine with all additions; *before* itself if there are none."""
         return self.search.best.fit
 
     @property
@@ -72,24 +72,24 @@ class GapResult:
 
     @property
     def observed(self) -> tuple[Observations, ...]:
-        """What was compared, with what had not begun yet in each run."""
+        """What was compared, including which effects had not begun yet in each run."""
         return self.after.observed
 
     @property
     def explained(self) -> float:
-        """Share of what was left of runs predicted from the others that all names explain [1]."""
+        """Share of the squared error of left-out runs that all additions explain [1]."""
         return 1.0 - self.after.cost / self.before.cost
 
 
 @dataclass(frozen=True)
 class Judged:
-    """What is found, held against runs never used; everything that is said follows from it.
+    """A result, judged on unseen runs; the whole report follows from it.
 
     Attributes
     ----------
     result : GapResult
     used, unseen : GapComparison
-        On the runs used, and on those never used.
+        On the runs used, and on unseen runs.
     reference : ReferenceModel
         How well any model with these inputs could do.
     """
@@ -101,14 +101,14 @@ class Judged:
 
     @classmethod
     def of(cls, result: GapResult, unseen: Sequence[Observations]) -> Judged:
-        """Judge what was found."""
+        """Judge a result."""
         before, after = result.before.machine, result.after.machine
         used, later = (GapComparison(before, after, runs) for runs in (result.observed, unseen))
         return cls(result, used, later, ReferenceModel(after, used.after, later.after))
 
     @property
     def is_adequate(self) -> bool:
-        """Whether so little is left that nothing else need be missing."""
+        """Whether the remaining error is so small that nothing else need be missing."""
         rows = (
             self.used.gap_against(self.reference.used),
             self.unseen.gap_against(self.reference.unseen),
@@ -130,9 +130,9 @@ class Judged:
 
     @property
     def in_doubt(self) -> bool:
-        """Whether something is named, and too much is left with it, or unseen runs gain nothing.
+        """Whether something is named that leaves too much error or does not improve unseen runs.
 
-        Then something else is missing too, or what is named only acts like it.
+        Then something else is also missing, or what is named only acts like it.
         """
         before, after = self.result.before.left, self.result.after.left
         gap = self.unseen.gap()
@@ -142,15 +142,15 @@ class Judged:
 
 
 def is_closed_where_better(before: FloatArray, after: FloatArray) -> bool:
-    """Whether no more is left than a right law may leave, where less is left than before.
+    """Whether the error after is as small as with the right law, in the channels that improve.
 
-    A channel of a run counts by what it is better by: a law that only acts like the right one
-    leaves the more where it acts, and nothing elsewhere.
+    Each channel of a run is weighted by its improvement: a law that only acts like the right one
+    leaves more error where it acts, and none elsewhere.
 
     Parameters
     ----------
     before, after : array, shape (R, C)
-        Squares that are left of each run and channel [tolerances squared].
+        Squared error of each run and channel [tolerances squared].
     """
     better = np.maximum(before - after, 1e-9)
     missing, left = (float(np.average(squares, weights=better)) for squares in (before, after))
@@ -170,16 +170,16 @@ def find_gap(
     ----------
     machine : Machine
     runs : sequence of Run
-        At least three, of different speeds; their order does not matter.
+        At least three, of different speeds, in any order.
     search : Search
-        How to look for it.
+        Options of the search.
     progress : callable
-        Told what is being done.
+        Called with each step in words.
 
     Raises
     ------
     BadInput
-        When there are too few runs, or nothing in them excites the machine.
+        If there are too few runs, or nothing in them excites the machine.
     """
     if len(runs) < FEWEST_RUNS:
         raise BadInput(
@@ -206,13 +206,13 @@ def answer(
     *,
     progress: Progress = quiet,
 ) -> tuple[Judged, list[DataFault]]:
-    """Find what is missing in a machine's model, and hold it against runs never used.
+    """Find what is missing in a machine's model, and judge it on unseen runs.
 
     Parameters
     ----------
     machine : Machine
     runs, unseen : sequence of Run
-        Without what is broken by the data alone.
+        Without readings that the data alone show to be broken.
     search, progress
         As in `find_gap`.
 
@@ -220,7 +220,7 @@ def answer(
     -------
     judged : Judged
     faults : list of DataFault
-        Thermometers that stand still while the calibrated machine moves; left out.
+        Thermometers that stand still while the calibrated model moves; left out.
     """
     result = find_gap(machine, runs, search, progress=progress)
     progress("judging by what was kept back")
@@ -239,7 +239,7 @@ def answer(
 
 
 def _need_excitation(machine: Machine, runs: Sequence[Run]) -> None:
-    """Refuse runs in which nothing but the surroundings changes."""
+    """Refuse runs in which only the surroundings change."""
     for entry in machine.inputs:
         if entry.is_boundary:
             continue

@@ -1,4 +1,4 @@
-"""The gap finder's answer in five lines for a person."""
+"""The gap finder's answer in five readable lines."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ KINDS = {
     "spikes": "jumping",
     "jump": "another recording appended",
 }
-"""Kinds of data faults in words, where the kind itself is none."""
+"""Kinds of data faults in words, if the kind is not a plain word itself."""
 
 
 def five_lines(table: dict[str, Any]) -> list[str]:
-    """Return what a machine engineer wants to know, in five lines.
+    """Return the answer for a machine engineer, in five lines.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def five_lines(table: dict[str, Any]) -> list[str]:
 
 
 def _what(table: Mapping[str, Any]) -> str:
-    """Return what is missing, and where that is in doubt what it may be instead."""
+    """Return what is missing; if that is in doubt, also what it may be instead."""
     look = f" Check: {table['look_at'][0]}." if table["look_at"] else ""
     left = _left(table)
     if table["effects"]:
@@ -140,7 +140,7 @@ def _worse(table: Mapping[str, Any]) -> str:
 
 
 def _place_in_words(entry: Mapping[str, Any]) -> str:
-    """Return where the description was changed, if it was."""
+    """Return where the description was changed; empty if it was not."""
     if "place" not in entry:
         return ""
     at = f" at {entry['starts_at']}" if "starts_at" in entry else ""
@@ -151,7 +151,7 @@ def _place_in_words(entry: Mapping[str, Any]) -> str:
 
 
 def _left(table: Mapping[str, Any]) -> str:
-    """Return in words where something can still be explained, and what predicts it."""
+    """Return in words where the remaining error can be predicted, and from what."""
     remaining = table["remaining"]
     if not remaining["where"] or remaining["share"] < 0.1:
         return "no input explains any of the remaining error in the same way in every run"
@@ -167,7 +167,7 @@ def _source(source: Mapping[str, Any]) -> str:
 
 
 def _left_out(faults: Sequence[Mapping[str, Any]]) -> str:
-    """Return in words what was left out as broken, each channel once."""
+    """Return in words what was left out as broken, each channel and kind once."""
     runs: dict[tuple[str, str], list[str]] = {}
     for fault in faults:
         names = runs.setdefault((fault["channel"], fault["kind"]), [])

@@ -1,4 +1,4 @@
-"""Forward, backward and with swaps over the one list, until nothing lowers the score."""
+"""Search over the one list: forward, backward and by swaps, until nothing lowers the score."""
 
 from __future__ import annotations
 
@@ -22,27 +22,27 @@ from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, ParameterError
 
 MARGIN = 6.0
-"""Score that tells two hypotheses apart, odds of one in twenty: an addition is named if it lowers
-the score by more, and what comes within it cannot be excluded. Set on the lathe's questions of the
-ninth and eleventh split: in 44 searches what is not there lowers the score by nothing, what is by
-8, 10, 14, 14, 15, 20 and more, save imitators of a law that is on no list. That it holds for the
-runs calibrated on, too, was set on those of the thirteenth and the fourteenth's jig borer 0000,
-where a law that is not there wins 7.7 by runs left out and 0.3 by these."""
+"""Difference in score that tells two hypotheses apart, odds of one in twenty: an addition is named
+if it lowers the score by more; rivals within it cannot be excluded. Set on the lathe's questions of
+the ninth and eleventh split: in 44 searches absent effects lower the score by nothing, present ones
+by 8, 10, 14, 14, 15, 20 and more, except imitators of a law that is on no list. Its use for the
+calibration runs was set on those of the thirteenth and the fourteenth's jig borer 0000, where an
+absent law gains 7.7 on left-out runs and 0.3 on these."""
 
 LAW = 0.05
-"""Share of the squares that were missing at first that a right law may still leave [1]: no machine
-obeys a law of the catalogue better, and what is left of a strong effect is like others. Set on the
-development split (lathe 0003 and 0016)."""
+"""Share of the initial squared error that the right law may still leave [1]: no machine obeys a law
+of the catalogue better, and the remaining error of a strong effect resembles other effects. Set on
+the development split (lathe 0003 and 0016)."""
 
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """Something that may be missing, or nothing.
+    """A set of additions that may be missing, possibly empty.
 
     Attributes
     ----------
     additions : tuple of Addition
-        In the order in which they are put in, with the numbers of the fit.
+        In the order in which they are put in, with the fitted numbers.
     prior : tuple of float
         -2 log of each addition's prior probability, without its size.
     fit : Fit
@@ -54,65 +54,65 @@ class Hypothesis:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """What is added."""
+        """Keys of the additions."""
         return tuple(addition.key for addition in self.additions)
 
     @property
     def prior_cost(self) -> float:
-        """-2 log of the prior, sizes included, "nothing" being 0."""
+        """-2 log of the prior including sizes; 0 for "nothing"."""
         return sum(self.prior) + sum(addition.size_cost() for addition in self.additions)
 
     def score(self, units: FloatArray) -> float:
-        """Return the score; *units* are what the best hypothesis leaves of each channel per run.
+        """Return the score; *units* are the best hypothesis' squared errors per channel and run.
 
-        A channel that no hypothesis follows says little of any of them. A model that follows the
-        runs only with unlikely numbers, or unlikely errors of thermometers, pays for these as for
-        what it leaves: what they have absorbed is missing all the same.
+        A channel that no hypothesis follows says little about any of them. Unlikely parameters or
+        thermometer errors cost as much as residuals, because what they absorb is missing all the
+        same.
         """
         left = float(np.sum(self.fit.left / units)) + self.fit.moved_cost / unit_of(units)
         return left + self.prior_cost
 
     @property
     def cost_in_fit(self) -> float:
-        """What is left of the runs that it is calibrated on, with the prior."""
+        """Cost on the calibration runs, including the prior."""
         return self.fit.calibration.cost + self.prior_cost
 
     def fits_better(self, other: Hypothesis) -> bool:
-        """Whether the runs that it is calibrated on exclude another, to the tolerance."""
+        """Whether the calibration runs exclude another hypothesis, by the margin."""
         return self.cost_in_fit + MARGIN < other.cost_in_fit
 
 
 def units_of(nothing: Hypothesis, hypotheses: Iterable[Hypothesis]) -> FloatArray:
-    """Return what the best of some hypotheses leaves of each channel per run, shape (C,).
+    """Return the least squared error per channel and run of some hypotheses, shape (C,).
 
-    In squared tolerances; never less than the tolerance, nor than laws are known to where they act.
+    In squared tolerances; never less than one, nor than the accuracy of laws where they act.
     """
     least = np.min([hypothesis.fit.left.mean(axis=0) for hypothesis in hypotheses], axis=0)
     return np.asarray(np.maximum(least_units(nothing), least))
 
 
 def least_units(nothing: Hypothesis) -> FloatArray:
-    """Return the least that `units_of` comes to, whatever is tried, shape (C,)."""
+    """Return the lower limit of `units_of`, shape (C,)."""
     return np.asarray(np.maximum(1.0, LAW * nothing.fit.left.mean(axis=0)))
 
 
 def unit_of(units: FloatArray) -> float:
-    """Return the one unit that weighs all channels together as theirs do [tolerances squared]."""
+    """Return the single unit equivalent to those of all channels [tolerances squared]."""
     return float(1.0 / np.mean(1.0 / units))
 
 
 @dataclass(frozen=True)
 class Step:
-    """One step forward.
+    """One forward step.
 
     Attributes
     ----------
     baseline : Hypothesis
-        What it began with.
+        Starting point of the step.
     tried : tuple of Hypothesis
         Fully scored, each with one more addition, the best first.
     units : array, shape (C,)
-        What the best of all leaves of each channel per run [tolerances squared].
+        Least squared error per channel and run of all of them [tolerances squared].
     """
 
     baseline: Hypothesis
@@ -128,19 +128,19 @@ class Step:
 
     @property
     def is_taken(self) -> bool:
-        """Whether the best lowers the score by so much that "nothing" is excluded."""
+        """Whether the best lowers the score enough to exclude adding nothing."""
         return self.fall > MARGIN
 
 
 @dataclass(frozen=True)
 class SearchResult:
-    """Where the search ended.
+    """Result of the search.
 
     Attributes
     ----------
     nothing, best : Hypothesis
     rivals : tuple of tuple of Hypothesis
-        For every addition of the best: hypotheses with something else in its place that the runs
+        For every addition of the best, hypotheses with something else in its place that the runs
         do not exclude, the best first.
     steps : tuple of Step
     """
@@ -175,18 +175,18 @@ class Searching:
             tried[best.keys[-1]] = step.tried
             best, rivals = self._settled(best, tried, sensitivities)
             if len(best.additions) >= self._search.most or frozenset(best.keys) in settled:
-                break  # All that may be named, or the same again: units change with what is tried.
+                break  # Limit reached, or the same set again: units change with what is tried.
             settled.add(frozenset(best.keys))
             self._progress(f"calibrating with {best.keys[-1]}")
             parts = before.fit.machine.node_index
             best, sensitivities = recalibrated(best, self._pool)
-            # What else acts changes little in what an addition does; the proposed are simulated.
+            # Responses depend little on what else acts; proposed additions are simulated anyway.
             if best.fit.machine.node_index != parts:
                 listed = None
         return SearchResult(self.nothing, best, rivals, tuple(steps))
 
     def _listed(self, best: Hypothesis, sensitivities: Sequence[RunSensitivities]) -> Listed:
-        """Return all that may be added to the best so far."""
+        """Return everything that may be added to the best so far."""
         self._progress("listing what may be missing")
         search = self._search
         return all_additions(self._pool, best.fit, sensitivities, search.without, search.described)
@@ -215,9 +215,9 @@ class Searching:
         return Step(best, tuple(tried), units)
 
     def _cost_limit(self, best: Hypothesis, tried: Sequence[Hypothesis]) -> float:
-        """Return the cost that a calibration must soon be below for the rest to be worth its time.
+        """Return the cost that a calibration must soon fall below to be worth continuing.
 
-        Soon as good as half of what the best so far wins, or of what is asked for.
+        It must soon gain half as much as the best so far, or half of what is required.
         """
         costs = [hypothesis.fit.calibration.cost for hypothesis in (best, *tried)]
         unit = unit_of(units_of(self.nothing, [best, *tried]))
@@ -247,9 +247,9 @@ class Searching:
         tried: dict[str, tuple[Hypothesis, ...]],
         sensitivities: Sequence[RunSensitivities],
     ) -> tuple[Hypothesis, tuple[tuple[Hypothesis, ...], ...]]:
-        """Go backward and swap until nothing lowers the score; return the rivals, too.
+        """Remove and swap additions until nothing lowers the score; also return the rivals.
 
-        *tried* holds what was scored in the step that each addition came from.
+        *tried* holds what was scored in the step that introduced each addition.
         """
         seen = {frozenset(best.keys)}
         while True:
@@ -265,7 +265,7 @@ class Searching:
                 without, *swapped = [job.result() for job in jobs]
                 fewer += [without] if without else []
                 rivals.append([rival for rival in swapped if rival])
-            # The last one's rivals were scored beside all others, unless these have changed since.
+            # The last one's rivals were scored with all others, unless these have changed since.
             rest = set(best.keys[:last])
             of_last = [rival for rival in tried[best.keys[last]] if len(rival.keys) == last + 1]
             rivals.append([rival for rival in of_last if rest <= set(rival.keys) != set(best.keys)])
@@ -273,13 +273,13 @@ class Searching:
             units = units_of(self.nothing, [best, *others])
             simpler = min(fewer, key=lambda hypothesis: hypothesis.score(units), default=None)
             if simpler is not None and simpler.score(units) < best.score(units) + MARGIN:
-                # Beside what came later, it is not needed any more.
+                # With the later additions, it is no longer needed.
                 best = simpler
                 continue
             fresh = [hypothesis for hypothesis in others if frozenset(hypothesis.keys) not in seen]
             better = min(fresh, key=lambda hypothesis: hypothesis.score(units), default=best)
             if last and better.score(units) < best.score(units) - 1e-6:
-                # What stood in the place of one addition stands in that of the other.
+                # The rivals of one addition are also the rivals of the other.
                 (before,) = set(best.keys) - set(better.keys)
                 (after,) = set(better.keys) - set(best.keys)
                 tried.setdefault(after, tried[before])
@@ -299,7 +299,7 @@ class Searching:
         rival: Hypothesis | None,
         sensitivities: Sequence[RunSensitivities],
     ) -> Future[Hypothesis | None]:
-        """Return the best with a rival in the place of one of its additions, or with nothing."""
+        """Return the best with one of its additions replaced by a rival, or removed."""
         additions, prior = [*best.additions], [*best.prior]
         additions[place : place + 1] = [] if rival is None else [rival.additions[-1]]
         prior[place : place + 1] = [] if rival is None else [rival.prior[-1]]
@@ -317,9 +317,9 @@ def added_to(
 ) -> Hypothesis | None:
     """Return a hypothesis with one more addition, fully scored.
 
-    None if it cannot be simulated, does not fit the runs better by the margin and what its prior
-    costs, or is so small that any machine has it. What predicts runs left out better and fits no
-    better has changed how calibration errs, and explains nothing.
+    None if it cannot be simulated, does not improve the fit by its prior cost and the margin, or is
+    so small that any machine has it. An addition that predicts left-out runs better without fitting
+    better has only changed the errors of calibration, and explains nothing.
 
     Parameters
     ----------
@@ -331,15 +331,15 @@ def added_to(
     sensitivities : sequence of RunSensitivities
         About the best.
     leader : Hypothesis, optional
-        The same law on another driver, or a change of its kind elsewhere, calibrated: everything
-        else must have moved with it before another one does any good.
+        Calibrated with the same law on another driver, or the same kind of change elsewhere: the
+        other parameters must move with it before this one can help.
     cost_limit : float
-        Cost that its calibration must be below soon for the rest of it to be worth its time.
+        Cost that its calibration must soon fall below to be worth continuing.
     """
     observed = [addition.marked(i, run) for i, run in enumerate(best.fit.observed)]
     points = [addition.put_into(best.fit.machine)]
     if is_far_from_linear(addition):
-        # The size that a linear screening finds may be far too small.
+        # The size found by linear screening may be far too small.
         points.append(addition.base(best.fit.machine))
     if leader is not None:
         points.append(_in_place_of(leader, best, addition))
@@ -358,7 +358,7 @@ def added_to(
 
 
 def _in_place_of(leader: Hypothesis, best: Hypothesis, addition: Addition) -> Machine:
-    """Return the machine with another driver or place, all else as calibrated with the leader."""
+    """Return the machine with another driver or place, the rest as calibrated with the leader."""
     if isinstance(addition, AddedEffect):
         table = leader.fit.machine.effects[leader.keys[-1]]
         values = {name: parameter.value for name, parameter in table.items()}
@@ -367,7 +367,7 @@ def _in_place_of(leader: Hypothesis, best: Hypothesis, addition: Addition) -> Ma
 
 
 def _moved_as(machine: Machine, calibrated: Machine) -> Machine:
-    """Return a machine with what calibration moved in another one, where it has that."""
+    """Return a machine with the calibrated values of another one, for parameters of both."""
     shared = {
         name: value.value
         for name, value in calibrated.parameters.items()
@@ -379,7 +379,7 @@ def _moved_as(machine: Machine, calibrated: Machine) -> Machine:
 def recalibrated(
     hypothesis: Hypothesis, pool: Executor
 ) -> tuple[Hypothesis, list[RunSensitivities]]:
-    """Return a hypothesis calibrated and scored with what answers about itself, and this."""
+    """Return a hypothesis recalibrated and scored with derivatives about itself, and these."""
     base, near, observed = hypothesis.fit.base, hypothesis.fit.machine, hypothesis.fit.observed
     sensitivities = all_sensitivities(near, observed, pool)
     calibrated = fit(base, observed, [near], sensitivities)
@@ -395,7 +395,7 @@ def _hypothesis_of(
     sensitivities: Sequence[RunSensitivities],
     near: Machine,
 ) -> Hypothesis | None:
-    """Return the hypothesis with some additions, the rest begun as a machine near it has it."""
+    """Return the hypothesis with some additions, its calibration started from a similar machine."""
     base = nothing.fit.base
     try:
         machine = _moved_as(base, near)
@@ -407,19 +407,19 @@ def _hypothesis_of(
         assert calibrated is not None
         additions = _read(additions, calibrated.machine)
     except (IntegrationError, ParameterError, KeyError):
-        return None  # A path may lead to what an addition that is gone had brought.
+        return None  # A path may lead to a part that a removed addition had brought.
     return Hypothesis(additions, prior, calibrated)
 
 
 def _read(additions: Iterable[Addition], machine: Machine) -> tuple[Addition, ...]:
-    """Return additions with the numbers that a machine has."""
+    """Return additions with the numbers of a machine."""
     return tuple(addition.read(machine) for addition in additions)
 
 
 def _other_drivers(
     leader: Hypothesis, tried: Sequence[Hypothesis], listed: Listed
 ) -> list[Addition]:
-    """Return the law that does best on each driver that was not scored: the score must tell."""
+    """Return the leader's law on each driver not scored yet: only the score tells them apart."""
     effect = effect_of(leader.keys[-1])
     if effect is None or effect.on_channel or effect.switched:
         return []

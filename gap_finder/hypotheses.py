@@ -1,8 +1,8 @@
 """The one list of what may be missing: every effect and every change of the description.
 
-A kind is a law of the catalogue or a kind of change; it has as many candidates as there are
-drivers, channels or places for it. "Nothing" has half of the prior probability, the kinds share the
-rest evenly, and so do the candidates of a kind. A second addition pays its own share again.
+A kind is a law of the catalogue or a kind of change; it has one candidate for each driver, channel
+or place. "Nothing" has half of the prior probability; the kinds share the rest evenly, and so do
+the candidates of a kind. Every further addition again costs its own share.
 """
 
 from __future__ import annotations
@@ -35,37 +35,37 @@ from plant_model.parameters import FloatArray
 
 
 class Addition(Protocol):
-    """What a hypothesis adds to the machine, with the numbers that it is tried at."""
+    """Something that a hypothesis adds to the machine, with the numbers at which it is tried."""
 
     @property
     def key(self) -> str:
-        """What it is called; its kind before the colon."""
+        """Its name; the kind comes before the colon."""
 
     @property
     def answers(self) -> tuple[FloatArray, ...]:
-        """What it changes in every run, weighted, each (N,)."""
+        """Weighted response of every run, each (N,)."""
 
     def put_into(self, machine: Machine) -> Machine:
         """Return the machine with it, its numbers as tried."""
 
     def base(self, machine: Machine) -> Machine:
-        """Return the machine with it, its numbers at the prior's centre."""
+        """Return the machine with it, its numbers at the centre of the prior."""
 
     def marked(self, position: int, observed: Observations) -> Observations:
-        """Return a run's observations with what this says of that run alone."""
+        """Return a run's observations with what is specific to this run."""
 
     def scaled(self, scale: float) -> Addition:
-        """Return it with an answer so many times as large."""
+        """Return it with its response multiplied by *scale*."""
 
     def read(self, machine: Machine) -> Addition:
-        """Return it with the numbers that a machine has."""
+        """Return it with the numbers of a machine."""
 
     def size_cost(self) -> float:
-        """Return -2 log of how usual its numbers are, against the most usual."""
+        """Return -2 log of the density of its numbers relative to the most usual ones."""
 
 
 def heavy_tail(value: float, low: float, high: float, *, log: bool) -> float:
-    """Return -2 log of a Cauchy density against its middle.
+    """Return -2 log of a Cauchy density relative to its maximum.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def heavy_tail(value: float, low: float, high: float, *, log: bool) -> float:
         The usual range is one scale parameter to either side: its ends cost 1.4, five times
         as far 6.5, and nothing is impossible.
     log : bool
-        Whether it is the logarithm that is distributed so.
+        Whether the logarithm has this distribution.
     """
     if log:
         value, low, high = (float(np.log(max(x, 1e-12))) for x in (value, low, high))
@@ -89,12 +89,12 @@ class AddedEffect:
 
     @property
     def key(self) -> str:
-        """Name, and driver or channel behind a colon."""
+        """Name, and driver or channel after a colon."""
         return self.candidate.key
 
     @property
     def answers(self) -> tuple[FloatArray, ...]:
-        """What it changes in every run."""
+        """Response of every run."""
         return self.candidate.answers
 
     def put_into(self, machine: Machine) -> Machine:
@@ -106,16 +106,16 @@ class AddedEffect:
         return with_effect(machine, self.key, given_values(self.key, self.candidate.values))
 
     def marked(self, position: int, observed: Observations) -> Observations:
-        """Return a run's observations with what the effect has of its own there."""
+        """Return a run's observations with what is specific to the effect in this run."""
         return self.candidate.marked(position, observed)
 
     def scaled(self, scale: float) -> AddedEffect:
-        """Return it so many times as large."""
+        """Return it with its response multiplied by *scale*."""
         values = self.candidate.scaled(scale)
         return AddedEffect(replace(self.candidate, values=values))
 
     def read(self, machine: Machine) -> AddedEffect:
-        """Return it as a machine has it."""
+        """Return it with the numbers of a machine."""
         values = {name: p.value for name, p in machine.effects[self.key].items()}
         return AddedEffect(replace(self.candidate, values=values))
 
@@ -126,7 +126,7 @@ class AddedEffect:
         return abs(self.candidate.values[effect.amplitude] - effect.off) < effect.least
 
     def size_cost(self) -> float:
-        """Return what its amplitude and the numbers of its law cost beyond their usual ranges."""
+        """Return the cost of an unusual amplitude and unusual numbers of its law."""
         effect = catalogue()[name_of(self.key)]
         total = 0.0
         for name in (effect.amplitude, *effect.law):
@@ -147,7 +147,7 @@ class AddedChange:
 
     @property
     def key(self) -> str:
-        """Kind, and place behind a colon."""
+        """Kind, and place after a colon."""
         return self.change.key
 
     def put_into(self, machine: Machine) -> Machine:
@@ -159,19 +159,19 @@ class AddedChange:
         return self.change.put_into(machine, {**self.numbers, **self.change.centre()})
 
     def marked(self, position: int, observed: Observations) -> Observations:
-        """Return the observations as they are."""
+        """Return the observations unchanged."""
         return observed
 
     def scaled(self, scale: float) -> AddedChange:
-        """Return it so many times as large."""
+        """Return it with its response multiplied by *scale*."""
         return replace(self, numbers=self.change.scaled(self.numbers, scale))
 
     def read(self, machine: Machine) -> AddedChange:
-        """Return it as a machine has it."""
+        """Return it with the numbers of a machine."""
         return replace(self, numbers=self.change.read(machine))
 
     def size_cost(self) -> float:
-        """Return what its size costs beyond what is usual of its kind."""
+        """Return the cost of a size that is unusual for its kind."""
         low, high = self.change.usual(self.change.amplitude)
         value = self.numbers[self.change.amplitude]
         return heavy_tail(value, low, high, log=True) if low < high else 0.0
@@ -179,7 +179,7 @@ class AddedChange:
 
 @dataclass(frozen=True)
 class Listed:
-    """All additions that are tried to a machine, and what each costs by its prior.
+    """All additions that are tried on a machine, and the prior cost of each.
 
     Attributes
     ----------
@@ -193,14 +193,14 @@ class Listed:
     costs: dict[str, float]
 
     def without(self, keys: Collection[str]) -> Listed:
-        """Return the same without what is added already, and without its law on other drivers."""
+        """Return the list without what is already added, and without its law on other drivers."""
         taken = set(laws_of(keys))
         rest = [addition for addition in self.tried if law_of(addition.key) not in taken]
         return Listed(rest, prior_costs({addition.key for addition in rest}))
 
 
 def prior_costs(keys: Collection[str]) -> dict[str, float]:
-    """Return -2 log of the prior probability of every candidate, "nothing" being 0.
+    """Return -2 log of the prior probability of every candidate; "nothing" has 0.
 
     Parameters
     ----------
@@ -218,7 +218,7 @@ def all_additions(
     without: Sequence[str] = (),
     described: bool = True,
 ) -> Listed:
-    """Return all that may be added to a calibrated machine, and what it would change.
+    """Return everything that may be added to a calibrated machine, with its response.
 
     Parameters
     ----------
@@ -227,9 +227,9 @@ def all_additions(
     sensitivities : sequence of RunSensitivities
         About its machine.
     without : sequence of str
-        Effects that are not to be considered.
+        Effects to ignore.
     described : bool
-        Whether the description may be changed, too.
+        Whether the description may also be changed.
     """
     machine, observed = about.machine, about.observed
     effects = [effect.name for effect in missing_effects(machine, without)]
@@ -258,7 +258,7 @@ def _squares(answers: Sequence[FloatArray]) -> float:
 
 
 def _is_sound(machine: Machine, change: Change) -> bool:
-    """Whether effects in force keep their drivers: a part in two may no longer touch another."""
+    """Whether effects in force keep their drivers: a split part may no longer touch another."""
     driven = any(":" in key for key in machine.effects)
     return not driven or has_its_drivers(change.put_into(machine, change.points()[0]))
 

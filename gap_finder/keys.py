@@ -1,4 +1,4 @@
-"""What keys of effects stand for: a name, and a sensor or a driver behind a colon."""
+"""Keys of effects: a name, and a sensor or a driver after a colon."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ def effect_of(key: str) -> type[Effect] | None:
 
 
 def law_of(key: str) -> str:
-    """Return a key without its driver: what the same law is called, whatever drives it."""
+    """Return a key without its driver: the same for a law whatever drives it."""
     effect = effect_of(key)
     return key if effect is None or effect.on_channel else effect.name
 
 
 def laws_of(keys: Iterable[str]) -> tuple[str, ...]:
-    """Return the laws that keys stand for, each once, in their order."""
+    """Return the laws of some keys, each once, in their order."""
     return tuple(dict.fromkeys(law_of(key) for key in keys))
 
 
 def driver_of(machine: Machine, key: str) -> tuple[str, str]:
-    """Return a key's driver and the words for it; both empty where the law has but one.
+    """Return a key's driver and its description; both empty if the law has no choice of drivers.
 
     Parameters
     ----------
     machine : Machine
     key : str
-        As a machine file has it: name, or name, colon and channel or driver.
+        As in a machine file: name, or name, colon and channel or driver.
 
     Returns
     -------
@@ -47,13 +47,13 @@ def driver_of(machine: Machine, key: str) -> tuple[str, str]:
 
 
 def driver_keys(machine: Machine, effect: type[Effect]) -> list[str]:
-    """Return an effect's keys, one for each driver that it has on a machine, the usual first."""
+    """Return an effect's keys, one for each driver available on a machine, the usual first."""
     others = list(effect.drivers(machine))[1:]
     return [effect.name, *(effect_key(effect.name, driver) for driver in others)]
 
 
 def has_its_drivers(machine: Machine) -> bool:
-    """Tell whether every effect in force is driven by something that may drive it there."""
+    """Whether every effect in force has a driver that exists on the machine."""
     for key in machine.effects:
         effect, driver = effect_of(key), key.partition(":")[2]
         if effect is None or effect.on_channel or not driver:
@@ -64,7 +64,7 @@ def has_its_drivers(machine: Machine) -> bool:
 
 
 def is_switched(machine: Machine, key: str) -> bool:
-    """Tell whether a part switches the effect that a key names."""
+    """Whether a part switches the effect that a key names."""
     effect = effect_of(key)
     if effect is None or not effect.switched:
         return False
@@ -72,7 +72,7 @@ def is_switched(machine: Machine, key: str) -> bool:
 
 
 def unused_with(machine: Machine, key: str) -> tuple[str, ...]:
-    """Return the parameters that nobody fits with a key's driver: idle ones, and given ones."""
+    """Return the parameters that are not fitted with a key's driver: idle and given ones."""
     effect = effect_of(key)
     if effect is None:
         return ()
@@ -80,7 +80,7 @@ def unused_with(machine: Machine, key: str) -> tuple[str, ...]:
 
 
 def key_of(name: str, place: Sequence[str]) -> str:
-    """Return what a change of the description is called among what is tried.
+    """Return the key of a change of the description.
 
     Parameters
     ----------
@@ -93,11 +93,11 @@ def key_of(name: str, place: Sequence[str]) -> str:
 
 
 def place_of(key: str) -> list[str]:
-    """Return the place that the key of a change names.
+    """Return the place in the key of a change.
 
     Parameters
     ----------
     key : str
-        As `key_of` gives it.
+        As `key_of` returns it.
     """
     return key.partition(":")[2].split("+")

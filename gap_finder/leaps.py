@@ -1,11 +1,10 @@
-"""What leaps by itself: the instants at which the nose was seen to jump in a run.
+"""Leaps of the spindle nose: the instants at which it jumped in a run.
 
-A bearing that slips does so when a force is reached, and a model that is a little wrong of it slips
-at other instants; then it explains nothing, however right its law is. The leaps themselves are
-plain in the data.
+A bearing slips when a certain force is reached. A slightly wrong model slips at other instants and
+then explains nothing, even if its law is right. The leaps themselves are obvious in the data.
 
-They are looked for in residuals binned by the minute, where a slip is one change or two that come
-again and again. Lines through rows before and after, as `probe_steps` lays them, miss most of them.
+They are detected in binned residuals, in which a slip is one change or two, repeated in the run.
+Fitting lines to the rows before and after, as in `probe_steps`, misses most of them.
 """
 
 from __future__ import annotations
@@ -39,12 +38,12 @@ class Leaps:
     sign: FloatArray
 
     def marked(self, observed: Observations, key: str) -> Observations:
-        """Return observations whose inputs tell an effect what was seen."""
+        """Return observations whose inputs contain these leaps for an effect."""
         return observed.with_series(leaps_of(key), self._at_ends)
 
     def _at_ends(self, drive: Drive) -> FloatArray:
         seen = np.zeros(len(drive.grid) - 1)
-        # The step that ends at the observation, or at the first instant of the grid after it.
+        # The step that ends at the observation, or at the first grid instant after it.
         ends = np.searchsorted(drive.grid[1:], self.time_s - 1e-6)
         inside = ends < len(seen)
         seen[ends[inside]] = self.sign[inside]
@@ -59,11 +58,11 @@ def leaps_in(machine: Machine, observed: Observations, base: FloatArray) -> Leap
     machine : Machine
     observed : Observations
     base : array, shape (K, C)
-        What the machine as it is modelled shows. It takes out what is known to be quick.
+        Channels as modelled; subtracted, so that known quick changes do not count as leaps.
     """
     by_channel = moved_by_elongation(machine)
     shown = np.array([by_channel.get(name, 0.0) for name in observed.channels])
-    # Least squares of all channels that elongation moves, as far as each is there.
+    # Least squares over all channels that elongation moves, as far as each was measured.
     pull = observed.weights**2 * shown
     strength = np.sum(pull * shown, axis=1)
     residual = np.sum(pull * (np.nan_to_num(observed.values) - base), axis=1)
