@@ -1,7 +1,7 @@
-"""The log of frames, written by a separate thread, so that it never stops the gateway.
+"""The log of frames, written by a separate thread so that it never stops the gateway.
 
-If the disk is full or the file cannot be written, frames are left out and counted, and writing is
-tried again. The log is flushed about once a second, so a killed program loses no more than that.
+If the disk is full or the file cannot be written, frames are dropped and counted, and writing is
+tried again later. The log is flushed about once a second, so a killed program loses at most that.
 """
 
 from __future__ import annotations
@@ -25,29 +25,29 @@ SYNC_S, RETRY_S = 1.0, 5.0
 """How often the log is flushed, and how soon writing is tried again after a failure [s]: set on no
 data."""
 LARGEST_MB = 100.0
-"""A log of this size is put away and a new one begun [MB]: set on no data."""
+"""Size at which a log is rotated [MB]: set on no data."""
 CHANNELS = 254
-"""Of a log that numbers its buses in a byte: given by the formats."""
+"""Highest channel in a log that numbers its buses in one byte: given by the formats."""
 KEPT_LOGS = 9
-"""Older logs that are kept beside the newest, of which FILE.1 is the newest: set on no data."""
+"""Number of older logs kept, of which FILE.1 is the newest: set on no data."""
 
 
 class FrameLog:
-    """Writes frames to a file from a thread of its own.
+    """Writes frames to a file from a separate thread.
 
     Parameters
     ----------
     path : Path
-        The log; its ending says the form. What is there already is kept.
+        The log; its ending gives the format. An existing log is kept.
     say : callable, optional
         Takes a line for people.
     largest_mb : float, optional
-        A larger log is turned over [MB].
+        A larger log is rotated [MB].
 
     Raises
     ------
     BadInput
-        For an ending that names no form.
+        If the ending names no format.
     """
 
     def __init__(
@@ -71,16 +71,16 @@ class FrameLog:
     def write(self, message: can.Message) -> None:
         """Take a frame for the thread to write."""
         if self.path.suffix.lower() != ".log" and (channel2int(message.channel) or 0) > CHANNELS:
-            message.channel = 0  # these forms number channels, and not so far
+            message.channel = 0  # these formats number channels only up to CHANNELS
         self._thread.do(lambda: self._write(message))
 
     def reopen(self) -> bool:
-        """Begin a file of the name anew, where the old one was renamed; return that it will."""
+        """Begin a new file, if the old one was renamed; return true, because it will be done."""
         self._reopen = True
         return True
 
     def close(self) -> None:
-        """Write what is left and close the file; a file that hangs is given up."""
+        """Write the remaining frames and close the file; give up on a file that hangs."""
         self._thread.do(self._close)
         done = self._thread.close()
         lost = self._lost + self._thread.dropped
@@ -94,8 +94,8 @@ class FrameLog:
             self._lost += 1
             return
         if self.path.suffix.lower() == ".asc":
-            # Received frames carry the kernel's time and may be older than the first one sent;
-            # the writer does not take its start off what is older than that.
+            # Received frames carry the kernel's time and may be older than the first one sent; the
+            # writer subtracts its start only from later times.
             message.timestamp = max(message.timestamp, self._writer.started)
         try:
             self._writer.on_message_received(message)
@@ -135,7 +135,7 @@ class FrameLog:
         if there and self.path.is_file():
             _trim(self.path)
         if there and self.path.suffix.lower() == ".asc":
-            # The writer cannot append to this form.
+            # The writer cannot append to this format.
             self._turn_over()
             there = False
         more = {} if self.path.suffix.lower() == ".asc" else {"append": there}
@@ -151,12 +151,12 @@ class FrameLog:
         except (OSError, ValueError):
             self._retry_at = now + RETRY_S
             return False
-        self._synced_at = float("-inf")  # what can be opened on a full disk cannot be flushed
+        self._synced_at = float("-inf")  # flush at once: a full disk may still open a file
         return True
 
     def _sync(self) -> None:
         if self.path.suffix.lower() == ".blf":
-            # Its header must tell what is in the file, or a reader takes it for empty.
+            # Without an updated header a reader takes the file for empty.
             self._writer.stop()
             self._writer = can.Logger(str(self.path), append=True)
         else:
@@ -200,7 +200,7 @@ class FrameLog:
 
 
 def _trim(path: Path) -> None:
-    """Cut off the half frame at the end that a killed program may have left."""
+    """Cut off an incomplete frame at the end, which a killed program may have left."""
     with path.open("rb+") as stream:
         size = stream.seek(0, os.SEEK_END)
         whole = size

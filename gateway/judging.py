@@ -1,7 +1,7 @@
-"""Whether a cycle can be used: is it proven fresh, what does its machine do, do the clocks agree.
+"""Whether a cycle can be used: is it proven fresh, is the machine running, do the clocks agree?
 
-`reception` checks frames and counts; this module judges a whole cycle. What a machine does not tell
-(a proof, a time, a state) is not asked of it.
+`reception` checks frames and counts; this module judges whole cycles. If a machine does not send a
+proof, a time or a state, that check is left out.
 """
 
 from __future__ import annotations
@@ -24,30 +24,30 @@ class Judge:
     Parameters
     ----------
     database : Database
-        Its frames: what they do not carry is not judged.
+        Its frames; what they do not carry is not judged.
     speed_up : float or None
-        Seconds of the machine in a second of this computer's clock; None: the machine's time has
-        nothing to do with this clock.
+        Seconds of the machine per second of this computer's clock; None: the machine's time is
+        independent of this clock.
     timeout_s : float
         How old a cycle may be, and how late or early by the machine's own time [s].
     challenges : Challenges
-        What a proof must answer.
+        The challenges that a proof may answer.
 
     Attributes
     ----------
     time : CountedTime or None
         How the machine counts its time.
     time_s : float
-        Its time, as the newest cycle carries it [s].
+        The machine's time in the newest cycle [s].
     machine_state : str
-        What the machine says in the newest cycle that it does.
+        The machine's state in the newest cycle.
     proven : bool
-        That cycle is proven to be fresh.
+        Whether the newest cycle is proven to be fresh.
     unseen_s : float
-        Time that the machine's clock has seen go by and this computer's has not, by the latter's
+        Time that has passed by the machine's clock but not by this computer's, at the latter's
         rate [s].
     in_time : bool
-        Both of these clocks have seen as much time go by since the cycle before.
+        Whether both clocks agree on the time since the previous cycle.
     """
 
     def __init__(
@@ -62,7 +62,7 @@ class Judge:
         timed = "machine_time" in signals
         self.time = CountedTime(signals["machine_time"]) if timed else None
         if self.time and speed_up:
-            # A proof bounds how late a cycle is; what is left to judge is the clock's rate.
+            # A proof bounds how late a cycle is; only the clock's rate remains to be judged.
             tolerance_s = timeout_s if self._proof is None else challenges.young_s
             self._timebase = Timebase(self.time.count, self.time.scale, speed_up, tolerance_s)
         self._expected_s: float | None = None
@@ -70,16 +70,16 @@ class Judge:
         self.machine_state, self.proven, self.in_time = NOT_AVAILABLE, False, False
 
     def forget(self) -> None:
-        """Expect no particular time next: cycles were lost."""
+        """Expect no particular time next, because cycles were lost."""
         self._expected_s = None
 
     def judge(self, cycle: Cycle, arrived: float, now: float) -> tuple[bool, Finding | None]:
-        """Return whether a cycle can be used, and what is wrong.
+        """Return whether a cycle can be used, and the problem if there is one.
 
         Parameters
         ----------
         cycle : Cycle
-            What the frames were found to be.
+            The cycle, from `reception`.
         arrived, now : float
             When its last frame arrived, and the present [s].
         """
@@ -91,7 +91,7 @@ class Judge:
             self.time_s = time_s
         if self._timebase:
             self._timebase.tell_nothing()
-        # What may be old says nothing of the machine's clock.
+        # A cycle that may be old says nothing about the machine's clock.
         telling = self.proven or self._proof is None
         wrong = self._time_fault(cycle.heartbeat, arrived) if telling else None
         if self._timebase:
@@ -121,7 +121,7 @@ class Judge:
         return Finding(fault, self._closing, f"{self._closing.name} {text}")
 
     def _time_fault(self, beat: Mapping[str, float], arrived: float) -> Finding | None:
-        """Judge the machine's time: by what was announced, and by this computer's clock."""
+        """Check the machine's time against the announced time and this computer's clock."""
         timebase, state, proven = self._timebase, self.machine_state, self.proven
         if not self.time or not beat:
             return None
@@ -137,11 +137,11 @@ class Judge:
         found = timebase.judge(
             self.time.raw(self.time_s), arrived, jumped=jump is not None, proven=proven
         )
-        # A machine that left cycles out is none the worse if its time fits this clock.
+        # A machine may leave out cycles if its time agrees with this clock.
         return Finding(found[0], self._closing, found[1]) if found else None
 
     def _jump(self, beat: Mapping[str, float], time: CountedTime) -> Finding | None:
-        """Compare the machine's time with what it should be after the cycle before."""
+        """Compare the machine's time with the one that the previous cycle announced."""
         time_s, step_s = beat["machine_time"], beat["machine_step"]
         if isnan(time_s) or isnan(step_s):
             self._expected_s = None
@@ -159,7 +159,7 @@ class Rival:
     Parameters
     ----------
     frames : sequence of Frame
-        What a gateway sends.
+        The frames that a gateway sends.
     """
 
     def __init__(self, frames: Sequence[Frame]) -> None:
@@ -168,11 +168,11 @@ class Rival:
         self._heard_at, self._until = -inf, -inf
 
     def hear(self, message: can.Message, arrived: float) -> bool:
-        """Return whether a message is a gateway's; own ones are not heard, so it is another's."""
+        """Return whether a message is another gateway's; this one's own are never received."""
         frame = self._frames.get(key_of(message))
         if frame is None:
             return False
-        # One such frame may be chance: a random one in 256 fits its CRC.
+        # A single frame may be chance: one random frame in 256 fits its CRC.
         if len(message.data) == frame.size and frame.protection.intact(message.data):
             if arrived - self._heard_at <= self._closing.timeout_s:
                 self._until = arrived + self._closing.timeout_s
@@ -180,7 +180,7 @@ class Rival:
         return True
 
     def finding(self, now: float) -> Finding | None:
-        """Return the fault while another gateway is there."""
+        """Return the fault while another gateway is present."""
         if now >= self._until:
             return None
         return Finding("second_gateway", self._closing, "another gateway sends on this bus")

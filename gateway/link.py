@@ -1,6 +1,7 @@
-"""A connection to a bus, reopened when it is lost, with its log.
+"""A connection to a bus, with its log; it is reopened when it is lost.
 
-No thread and no polling: `receive` waits in the driver until a frame comes or the time is up.
+It uses no thread and no polling: `receive` waits in the driver until a frame comes or the time is
+up.
 """
 
 from __future__ import annotations
@@ -20,16 +21,16 @@ from gateway.timebase import CLOCK_DRIFT
 from measurement.errors import BadInput, one_line
 
 FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 8.0
-"""Back-off: the first wait before the bus is opened again, and the longest [s]; a bus that takes no
-frame for the first is lost. Set on no data."""
+"""Back-off: the first and the longest wait before the bus is opened again [s]; a bus that takes no
+frame during the first is lost. Set on no data."""
 ERR_BUS_OFF = 0x40
-"""The class of error frames that says the controller has left the bus: given by SocketCAN."""
+"""The class of error frames for a controller that has left the bus: given by SocketCAN."""
 WALL_CLOCK = ("socketcan", "udp_multicast", "virtual")
-"""Interfaces that stamp a frame with this computer's time of day when it arrives."""
+"""Interfaces that stamp frames with this computer's time of day on arrival."""
 ECHOING = ("udp_multicast",)
 """Interfaces on which a node hears its own frames."""
 ECHOES = 256
-"""So many own frames may be on their way back: set on no data."""
+"""Number of own frames that may be on their way back: set on no data."""
 Clock = Callable[[], float]
 
 
@@ -41,24 +42,24 @@ class Link:
     interface, channel : str
         As python-can names them: ``socketcan`` and ``vcan0``, ``virtual`` and any name.
     ids : iterable of int
-        Keys of the frames to receive; where the driver can, the kernel drops all others.
+        Keys of the frames to receive; the kernel drops all others, if the driver supports it.
     log : FrameLog, optional
-        Takes every frame sent and received.
+        Takes all frames sent and received.
     say : callable, optional
         Takes a line for people when the bus is lost or back.
     clock : callable, optional
         Monotonic time [s].
     options : dict, optional
-        More settings of the interface, by python-can's names.
+        Further settings of the interface, by python-can's names.
 
     Attributes
     ----------
     lost : str
         Empty while the bus is up; otherwise ``bus_off`` or ``interface_lost``.
     waited_s : float
-        How long the frame that was received last had waited in this computer [s].
+        How long the frame received last had waited in this computer [s].
     junk : int
-        What arrived and was no frame.
+        Number of arrivals that were no frame.
     """
 
     def __init__(
@@ -87,7 +88,7 @@ class Link:
 
     @property
     def name(self) -> str:
-        """What messages call this bus."""
+        """The bus as messages name it."""
         return f"{self.interface} {self.channel}"
 
     # Opening and closing
@@ -132,7 +133,7 @@ class Link:
         self.lost, self._failing_since = "", inf
 
     def close(self) -> None:
-        """Leave the bus and finish the log."""
+        """Leave the bus and close the log."""
         self._drop()
         if self._log is not None:
             self._log.close()
@@ -151,13 +152,13 @@ class Link:
         self._wait(f"{reason.replace('_', ' ')} ({text})")
 
     def _wait(self, what: str) -> None:
-        """Say what is wrong and when the bus is opened again; the wait after that doubles."""
+        """Report the problem and when the bus is reopened; the next wait is twice as long."""
         self._next_try = self._clock() + self._wait_s
         self._say(f"{self.name}: {what}; next try in {self._wait_s:g} s")
         self._wait_s = min(2.0 * self._wait_s, LONGEST_WAIT_S)
 
     def _reopen(self) -> None:
-        """Try once to open a bus that was lost."""
+        """Try once to reopen a lost bus."""
         try:
             self._connect()
         except (can.CanError, OSError, ValueError) as error:
@@ -167,13 +168,13 @@ class Link:
             self._say(f"{self.name}: back")
 
     def trust(self) -> None:
-        """Note that the bus works: the next loss starts with the shortest wait again."""
+        """Note that the bus works, so that the next loss starts with the shortest wait again."""
         self._wait_s = FIRST_WAIT_S
 
     # Frames
 
     def receive(self, timeout_s: float) -> can.Message | None:
-        """Wait for a frame, at most *timeout_s* [s]; None if none came or the bus is lost."""
+        """Return the next frame within *timeout_s* [s]; None if none came or the bus is lost."""
         timeout_s = max(timeout_s, 0.0)
         if self._bus is None:
             pause = self._next_try - self._clock()
@@ -211,7 +212,7 @@ class Link:
             try:
                 self._bus.send(message)
             except (can.CanError, OSError, ValueError) as error:
-                # A full queue may empty itself again.
+                # A full queue may drain again.
                 self._failing_since = min(self._failing_since, self._clock())
                 if self._clock() - self._failing_since >= FIRST_WAIT_S:
                     self._lose("interface_lost", one_line(error))
@@ -225,7 +226,7 @@ class Link:
         return True
 
     def _is_echo(self, message: can.Message) -> bool:
-        """Return whether a frame is one of this node's own; each comes back once."""
+        """Return whether a frame is this node's own; each comes back once."""
         frame = (message.arbitration_id, bytes(message.data))
         if frame not in self._echoes:
             return False
@@ -233,12 +234,12 @@ class Link:
         return True
 
     def _age(self, message: can.Message) -> float:
-        """Return how long ago a frame arrived, by the time that its driver stamped on it [s]."""
+        """Return how long ago a frame arrived, by its driver's timestamp [s]."""
         if not message.timestamp:
             return 0.0
         if self.interface in WALL_CLOCK:
             return max(time.time() - message.timestamp, 0.0)
-        # The clock of an adapter began at any time: the quickest frame so far did not wait.
+        # An adapter's clock has an arbitrary zero: assume that the quickest frame did not wait.
         now = self._clock()
         gap = now - message.timestamp
         self._quickest_s = min(self._quickest_s + CLOCK_DRIFT * (now - self._quickest_at), gap)
@@ -261,7 +262,7 @@ def _filter(key: int) -> can.typechecking.CanFilter:
 
 
 def _is_junk(error: Exception) -> bool:
-    """Return whether the bus is well and only what arrived is not: a datagram that is no frame."""
+    """Return whether a datagram arrived that is no frame, while the bus itself works."""
     cause = error.__cause__
     return isinstance(error, can.CanOperationError) and not (
         error.error_code or cause is None or isinstance(cause, OSError)

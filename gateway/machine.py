@@ -1,4 +1,4 @@
-"""The other end of the bus: a control that reads, sends, receives offsets and moves its axes."""
+"""The other end of the bus: a control that sends readings, receives offsets and moves its axes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from gateway.plant import MachinePlant
 
 STALE_CYCLES = LATEST_STEPS + 1.0
-"""An answer to readings from longer ago than this many cycles is not used: the way back is one."""
+"""An answer to readings older than this many cycles is not used; the way back takes one."""
 
 
 @dataclass(frozen=True)
@@ -42,14 +42,14 @@ class Pace:
     Attributes
     ----------
     lockstep : bool
-        The next cycle begins when the gateway has answered; otherwise when its time has come.
+        The next cycle begins when the gateway has answered; otherwise when it is due.
     wait_s : float
         How long a gateway may take to appear [s]; then the machine begins without one.
     hold_s : float
         How long offsets are held without a gateway, in the machine's time [s].
     timeout_s : float or None
-        After which silence an answer is late, and in lockstep how long one is waited for; None:
-        what the DBC says [s].
+        The silence after which an answer is late, and in lockstep the longest wait for one; None:
+        from the DBC file [s].
     """
 
     lockstep: bool = False
@@ -59,7 +59,7 @@ class Pace:
 
 
 class AnswerReceiver:
-    """Hears the gateway: its newest answer, and which time it answers.
+    """Receives the gateway's newest answer, and the time of the readings that it answers.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ class AnswerReceiver:
     clock : callable
         Monotonic time [s].
     timeout_s : float, optional
-        Silence after which an answer is late; by default what the DBC says [s].
+        Silence after which an answer is late; by default from the DBC file [s].
     """
 
     def __init__(
@@ -83,7 +83,7 @@ class AnswerReceiver:
         if self.timed:
             self._time = CountedTime(database.signal("machine_time"))
             self._answered = CountedTime(closing.signals["answered_time"])
-        # A gateway sends its frames together, if not always protected so.
+        # A gateway sends its frames together, though not always protected as such.
         self.reception = Reception(
             frames,
             together=self.timed,
@@ -103,12 +103,11 @@ class AnswerReceiver:
         Parameters
         ----------
         link : Link
-            Open.
+            The bus, open.
         until : float
-            On the clock that it was given [s].
+            When to stop, by this object's clock [s].
         time_s : float, optional
-            The machine's time that an answer is wanted to [s]; without it, what comes is taken
-            in.
+            The machine's time of the readings [s]; without it, listen until *until*.
 
         Returns
         -------
@@ -117,7 +116,7 @@ class AnswerReceiver:
         """
         wanted_s = time_s if self.timed else None
         while True:
-            # At least one look, so that what waits is taken in even by one who is late.
+            # Receive at least once, so that waiting frames are taken in even if it is late.
             message = link.receive(until - self._clock())
             if message is not None:
                 cycle = self.reception.take(key_of(message), message.data, self._clock())
@@ -134,16 +133,16 @@ class AnswerReceiver:
 
     def _answers(self, cycle: Cycle, time_s: float) -> bool:
         if self.says("gateway_state") == "ready":
-            return False  # that was for a cycle before the machine began
+            return False  # an answer to a cycle before the machine began
         return self._age_s(cycle, time_s) == 0.0
 
     def _age_s(self, cycle: Cycle, time_s: float) -> float:
-        """Return how long before a time the readings were that an answer is to [s]."""
-        sent_s = self._time.carried_s(time_s)  # it wraps where the machine's frame does
+        """Return the age of the readings that an answer belongs to, at a time [s]."""
+        sent_s = self._time.carried_s(time_s)  # wraps like the time in the machine's frame
         return self._answered.since_s(cycle.heartbeat["answered_time"], sent_s)
 
     def taken(self, time_s: float = 0.0, oldest_s: float = inf) -> Cycle | None:
-        """Return the newest answer; None if it was returned before, or is stale.
+        """Return the newest answer; None if it was returned before or is stale.
 
         Parameters
         ----------
@@ -151,7 +150,7 @@ class AnswerReceiver:
             The machine's time [s].
         oldest_s : float
             An answer to readings older than this is stale: frames that waited in a full queue
-            while the bus stood still are intact and in sequence, and yet of no use [s].
+            while the bus was blocked are intact and in sequence, but useless [s].
         """
         fresh, self._fresh = self._fresh, None
         if fresh is None or not self.timed:
@@ -159,18 +158,17 @@ class AnswerReceiver:
         return fresh if self._age_s(fresh, time_s) <= oldest_s else None
 
     def says(self, signal: str) -> str:
-        """Return what the gateway's heartbeat said last, as the DBC names it.
+        """Return a signal's value in the gateway's last heartbeat, as the DBC names it.
 
         Parameters
         ----------
         signal : str
-            Of the heartbeat frame.
+            A signal of the heartbeat frame.
 
         Returns
         -------
         str
-            The value's name; `NOT_AVAILABLE` where nothing was heard or the frames have no such
-            signal.
+            The value's name; `NOT_AVAILABLE` if nothing was received or the frames lack the signal.
         """
         if self.last is None or signal not in self._words:
             return NOT_AVAILABLE
@@ -189,15 +187,15 @@ class MachineNode:
     link : Link
         The bus, open.
     pace : Pace
-        How fast.
+        How fast the machine runs.
     save : callable
-        Called after each cycle; keeps the state now and then.
+        Called after each cycle; saves the state from time to time.
     stopped : callable
-        Says when to end early.
+        Returns whether to end early.
     clock : callable
         Monotonic time [s].
     key : bytes or None
-        What its proofs of freshness are made with.
+        The key for its proofs of freshness.
     """
 
     def __init__(
@@ -226,7 +224,7 @@ class MachineNode:
         self.answered = 0
 
     def run(self, progress: Callable[[], None] = lambda: None) -> None:
-        """Run the scenario to its end, or until told to stop.
+        """Run the scenario to its end, or until stopped.
 
         Parameters
         ----------
@@ -266,11 +264,11 @@ class MachineNode:
 
     @property
     def time_s(self) -> float:
-        """The machine's time: the plant's, and that of cycles which were left out [s]."""
+        """The machine's time: the plant's, plus that of skipped cycles [s]."""
         return self._plant.time_s + self._lost_s
 
     def _left_out(self, late_s: float) -> int:
-        """Return how many cycles are given up, for being late by *late_s* [s].
+        """Return how many cycles to skip when late by *late_s* [s].
 
         A machine's clock does not wait for a busy computer, so its time on the bus goes on.
         """
@@ -279,12 +277,12 @@ class MachineNode:
         return cycles
 
     def _listen(self, sent_at: float, due: float, time_s: float) -> None:
-        """Wait for the answer, or for the time of the next cycle."""
+        """Wait for the answer, or until the next cycle is due."""
         if not self._pace.lockstep:
             self.answers.hear(self._link, due)
             return
-        # A gateway that has answered gets its time; one that is away does not slow down more
-        # than a machine in real time would.
+        # Wait the full timeout for a gateway that has answered; for an absent one only as long as a
+        # cycle takes in real time.
         patience = self.answers.timeout_s
         if self.follower.use not in ("following", "none_yet"):
             patience = self._cycle_s
@@ -297,13 +295,13 @@ class MachineNode:
             self.answers.hear(self._link, self._clock() + self._cycle_s)
             known = self.answers.says("bus_fault") == "machine_not_running"
             if known or (self.answers.last is not None and not self.answers.timed):
-                # It has our counters and is content with the rest. What it has sent so far
-                # belongs to no cycle of ours.
+                # The gateway knows our counters and finds no other fault. Its answers so far belong
+                # to no cycle of ours.
                 self.answers.taken()
                 return
 
     def _probe(self) -> list[can.Message]:
-        """Return the frames of a probe, if one is due or waits to be taken."""
+        """Return the frames of a probe, if one is due or has not been taken yet."""
         heard = self.answers.last.values if self.answers.last else {}
         count = heard.get(TAKEN, nan)
         measured = self._plant.measured([heard.get(name, nan) for name in HALF_WIDTHS])
@@ -324,9 +322,9 @@ class MachineNode:
         self._link.send(self._sender.messages(values, self.answers.challenge))
 
     def _heard(self, fresh: Cycle | None) -> Mapping[str, float]:
-        """Return the flags and codes that go into the table beside the plant's signals."""
+        """Return the flags and codes that the table holds in addition to the plant's signals."""
         values = self.answers.last.values if self.answers.last else {}
         names = ("valid", "status", "status_sensor", "bus_fault")
         found = {name: values.get(name, float("nan")) for name in names}
-        # What was valid once is not while nothing comes.
+        # Without a fresh answer nothing is valid.
         return found if fresh is not None else {**found, "valid": 0.0}

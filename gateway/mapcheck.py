@@ -1,4 +1,4 @@
-"""What is wrong with the frames that a map makes, alone and beside a compensator."""
+"""Checks the frames that a map defines, by themselves and against a compensator."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ NEEDED = {
     MACHINE: ("machine_state", "machine_time", "machine_step", "thermal_state"),
     COMPENSATOR: ("valid", "gateway_state", "status", "bus_fault", "bus_fault_frame"),
 }
-"""The signals that the two programs themselves need, and the node that sends them."""
+"""The signals that the two programs themselves need, by the node that sends them."""
 LAST = {MACHINE: "machine_time", COMPENSATOR: "answered_time"}
-"""What the frame that closes a node's cycle must hold."""
+"""The signal that the frame closing a node's cycle must hold."""
 Problem = tuple[str, str]
-"""A place of the map, or a frame, and what is wrong with it."""
+"""A place in the map, or a frame, and the problem with it."""
 
 
 def check_frames(mapping: Mapping) -> None:
-    """Note what keeps a map's frames from serving any gateway."""
+    """Note every problem that makes a map's frames useless for any gateway."""
     form, database = mapping.form, mapping.database
     if not any(database.has(name) for name in OFFSETS):
         mapping.say("outputs", f"no offset is sent: none of {', '.join(OFFSETS)}")
@@ -40,7 +40,7 @@ def check_frames(mapping: Mapping) -> None:
         if unsaid and "valid" not in form.outputs:
             mapping.say(f"outputs.{name}", "needs when_invalid, because no signal carries valid")
     problems = _of_cycles(mapping) if database.every_s is None else _of_samples(mapping)
-    if database.every_s is not None or not mapping.problems:  # one thing would lead to another
+    if database.every_s is not None or not mapping.problems:  # avoid consequential problems
         for place, problem in problems:
             mapping.say(place, problem)
 
@@ -59,7 +59,7 @@ def _of_samples(mapping: Mapping) -> Iterator[Problem]:
 
 
 def _of_cycles(mapping: Mapping) -> Iterator[Problem]:
-    """Yield why frames cannot make cycles."""
+    """Yield the reasons why the frames do not form cycles."""
     database, lost = mapping.database, False
     for node, names in NEEDED.items():
         sent = {signal.name for _, signal in database.signals(node)}
@@ -98,7 +98,7 @@ def _of_nodes(database: Database) -> Iterator[Problem]:
 
 
 def problems_of(mapping: Mapping, fmu: Path, *, machine_clock: bool = False) -> list[BadInput]:
-    """Return every reason why a map cannot serve a compensator.
+    """Return every reason why a map does not suit a compensator.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def problems_of(mapping: Mapping, fmu: Path, *, machine_clock: bool = False) -> 
     fmu : Path
         The compensator.
     machine_clock : bool
-        Whether the gateway is to step by the machine's time.
+        Whether the gateway steps by the machine's time.
 
     Raises
     ------
@@ -136,7 +136,7 @@ def problems_of(mapping: Mapping, fmu: Path, *, machine_clock: bool = False) -> 
 
 
 def _check_offsets(mapping: Mapping, outputs: Collection[str], limit_um: float) -> None:
-    """Note an offset that is not sent, or not as far as a compensator sends it [um]."""
+    """Note offsets that are not sent, or whose range is less than the compensator's limit [um]."""
     for axis, name in zip(AXES, OFFSETS, strict=True):
         sent, wanted = name in mapping.form.outputs, axis in (mapping.form.axes or AXES)
         if name in outputs and wanted and not sent:
@@ -151,7 +151,7 @@ def _check_offsets(mapping: Mapping, outputs: Collection[str], limit_um: float) 
 
 
 def inputs_of(fmu: Path) -> list[str]:
-    """Return the real inputs of a compensator, without those for a probe.
+    """Return the real inputs of a compensator, except those for a probe.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def inputs_of(fmu: Path) -> list[str]:
 
 
 def limits_of(fmu: Path) -> dict[str, float]:
-    """Return the limits of a compensator, as far as its FMU tells them.
+    """Return the limits of a compensator; empty if its FMU does not give them.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
-"""The form of a mapping file (TOML): which signal of a control's DBC file is what.
+"""The form of a mapping file (TOML), which gives the meaning of a control's DBC signals.
 
-``docs/gateway_maps.md`` prints what is written here about the keys.
+``docs/gateway_maps.md`` shows the descriptions of the keys from here.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from measurement.errors import BadInput, checked
 from measurement.files import read_toml
 
 MAPS, CONTROLS = (Path(__file__).with_name(name) for name in ("maps", "controls"))
-"""The maps and the controls' registers that ship."""
+"""Folders of the maps and the controls' registers that ship."""
 MISSING: Final = "missing"
 HOLD: Final = "hold"
 
@@ -111,7 +111,7 @@ class _Mapped(Form):
 
     @property
     def places(self) -> list[str]:
-        """The signals, as frame and name; none for a constant."""
+        """The signals as ``FRAME.SIGNAL``; none for a constant."""
         found = [self.signal] if isinstance(self.signal, str) else self.signal
         return list(found or ())
 
@@ -190,12 +190,12 @@ class MapFile(Form):
 
 
 def named_file(option: str, name: str, folder: Path) -> Path:
-    """Return the file that an option names: by its path, or as one that ships in a folder.
+    """Return the file that an option names, by its path or the name of one that ships in a folder.
 
     Raises
     ------
     BadInput
-        If there is none.
+        If there is no such file.
     """
     path = Path(name).expanduser()
     if path.is_file():
@@ -208,11 +208,11 @@ def named_file(option: str, name: str, folder: Path) -> Path:
 
 
 def read_form(kind: type[F], path: Path) -> F:
-    """Read a TOML file of a form; of a mapping file the DBC file is not looked at.
+    """Read a TOML file of a form; a mapping file's DBC file is not read.
 
     Raises
     ------
     BadInput
-        If it is not TOML, or not of the form.
+        If it is not TOML, or does not match the form.
     """
     return checked(kind, read_toml(path), path)

@@ -1,4 +1,4 @@
-"""One signal, or one frame's protection, of a control's DBC file as a map wants it."""
+"""Converts one signal, or one frame's protection, of a control's DBC file as a map describes it."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from gateway.protection import CHECKS, PROFILE_1, Protection, profile_1
 from measurement.errors import BadInput
 
 ENDLESS = ("status", "bus_fault")
-"""Enumerations that may get more values later."""
+"""Enumerations to which later versions may add values."""
 Spec = InputMap | OutputMap
 
 
 @cache
 def own_signals() -> dict[str, Signal]:
-    """Return the gateway's own signals, as the shipped DBC file has them."""
+    """Return the gateway's own signals from the shipped DBC file."""
     every = [signal for message in load_dbc(DBC).messages for signal in message.signals]
     return {signal.name: plain_signal(signal.name, signal) for signal in every}
 
 
 def named(name: str) -> dict[str, int]:
-    """Return the names of a signal's values; empty for one that is a number."""
+    """Return the names of a signal's values; empty for a numeric signal."""
     if name == "trust":
         return {word: number for number, word in enumerate(TRUST)}
     own = own_signals().get(name)
@@ -37,12 +37,12 @@ def named(name: str) -> dict[str, int]:
 
 
 def mapped_signal(name: str, spec: Spec, signal: CanSignal) -> Signal:
-    """Return a signal of a control as the gateway's own of a name.
+    """Return a control's signal as the gateway's own signal of a name.
 
     Raises
     ------
     BadInput
-        If its unit, its values or its codes do not fit; without the place in the map.
+        If its unit, values or codes do not fit; the error does not name the place in the map.
     """
     codes = {str(word): int(raw) for raw, word in (signal.choices or {}).items()}
     special = {word: codes[word] for word in (ERROR, NOT_AVAILABLE) if word in codes}
@@ -68,7 +68,7 @@ def mapped_signal(name: str, spec: Spec, signal: CanSignal) -> Signal:
 
 
 def plain_signal(name: str, signal: CanSignal) -> Signal:
-    """Return a signal under a name, its raw values as they are."""
+    """Return a signal under a name, with its raw values unchanged."""
     low, high = _raw_ends(signal)
     return Signal(
         name,
@@ -140,12 +140,12 @@ def _enumeration(name: str, spec: Spec, codes: dict[str, int], plain: Signal) ->
 
 
 def protection_of(message: Message, form: FrameMap) -> Protection:
-    """Return the protection of a frame, as a map tells it.
+    """Return a frame's protection, as described in a map.
 
     Raises
     ------
     BadInput
-        If the frame has no such signals, or not where they must be.
+        If the frame lacks the signals, or they are in the wrong place.
     """
     places = {signal.name: signal for signal in message.signals}
     name, counter, data_id = form.protection, form.counter or "", form.data_id
@@ -192,7 +192,7 @@ def _raw_ends(signal: CanSignal) -> tuple[float, float]:
 
 
 def _usual(unit: str) -> str:
-    """Return the unit that the gateway would use for a quantity that it does not know."""
+    """Return the gateway's unit for a quantity that it does not know."""
     for usual in ("degC", "rpm"):
         try:
             factor, _ = conversion(unit, usual)

@@ -1,7 +1,6 @@
-"""A control's DBC file put to use by a map: frames and signals under the gateway's own names.
+"""Applies a map to a control's DBC file: frames and signals under the gateway's own names.
 
-Lists every problem, not only the first: whoever writes a map has the control's manual open and
-mends them all at once.
+It lists every problem, not only the first, so that whoever writes a map can fix them all at once.
 """
 
 from __future__ import annotations
@@ -43,15 +42,15 @@ from measurement.errors import BadInput, checked
 from scenarios.wiring import PROBED
 
 CLASSIC = 8
-"""Bytes of a frame at most, without CAN FD: given by ISO 11898-1."""
+"""Largest number of bytes in a frame without CAN FD: given by ISO 11898-1."""
 LENGTHS = (*range(1, CLASSIC + 1), 12, 16, 20, 24, 32, 48, 64)
 PROTECTION = ("crc", "counter", CYCLE)
-"""The signals of a frame of the gateway's own form that protect it."""
+"""The protecting signals of a frame of the gateway's own form."""
 
 
 @dataclass
 class Mapping:
-    """A map and its DBC file, as far as they fit.
+    """A map applied to its DBC file.
 
     Attributes
     ----------
@@ -60,9 +59,9 @@ class Mapping:
     form : MapFile
         Its content.
     database : Database
-        What fits.
+        The frames and signals without problems.
     problems : list of BadInput
-        What does not, one for each reason; empty if the map can be used.
+        One for each reason why the rest does not fit; empty if the map can be used.
     """
 
     path: Path
@@ -71,7 +70,7 @@ class Mapping:
     problems: list[BadInput] = field(default_factory=list)
 
     def say(self, place: str, problem: str) -> None:
-        """Note a problem; what several places have in common is one.
+        """Note a problem; the same problem at several places is noted once.
 
         Parameters
         ----------
@@ -80,7 +79,7 @@ class Mapping:
         problem : str
             What is wrong with it.
         """
-        if self.is_own_form:  # whoever wrote the DBC file knows nothing of a map's parts
+        if self.is_own_form:  # there is no map, so do not name its sections
             place = place.partition(".")[2] or place
         for number, other in enumerate(self.problems):
             if other.problem == problem:
@@ -90,7 +89,7 @@ class Mapping:
 
     @property
     def is_own_form(self) -> bool:
-        """Whether it is a DBC file of the gateway's own form, and no map beside one."""
+        """Whether this is a DBC file of the gateway's own form, without a map."""
         return self.path == self.database.path
 
     def unprotected(self) -> list[str]:
@@ -117,12 +116,12 @@ def read_mapping(path: Path) -> Mapping:
     Returns
     -------
     Mapping
-        What fits, and what does not.
+        The result; what does not fit is in its ``problems``.
 
     Raises
     ------
     BadInput
-        If either cannot be read; what does not fit is in the result's ``problems``.
+        If either file cannot be read.
     """
     form = read_form(MapFile, path)
     dbc = path.parent / form.dbc
@@ -130,10 +129,10 @@ def read_mapping(path: Path) -> Mapping:
 
 
 def read_own_form(path: Path = DBC) -> Mapping:
-    """Read a DBC file of the gateway's own form: a map in which each signal stands for itself.
+    """Read a DBC file of the gateway's own form, like a map that keeps every signal's name.
 
-    Every frame is sent by MACHINE or COMPENSATOR and protected by E2E profile 1, and the frames of
-    a node make whole cycles.
+    Every frame is sent by MACHINE or COMPENSATOR and protected by E2E profile 1, and each node's
+    frames form complete cycles.
 
     Parameters
     ----------
@@ -148,7 +147,7 @@ def read_own_form(path: Path = DBC) -> Mapping:
     Raises
     ------
     BadInput
-        If it cannot be read, or for the first thing that the gateway relies on and is not there.
+        If it cannot be read, or lacks something that the gateway needs (only the first is named).
     """
     dbc = load_dbc(path)
     ways = {MACHINE: "inputs", COMPENSATOR: "outputs"}
@@ -178,7 +177,7 @@ def read_database(path: Path = DBC) -> Database:
 
 
 def mapping_of(path: Path, form: MapFile, dbc: CanDatabase, dbc_path: Path) -> Mapping:
-    """Return a map and a DBC file that have been read already; see `read_mapping`."""
+    """Apply a map to a DBC file, both read already; see `read_mapping`."""
     return _Reader(path, form, dbc, dbc_path).read()
 
 
@@ -225,7 +224,7 @@ class _Reader:
 
     @contextlib.contextmanager
     def _telling(self, place: str) -> Iterator[None]:
-        """Note a refusal as a problem of a place, and go on."""
+        """Note a `BadInput` as a problem at a place, and go on."""
         try:
             yield
         except BadInput as error:
@@ -342,7 +341,7 @@ class _Reader:
 
 
 def _refused(problem: str) -> BadInput:
-    """Return what is wrong with a place that whoever catches it names."""
+    """Return a problem whose place is named by the code that catches it."""
     return BadInput("", "", problem)
 
 
