@@ -1,13 +1,13 @@
 """The gateway: the compensator FMU as a node of the bus.
 
 A cycle of the machine comes in, the FMU takes one step, the answer goes out. When the machine is
-silent the gateway keeps its own time.
+silent, the gateway keeps its own time.
 
-The gateway decides whether an input can be trusted, and gives the FMU *missing* (NaN) if not.
-Holding, ramping to zero and moving back are the compensator's own work, in one place. The gateway
-adds rules of its own: offsets are marked valid only in the answer to a usable cycle that has just
-arrived, while no other gateway is on the bus; and the FMU gets no reading before something proves
-what the drift is counted from.
+The gateway decides whether an input can be trusted, and passes *missing* (NaN) to the FMU if not.
+Holding, ramping to zero and moving back are left to the compensator. The gateway adds two rules:
+offsets are marked valid only in the answer to a usable cycle that has just arrived, and only while
+no other gateway is on the bus; and the FMU gets no reading before the reference of the drift is
+proven.
 """
 
 from __future__ import annotations
@@ -32,8 +32,7 @@ from gateway.unit import CompensatorUnit
 from measurement.rig import AXES
 
 QUIET_S = 60.0
-"""The same fault of the same frame is said again after this time at the earliest [s]: set on no
-data."""
+"""Shortest time before the same fault of the same frame is reported again [s]: set on no data."""
 LOSSES = ("bus_off", "interface_lost")
 AFTER_LOSS = ("startup", "missing", "late", "machine_not_running")
 STARTING, READY, RUNNING, FAULT = "starting", "ready", "running", "fault"
@@ -46,19 +45,19 @@ class GatewaySettings:
     Attributes
     ----------
     machine_clock : bool
-        Step by the machine's own count of time, as in a simulation that runs faster than real
-        time; otherwise by this computer's clock.
+        Whether to step by the machine's count of time, as in a simulation that runs faster than
+        real time, or by this computer's clock.
     speed_up : float
-        Seconds of the compensator in a second of this computer's clock.
+        Seconds of the compensator per second of this computer's clock.
     startup_s : float
-        Time for the interface to appear and the machine to be heard [s].
+        Time for the interface to appear and the machine's first complete cycle to arrive [s].
     timeout_s : float or None
         Silence of the machine after which the inputs are missing, and how old a cycle may be;
-        None: what the DBC says [s].
+        None: from the DBC file [s].
     proof : Proof
-        What proves that the machine is cold.
+        The accepted proofs that the machine is cold.
     key : bytes or None
-        What the machine's proofs of freshness are made with.
+        The key of the machine's proofs of freshness.
     """
 
     machine_clock: bool = False
@@ -83,28 +82,27 @@ class GatewayNode:
     settings : GatewaySettings
         How it runs.
     now : float
-        The time of this computer's monotonic clock [s]; every later time is of the same clock.
+        The time of this computer's monotonic clock [s], which all later times are read from.
     warm : Saved or None
         The state that the compensator was restored from: it goes on at once, and the time in
         between counts as time without inputs.
     say : callable
         Takes a line for people when something changes.
     clock : callable or None
-        This computer's monotonic clock, looked at once more before offsets are called valid; None:
-        not.
+        This computer's monotonic clock, read again before offsets are marked valid; None: not read.
     wall : callable or None
-        The time of day, which goes on where the other clock stands still; None: not looked at.
+        The time of day, which goes on when the other clock stops; None: not used.
 
     Attributes
     ----------
     state : str
         As the DBC names the values of ``gateway_state``.
     machine_off : bool
-        The machine has said that it is off.
+        Whether the machine has announced that it is off.
     answer : dict
         The values of the newest answer.
     given : dict of str to float
-        What was heard for it; NaN or nothing where it was of no use.
+        The received inputs of that answer; NaN or absent if not usable.
     stepper : Stepper
         Steps the compensator.
     """
@@ -156,7 +154,7 @@ class GatewayNode:
         states = database.has("thermal_state") and database.signal("thermal_state").codes
         self._cold = states["cold"] if states else None
         self._usable_at = now
-        self._restored = warm  # until it has been held against the machine's time
+        self._restored = warm  # until it has been compared with the machine's time
         self._lost_track = False
         self._own_offsets = [database.signal(name) for name in OFFSETS if database.has(name)]
         self.begun = warm is not None
@@ -172,14 +170,14 @@ class GatewayNode:
         self.answer: Mapping[str, Value] = {}
         self.given: Mapping[str, float] = {}
 
-    # What happens
+    # Events
 
     def deadline(self) -> float:
-        """Return when `tick` wants to be called, unless a cycle comes first [s]."""
+        """Return when `tick` must be called, unless a cycle comes first [s]."""
         return self._deadline
 
     def handle(self, message: can.Message, now: float, waited_s: float = 0.0) -> bool:
-        """Take in a message; return whether it closed a cycle, which then has been answered.
+        """Take in a message; return whether it closed a cycle, which has then been answered.
 
         Parameters
         ----------
@@ -202,11 +200,11 @@ class GatewayNode:
 
     @property
     def grace_s(self) -> float:
-        """So long frames that wait to be read may put off what is due, as one may close a cycle."""
+        """How long unread frames may delay what is due, because one may close a cycle [s]."""
         return self._cycle_s if self._every_s is None else 0.0
 
     def tick(self, now: float, lost: str = "") -> None:
-        """Do what is due at *now* when no cycle came.
+        """Do what is due at *now* if no cycle has come.
 
         Parameters
         ----------
@@ -236,7 +234,7 @@ class GatewayNode:
         self._deadline = now + self._cycle_s
 
     def _unseen_s(self, now: float, *, believed: bool = True) -> float:
-        """Return the machine's time that only the time of day has seen go by [s], and say it."""
+        """Return, and report, the machine's time that has passed by the time of day only [s]."""
         unseen_s = self.stepper.unseen_s(now)
         if not believed:
             return 0.0
@@ -246,7 +244,7 @@ class GatewayNode:
         return unseen_s
 
     def _look(self, every_s: float, now: float) -> None:
-        """Take what the frames that come at their own pace have brought."""
+        """Use the newest content of frames that come at their own pace."""
         cycle = self.reception.look(now)
         if not (self.begun or cycle.usable) and now - self._started_at > self._settings.startup_s:
             self._late_start = True
@@ -257,21 +255,21 @@ class GatewayNode:
 
     @property
     def steps(self) -> int:
-        """How many steps the compensator has taken."""
+        """Number of steps that the compensator has taken."""
         return self.stepper.steps
 
     @property
     def reference_known(self) -> bool:
-        """Whether it is known what the drift is counted from."""
+        """Whether the reference of the drift is known."""
         return self.begun and not self._lost_track
 
     def reconnected(self) -> None:
-        """Forget the machine's counters: frames were lost with the bus."""
+        """Forget the machine's counters, because frames were lost with the bus."""
         self.reception.reset()
         self._judge.forget()
 
     def farewell(self, state: str = "stopping") -> None:
-        """Say that this node leaves the bus: no offset is valid, or even there, any more."""
+        """Announce that this node leaves the bus: offsets are invalid and no longer sent."""
         values: dict[str, Value] = {"valid": "invalid", "gateway_state": state}
         for _ in range(FAREWELLS):
             self._send(self._sender.messages(values))
@@ -281,7 +279,7 @@ class GatewayNode:
     def _on_cycle(self, cycle: Cycle, arrived: float, now: float) -> None:
         usable, finding = self._judge.judge(cycle, arrived, now)
         proven = self._judge.proven
-        # A time of day that was set shows by two clocks that agree: the machine's and this one.
+        # If the machine's clock and this one agree, a jump of the time of day was a manual setting.
         own_s = self._unseen_s(now, believed=not (usable and self._judge.in_time))
         unseen_s = max(self._judge.unseen_s * self._settings.speed_up, own_s)
         if proven or not self._proves:
@@ -309,7 +307,7 @@ class GatewayNode:
                 probe = self.probes.due(self._judge.time_s, step_s, self._unit.probed)
             self.stepper.advance({**self.given, **probe}, cycle.heartbeat, now, unseen_s)
         elif cycle.usable and not usable:
-            # In touch, and the machine has not begun: nothing to compensate yet.
+            # In contact, but the machine has not started: nothing to compensate yet.
             self.state, self._late_start = READY, False
         self._answer(finding, arrived, now, usable=usable, ready=cycle.usable)
 
@@ -325,7 +323,7 @@ class GatewayNode:
             self._say(f"reference: {known}")
 
     def renew_reference(self) -> None:
-        """Count the drift from the next readings: somebody says that the machine is cold."""
+        """Count the drift from the next readings, because a user has declared the machine cold."""
         self.stepper.renew()
         self.reference.say_cold()
         self.begun, self._lost_track, self._restored = False, False, None
@@ -388,11 +386,11 @@ class GatewayNode:
         return all(s.low <= outputs.get(s.name, nan) <= s.high for s in self._own_offsets)
 
     def _note(self, finding: Finding | None, now: float, *, done: bool) -> None:
-        """Keep the last thing wrong until the offsets are valid again, or wait for a reference."""
+        """Keep the last finding until the offsets are valid again or only lack a reference."""
         if finding is not None and self._finding is not None and self._finding.fault in LOSSES:
-            # Nobody could hear of the loss while it lasted; what follows from it can wait.
+            # The loss could not be reported while it lasted; its consequences can wait.
             finding = self._finding if finding.fault in AFTER_LOSS else finding
-        # Signals are told by themselves, and a loss by the link.
+        # Signals are reported separately, and a loss by the link.
         if finding is not None and not finding.signal and finding.fault not in LOSSES:
             kind = finding.fault, finding.frame.name
             before = self._finding and (self._finding.fault, self._finding.frame.name)
@@ -402,7 +400,7 @@ class GatewayNode:
             self._finding = finding
 
     def _tell_signals(self, wrong: Iterable[Finding], now: float) -> None:
-        """Say which signals begin to have no value, all of a kind that do so at once in a line."""
+        """Report the signals that have just lost their value, one line per kind of fault."""
         texts: dict[tuple[str, ...], str] = {
             (one.fault, one.signal): one.text for one in wrong if one.signal
         }
@@ -412,7 +410,7 @@ class GatewayNode:
         self._without = set(texts)
 
     def _mention(self, texts: Mapping[tuple[str, ...], str], now: float) -> None:
-        """Say what begins to be wrong, and the same thing not too often; the kind begins a key."""
+        """Report new problems, each not too often; the first part of a key is the kind of fault."""
         due = {
             key: text for key, text in texts.items() if now - self._said.get(key, -inf) >= QUIET_S
         }
@@ -425,19 +423,19 @@ class GatewayNode:
 def by_tool_length(
     outputs: Mapping[str, float], tool_length_mm: float, share: float
 ) -> dict[str, Value]:
-    """Return per axis the offset [um], its change with the tool length [um/m], and that [mm].
+    """Return per axis the offset [um], its change per tool length [um/m] and the tool length [mm].
 
-    Over the tool length the offset of an axis changes by the tilt, with the opposite sign, as far
-    as it is sent; 1 urad is 1 um/m. Z does not depend on it, to second order.
+    An axis' offset changes with the tool length by the tilt, with the opposite sign, times the
+    share that is sent; 1 urad is 1 um/m. Z does not depend on the tool length, to first order.
 
     Parameters
     ----------
     outputs : mapping of str to float
-        Those of the compensator [um, urad].
+        The compensator's outputs [um, urad].
     tool_length_mm : float
-        At which they hold [mm].
+        The tool length for which they hold [mm].
     share : float
-        Which share of the predicted drift is sent [1].
+        The share of the predicted drift that is sent [1].
     """
     tilts = {"X": outputs.get("yaw", nan), "Y": outputs.get("pitch", nan), "Z": 0.0}
     values: dict[str, Value] = {}
@@ -449,14 +447,14 @@ def by_tool_length(
 
 
 def half_widths(outputs: Mapping[str, float], *, known: bool) -> dict[str, Value]:
-    """Return the uncertainty of each axis [um]; NaN where nothing bounds it.
+    """Return the uncertainty of each axis [um]; NaN if it is unbounded.
 
     Parameters
     ----------
     outputs : mapping of str to float
-        Those of the compensator; it gives -1 for what it does not know [um].
+        The compensator's outputs; -1 means unknown [um].
     known : bool
-        Whether it is known what the drift is counted from.
+        Whether the reference of the drift is known.
     """
     widths = {name: outputs.get(name, nan) if known else nan for name in HALF_WIDTHS}
     return {name: width if width >= 0.0 else nan for name, width in widths.items()}

@@ -1,9 +1,9 @@
 """The OPC UA server, a separate read-only process that gets its values on standard input.
 
-The gateway writes a line of JSON now and then: values, or an event. This process shows them and
-takes nothing from its clients: it has no writable variable and no method, and its rules refuse the
-services that would change anything. It ends when standard input does. It prints ``ready``, or why
-it cannot go on, for the gateway's log.
+The gateway writes lines of JSON: values, or an event. This process shows them and takes nothing
+from its clients: it has no writable variables or methods, and its rules refuse services that would
+change anything. It ends when standard input does. For the gateway's log it prints ``ready``, or why
+it cannot go on.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ KINDS: dict[str, tuple[ua.VariantType, Value]] = {
     "int": (ua.VariantType.Int64, 0),
     "text": (ua.VariantType.String, ""),
 }
-"""Type and start of what has no unit."""
+"""Type and start value of variables without a unit."""
 
 
 class Reading(SimpleRoleRuleset):
@@ -57,7 +57,7 @@ class Reading(SimpleRoleRuleset):
         self._changing = {ua.NodeId(number) for number in CHANGING}
 
     def check_validity(self, user: User, action_type: ua.NodeId, body: object) -> bool:
-        """Return whether a service may be used."""
+        """Return whether a service is allowed."""
         if action_type in self._changing:
             return False
         return bool(super().check_validity(user, action_type, body))
@@ -89,16 +89,16 @@ class Status:
         self._stale = False
 
     async def make(self, title: str, variables: dict[str, dict[str, str]]) -> None:
-        """Make the variables: per group their names and units.
+        """Make the variables of each group.
 
         Parameters
         ----------
         title : str
-            What the folder is called.
+            The folder's name.
         variables : dict
             Group, name, unit; a unit of ``bool``, ``int`` or ``text`` is a type without a unit.
         """
-        # Node ids of their own: a client can keep them, and none is drawn twice.
+        # Fixed node ids: clients can store them, and no id is assigned twice.
         top = await self._server.nodes.objects.add_object(*self._named("gateway", title))
         for group, names in variables.items():
             folder = await top.add_folder(*self._named(group))
@@ -136,13 +136,13 @@ class Status:
             await node.write_value(data)
 
     async def event(self, text: str, severity: int) -> None:
-        """Send an event to whoever has subscribed."""
+        """Send an event to all subscribers."""
         self._events.event.Message = ua.LocalizedText(text)
         self._events.event.Severity = severity
         await self._events.trigger()
 
     async def watch(self, stale_s: float) -> None:
-        """Mark all values as unknown when the gateway no longer updates them."""
+        """Mark all values as unknown if the gateway no longer updates them."""
         while True:
             await asyncio.sleep(0.5)
             if not self._stale and time.monotonic() - self._heard_at > stale_s:
@@ -159,7 +159,7 @@ async def serve(first: dict[str, Any]) -> None:
     Parameters
     ----------
     first : dict
-        The first line: url, title, variables; and the files of its security or None.
+        The first line: url, title, variables, and the security files or None.
     """
     server = Server(user_manager=Readers())
     await server.init()
@@ -202,8 +202,8 @@ async def _secure(server: Server, files: dict[str, str] | None) -> None:
 
 
 def main() -> int:
-    """Serve; if that fails, print a line and return 1."""
-    # The gateway comes first: this process only takes what is left of the computer.
+    """Serve; on failure print a line and return 1."""
+    # The gateway has priority: this process uses only spare computing time.
     with contextlib.suppress(AttributeError, OSError):
         os.nice(5)
     logging.disable(logging.CRITICAL)

@@ -1,4 +1,4 @@
-"""What the two commands of the bus have in common."""
+"""Options and helpers that both commands of the bus share."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ def add_number(
     Parameters
     ----------
     parser : ArgumentParser
-        Of the command.
+        The command's parser.
     name, metavar, text : str
-        What help shows, which adds the default.
+        For the help, which adds the default.
     default : float, optional
-        Without the option [the unit that *text* says].
+        The value without the option [the unit in *text*].
     zero : bool, optional
-        Whether 0 is allowed; less never is.
+        Whether 0 is allowed; negative numbers never are.
     """
     text = text if default is None else f"{text} ({default:g})"
     kind = at_least_zero if zero else above_zero
@@ -48,18 +48,18 @@ def add_number(
 
 
 def above_zero(text: str) -> float:
-    """Return a number that must be above zero, for an option."""
+    """Return an option's number, which must be above zero."""
     return _number(text, "above 0", lambda value: value > 0.0)
 
 
 def at_least_zero(text: str) -> float:
-    """Return a number that must not be below zero, for an option."""
+    """Return an option's number, which must not be negative."""
     return _number(text, "0 or more", lambda value: value >= 0.0)
 
 
 ABOVE_ZERO: dict[str, Any] = {"type": above_zero}
 AT_LEAST_ZERO: dict[str, Any] = {"type": at_least_zero}
-"""How an option made from a parameter takes a number."""
+"""Settings for an option made from a parameter that must not be negative."""
 
 
 def _number(text: str, allowed: str, fits: Callable[[float], bool]) -> float:
@@ -70,7 +70,7 @@ def _number(text: str, allowed: str, fits: Callable[[float], bool]) -> float:
 
 
 def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments that say which bus, and where files are."""
+    """Declare the arguments for the bus and for files."""
     add = parser.add_argument
     add("--interface", default="socketcan", help="a python-can interface (socketcan)")
     add("--channel", default="vcan0", help="its channel (vcan0)")
@@ -106,19 +106,19 @@ def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def as_served(args: argparse.Namespace, database: Database) -> Database:
-    """Return the frames that a machine sends which can, or cannot, prove its cycles fresh.
+    """Return the frames for a machine that can, or cannot, prove that its cycles are fresh.
 
     Parameters
     ----------
     args : Namespace
-        With what `add_bus_arguments` declares.
+        With the arguments of `add_bus_arguments`.
     database : Database
         All frames.
 
     Raises
     ------
     BadInput
-        If there is a key for a proof that no frame carries.
+        If there is a key, but no frame carries a proof.
     """
     if args.freshness == "any":
         database = database.unproven()
@@ -128,7 +128,7 @@ def as_served(args: argparse.Namespace, database: Database) -> Database:
 
 
 def report(problems: list[BadInput]) -> int:
-    """Print a line for each problem of a map, and return the exit code.
+    """Print a line for each problem of a map; return the exit code.
 
     Parameters
     ----------
@@ -148,14 +148,14 @@ def report(problems: list[BadInput]) -> int:
 def on_bus(
     name: str, args: argparse.Namespace, database: Database, other: str, patience_s: float
 ) -> Iterator[tuple[Callable[[str], None], Link, Callable[[], bool]]]:
-    """Open the bus of a command line, to hear the *other* node.
+    """Open the bus of a command line, to receive from the *other* node.
 
     Parameters
     ----------
     name : str
-        Of the command; each line for people begins with it.
+        The command's name, with which each line for people begins.
     args : Namespace
-        With what `add_bus_arguments` declares.
+        With the arguments of `add_bus_arguments`.
     database : Database
         The frames.
     other : {"MACHINE", "COMPENSATOR"}
@@ -166,14 +166,15 @@ def on_bus(
     Yields
     ------
     tuple
-        What takes a line for people, the link, and what returns whether the program should end.
+        A function that takes a line for people, the link, and a function that returns whether the
+        program should end.
     """
     with teller(name, args) as say, contextlib.ExitStack() as stack:
         log = args.log and FrameLog(args.log, say, args.log_size)
         link = Link(
             args.interface,
             args.channel,
-            # A gateway also hears whether there is another one.
+            # A gateway also listens for another gateway.
             [frame.key for frame in database.frames if frame.sender in (other, COMPENSATOR)],
             log,
             say,
@@ -187,16 +188,16 @@ def on_bus(
 
 @contextlib.contextmanager
 def teller(name: str, args: argparse.Namespace) -> Iterator[Callable[[str], None]]:
-    """Give a function that prints a line with the time since now; silent with ``--quiet``.
+    """Yield a function that prints a line with the time since now; silent with ``--quiet``.
 
     A thread prints, so that a terminal that hangs or is gone delays nothing.
 
     Parameters
     ----------
     name : str
-        Of the command; each line begins with it.
+        The command's name, with which each line begins.
     args : Namespace
-        Its ``quiet`` says whether anything is printed.
+        If its ``quiet`` is set, nothing is printed.
 
     Yields
     ------
@@ -223,19 +224,19 @@ def teller(name: str, args: argparse.Namespace) -> Iterator[Callable[[str], None
 
 @contextlib.contextmanager
 def on_signals(names: Sequence[str], do: Callable[[int, Any], None]) -> Iterator[None]:
-    """Call a function at signals, as far as the system has them.
+    """Call a function on those signals that the system supports.
 
     Parameters
     ----------
     names : sequence of str
-        Such as ``SIGUSR1``.
+        For example ``SIGUSR1``.
     do : callable
-        Called in the main thread; short.
+        Called in the main thread; must return soon.
 
     Yields
     ------
     None
-        While the signals are dealt with so.
+        While the function handles the signals.
     """
     numbers = [getattr(signal, name) for name in names if hasattr(signal, name)]
     kept = {number: signal.signal(number, do) for number in numbers}
@@ -255,8 +256,8 @@ def stop_flag(hung_up: Callable[[], bool] = lambda: False) -> Iterator[Callable[
     Parameters
     ----------
     hung_up : callable
-        Called at a hangup (SIGHUP); returns whether that was dealt with. Otherwise it is a
-        termination like others.
+        Called on a hangup (SIGHUP); returns whether it was handled. If not, a hangup counts as a
+        termination.
 
     Yields
     ------

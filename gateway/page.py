@@ -1,4 +1,4 @@
-"""The frames as rows of text, for the pages and for a terminal."""
+"""Tables of the frames as text, for the documentation and for a terminal."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ HEAD = (
 
 
 def frames_text(mapping: Mapping) -> str:
-    """Return the table of frames and signals, what protects them, and the bus load.
+    """Return the table of frames and signals, their protection, and the bus load.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def _when(mapping: Mapping, name: str) -> str:
 
 
 def load_text(database: Database) -> str:
-    """Return the bus load in a sentence."""
+    """Return the bus load as a sentence."""
     rate = database.bit_rate
     if database.fd:
         return f"{len(database.frames)} frames; the load of a bus with CAN FD is not computed."
@@ -91,12 +91,12 @@ def load_text(database: Database) -> str:
 
 
 def scaling(signal: Signal) -> str:
-    """Return scale and offset as a table shows them."""
+    """Return scale and offset for a table."""
     return f"{signal.scale:g}" + (f" {signal.offset:+g}" if signal.offset else "")
 
 
 def named_rows(database: Database) -> list[tuple[str, ...]]:
-    """Return a row for each signal with named values: the signal, and its values."""
+    """Return a row for each signal with named values: the signal and its values."""
     rows = {}
     for frame in database.frames:
         for signal in frame.signals.values():

@@ -25,24 +25,24 @@ from scenarios.wiring import PROBED, TOOL_LENGTH
 
 
 class MachinePlant:
-    """The plant FMU at a scenario's points of time.
+    """The plant FMU, stepped from point to point of a scenario.
 
-    Point *k* is at ``k * step_s``. The readings that a control sends are those at the point, with
-    the scenario's faults; the step from there takes the offsets that have come by then. So the
-    loop has the same delays as the co-simulation of `scenarios.cosimulation`.
+    Point *k* is at ``k * step_s``. The control sends the readings at the point, with the scenario's
+    faults; the step from there uses the offsets that have arrived by then. So the loop has the same
+    delays as the co-simulation of `scenarios.cosimulation`.
 
     Parameters
     ----------
     path : Path
         The FMU.
     case : Case
-        What drives it.
+        The scenario's case that drives it.
     show : callable
         Takes each warning of the FMU, as a line.
     printed : StringIO, optional
         See `Slave`.
     recorded : bool, optional
-        Whether `record` keeps anything; otherwise a machine may run for ever.
+        Whether `record` keeps anything; without it a machine may run for ever.
 
     Raises
     ------
@@ -97,7 +97,7 @@ class MachinePlant:
         return names
 
     def start(self, saved: Saved | None = None) -> None:
-        """Initialise, and go on from a saved state if there is one.
+        """Initialise the FMU, and continue from a saved state if there is one.
 
         Parameters
         ----------
@@ -107,9 +107,9 @@ class MachinePlant:
         Raises
         ------
         BadInput
-            For a parameter of the scenario that the FMU does not take.
+            If the FMU does not take a parameter of the scenario.
         FmuError
-            If the FMU refuses.
+            If the FMU fails.
         """
         for name, value in plant_parameters(self.case, self.slave.variables).items():
             self.slave.set_parameter(name, value, self.case.setting.source, "plant.parameters")
@@ -121,17 +121,17 @@ class MachinePlant:
         self._out.get()
 
     def probe_with(self, names: Sequence[str]) -> None:
-        """Measure the scenario's probes, by the compensator's names of what is measured.
+        """Measure the scenario's probes, under the compensator's names.
 
         Parameters
         ----------
         names : sequence of str
-            The compensator's inputs for what a probe shows; empty if no frame carries them.
+            The compensator's inputs for a probe; empty if no frame carries them.
 
         Raises
         ------
         BadInput
-            If the scenario asks for probes and there are no frames for them, or nothing to measure.
+            If the scenario has probes, but there are no frames for them or nothing to measure.
         """
         probe, source = self.case.settings.compensator.probe, str(self.case.setting.source)
         if probe is None:
@@ -144,12 +144,12 @@ class MachinePlant:
         )
 
     def measured(self, half_widths: Sequence[float]) -> list[float]:
-        """Return what a probe at this point shows [um, urad]; empty if none is due.
+        """Return the result of a probe at this point [um, urad]; empty if none is due.
 
         Parameters
         ----------
         half_widths : sequence of float
-            The uncertainty that the gateway told of each axis; NaN where none [um].
+            The uncertainty of each axis, received from the gateway; NaN if none [um].
         """
         if self._probe is None:
             return []
@@ -158,16 +158,16 @@ class MachinePlant:
 
     @property
     def time_s(self) -> float:
-        """The time of the point that has been reached [s]."""
+        """The time of the current point [s]."""
         return self.point * self.step_s
 
     @property
     def thermal_state(self) -> str:
-        """Cold at the beginning: the plant's drift is counted from there."""
+        """The thermal state: cold at the start, from which the plant's drift is counted."""
         return "warm" if self.point else "cold"
 
     def drive(self, values: Mapping[str, float]) -> None:
-        """Put what drives the machine at this point in the place of the scenario's signals.
+        """Replace the scenario's signals at this point.
 
         Parameters
         ----------
@@ -183,7 +183,7 @@ class MachinePlant:
         return self.point >= self.steps
 
     def readings(self) -> dict[str, float]:
-        """Return what the control reads now: sensors, speed, tool length; NaN where missing."""
+        """Return the control's readings now: sensors, speed, tool length; NaN if missing."""
         values = np.array(
             [*self._out.values, *(rows[self.point] for rows in self._signals.values())]
         )
@@ -195,7 +195,7 @@ class MachinePlant:
         return found
 
     def record(self, offsets: Mapping[str, float], extra: Mapping[str, float]) -> None:
-        """Keep the point that has been reached for `frame`.
+        """Record the current point for `frame`.
 
         Parameters
         ----------
@@ -212,7 +212,7 @@ class MachinePlant:
         self._extra = tuple(extra)
 
     def step(self, offsets: Mapping[str, float]) -> None:
-        """Go on to the next point with the offsets received [um].
+        """Step to the next point with the offsets received [um].
 
         Parameters
         ----------
@@ -235,7 +235,7 @@ class MachinePlant:
         self._in.set()
 
     def frame(self) -> pd.DataFrame:
-        """Return what was recorded, as the table of a run file."""
+        """Return the record as the table of a run file."""
         names = ["time_s", *(self.slave.column(n) for n in (*self._signals, *OFFSETS))]
         names += [self.slave.column(name) for name in self._out.names]
         names += [f"{name}_1" for name in self._extra]
@@ -243,11 +243,11 @@ class MachinePlant:
         return pd.DataFrame(rows, columns=names)
 
     def close(self, error: BaseException | None = None) -> None:
-        """Let the FMU go.
+        """Release the FMU.
 
         Parameters
         ----------
         error : BaseException, optional
-            What ended the run.
+            The error that ended the run.
         """
         self.slave.__exit__(type(error) if error else None, error, None)

@@ -1,9 +1,9 @@
-"""Probes on the bus: measurements of the control for the compensator.
+"""Probes on the bus: the control's measurements for the compensator.
 
-A probe is sent when there is one, in frames of its own just before the frames of the cycle that it
-belongs to. They are protected as the others are, carry one count, and name the time of that cycle,
-so that a probe which waited somewhere is not taken for a new one. The gateway counts the probes
-that it gave to the compensator; a control sends the same one again until the count has moved on.
+A probe is sent in separate frames just before the frames of the cycle that it belongs to. They have
+the same protection as other frames, share one count, and carry the time of that cycle, so that a
+delayed probe is not taken for a new one. The gateway counts the probes that it passed to the
+compensator; a control repeats a probe until the count has advanced.
 """
 
 from __future__ import annotations
@@ -20,27 +20,27 @@ from scenarios.wiring import PROBED
 PROBE_TIME = "probe_time"
 TAKEN = "probes_taken"
 COUNTED = 4
-"""The count of probes starts anew after so many: given by its two bits in the frame."""
+"""Number of probes after which their count starts again: given by its two bits in the frame."""
 MOST_TRIES = 50
-"""How often a probe is sent again while the gateway does not take it: set on no data."""
+"""How often a probe is sent until the gateway takes it: set on no data."""
 LATEST_STEPS = MAY_BE_LOST + 1.5
-"""Inputs, or a probe, of a cycle that is further back than this many steps are not used."""
+"""Inputs or a probe from a cycle more than this many steps ago are not used."""
 
 
 class ProbeReceiver:
-    """Puts the frames of a probe together.
+    """Assembles probes from their frames.
 
     Parameters
     ----------
     frames : sequence of Frame
-        Those that belong to no cycle.
+        The frames that belong to no cycle.
     say : callable
         Takes a line for people.
 
     Attributes
     ----------
     taken : int
-        How many probes were given away.
+        Number of probes passed to the compensator.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class ProbeReceiver:
         step_s : float
             The machine's step [s].
         wanted : sequence of str
-            What the compensator takes.
+            The compensator's inputs for a probe.
         """
         probe, self._waiting = self._waiting, None
         if probe is None or self._time is None or not wanted:
@@ -95,7 +95,7 @@ class ProbeReceiver:
             self._say(f"a probe is not used: it is {age_s:.3f} s old")
             return {}
         if sent_s == self._last_s:
-            return {}  # the same once more: its acknowledgement was lost
+            return {}  # a repeated probe: its acknowledgement was lost
         measured = {name: probe.get(name, float("nan")) for name in wanted}
         missing = [name for name, value in measured.items() if not isfinite(value)]
         if missing:
@@ -108,12 +108,12 @@ class ProbeReceiver:
 
 
 class ProbeSender:
-    """Sends a control's probes until they are taken.
+    """Sends a control's probes until the gateway takes them.
 
     Parameters
     ----------
     frames : sequence of Frame
-        Those that belong to no cycle.
+        The frames that belong to no cycle.
     """
 
     def __init__(self, frames: Sequence[Frame]) -> None:
@@ -124,7 +124,7 @@ class ProbeSender:
 
     @property
     def names(self) -> list[str]:
-        """What a probe can say."""
+        """The measured quantities that a probe can carry."""
         return [
             name
             for encoder in self._encoders
@@ -133,26 +133,26 @@ class ProbeSender:
         ]
 
     def start(self, measured: Mapping[str, float], count: float) -> None:
-        """Send a probe from now on.
+        """Begin to send a probe.
 
         Parameters
         ----------
         measured : mapping of str to float
             By the compensator's names [um, urad].
         count : float
-            The gateway's count of probes at present; NaN if it is not known.
+            The gateway's present count of probes; NaN if unknown.
         """
         self._waiting, self._count, self._left = dict(measured), count, MOST_TRIES
 
     def messages(self, time_s: float, count: float) -> list[can.Message]:
-        """Return what belongs before the frames of a cycle.
+        """Return the messages to send before the frames of a cycle.
 
         Parameters
         ----------
         time_s : float
             The cycle's time, as its frame carries it [s].
         count : float
-            The gateway's count of probes, as it was last heard.
+            The gateway's count of probes, as last received.
         """
         if isnan(self._count):
             self._count = count

@@ -1,14 +1,14 @@
-"""The proof that a cycle is fresh: it was made after a challenge that is young.
+"""The proof that a cycle is fresh: it was made after a recent challenge.
 
-Counters and check values tell a cycle from a damaged one, and nothing in them tells an old cycle
-from a new one. So the gateway draws a number for every answer, and the machine's next cycle
-carries a proof over that number and the bytes of all its other frames. The gateway makes the same
-proof from the frames that it received: if both agree, every one of them was sent after the number
-was drawn, and the gateway's own clock alone says how long ago that is.
+Counters and check values detect damaged cycles, but cannot tell an old cycle from a new one. So
+the gateway draws a random number (the challenge) for every answer, and the machine's next cycle
+carries a proof over that number and the bytes of all its other frames. The gateway computes the
+same proof from the received frames: if both agree, every frame was sent after the number was drawn,
+and the gateway's own clock gives the time since then.
 
-Without a key the proof is a CRC-32, which 1 in 4 thousand million wrong cycles fits. With a key it
-is the beginning of an AES-CMAC (RFC 4493), as AUTOSAR SecOC truncates it: nobody without the key
-can make one."""
+Without a key the proof is a CRC-32, which one wrong cycle in 4 thousand million passes. With a key
+it is the beginning of an AES-CMAC (RFC 4493), truncated as in AUTOSAR SecOC, which nobody without
+the key can compute."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from measurement.errors import BadInput
 CHALLENGE, ECHO, PROOF, FRESHNESS = "challenge", "echo", "proof", "freshness"
 NOT_PROVEN, PROVEN = "not_proven", "proven"
 ECHO_BITS = 0xFFFF
-"""What the frame has of a challenge: given by its signal."""
+"""The part of a challenge that the frame returns: given by its signal."""
 LARGEST_ECHO = 65533
 """Given by the signal: the two raw values beyond it mean *error* and *not available*."""
 KEY_BYTES = (16, 32)
-"""Of a key, 128 or 256 bits: given by AES, whose 192 bits nobody here uses."""
+"""Length of a key, 128 or 256 bits: given by AES; 192 bits are not supported."""
 
 
 def proof_of(challenge: int, frames: Iterable[bytes], key: bytes | None = None) -> int:
@@ -42,7 +42,7 @@ def proof_of(challenge: int, frames: Iterable[bytes], key: bytes | None = None) 
     frames : iterable of bytes
         The other frames of the cycle, by rising identifier.
     key : bytes, optional
-        With it the proof is a message authentication code.
+        With a key the proof is a message authentication code.
     """
     data = challenge.to_bytes(4, "little") + b"".join(frames)
     if key is None:
@@ -64,16 +64,16 @@ def draw() -> int:
 
 
 class Challenges:
-    """The challenges that are young enough to be answered.
+    """The challenges that are recent enough to be answered.
 
     Parameters
     ----------
     young_s : float
-        How long ago an answered challenge may have been drawn [s].
+        Largest age of an answered challenge [s].
     key : bytes, optional
         See `proof_of`.
     new : callable, optional
-        Draws one.
+        Draws a challenge.
     """
 
     def __init__(
@@ -83,7 +83,7 @@ class Challenges:
         self._drawn: deque[tuple[float, int]] = deque()
 
     def issue(self, now: float) -> int:
-        """Return a challenge to send at *now* [s], or soon after."""
+        """Return a challenge to send at *now* [s] or soon after."""
         self._forget(now)
         self._drawn.append((now, self._new()))
         return self._drawn[-1][1]
@@ -93,16 +93,16 @@ class Challenges:
             self._drawn.popleft()
 
     def proven(self, proof: Mapping[str, float], frames: Iterable[bytes], arrived: float) -> bool:
-        """Return whether a cycle was made after a young challenge.
+        """Return whether a cycle was made after a recent challenge.
 
         Parameters
         ----------
         proof : mapping of str to float
-            Its ``echo`` and ``proof``.
+            The cycle's ``echo`` and ``proof``.
         frames : iterable of bytes
-            Its other frames.
+            The cycle's other frames.
         arrived : float
-            When its last frame arrived [s].
+            When the cycle's last frame arrived [s].
         """
         content = tuple(frames)
         return any(
@@ -124,12 +124,12 @@ def read_key(path: Path) -> bytes:
     Returns
     -------
     bytes
-        16 or 32 of them.
+        The key, 16 or 32 bytes.
 
     Raises
     ------
     BadInput
-        If it is none, or others may read it.
+        If the file is not a key, or others may read it.
     """
     if find_spec("cryptography") is None:
         raise BadInput("--key", "", "needs cryptography: pip install 'spindle-drift[keys]'")

@@ -2,17 +2,17 @@
 
 What each detects:
 
-- a check value (CRC): bits changed behind the CAN controller's own CRC, and senders that do not
-  know it;
+- a check value (CRC): bits changed outside the reach of the CAN controller's own CRC, and senders
+  that do not know it;
 - a counter: stuck and repeated frames;
-- no protection: only that no frame came.
+- no protection: only missing frames.
 
 None of them is authentication.
 
-The gateway's own frames have the first of them: AUTOSAR E2E profile 1. Byte 0 is a CRC-8 over the
-data id, its low byte first, and the rest of the frame; the low nibble of byte 1 is the counter, 0
-to 14. Source: AUTOSAR, Specification of SW-C End-to-End Communication Protection Library, profile
-1, data id mode "both".
+The gateway's own frames have both, by AUTOSAR E2E profile 1. Byte 0 is a CRC-8 over the data id
+(low byte first) and the rest of the frame; the low nibble of byte 1 is the counter, 0 to 14.
+Source: AUTOSAR, Specification of SW-C End-to-End Communication Protection Library, profile 1, data
+id mode "both".
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from crccheck.crc import Crc8Autosar, Crc8GsmA, Crc8SaeJ1850, Crc8Smbus, Crc16Ib
 
 NONE, COUNTER_ONLY, PROFILE_1 = "none", "counter", "e2e_profile_1"
 COUNTERS = 15
-"""How many values the counter has: given by AUTOSAR's profile 1."""
-# crccheck works bit by bit; its results for single bytes make a table, since a CRC is linear.
+"""Number of counter values: given by AUTOSAR's profile 1."""
+# crccheck works bit by bit, which is slow; a CRC is linear, so a table of single bytes suffices.
 _TABLE = bytes(Crc8GsmA.calc([byte]) for byte in range(256))
 
 
@@ -46,7 +46,7 @@ CHECKS: dict[str, tuple[Callable[[bytes], int], int]] = {
     "sum8": (Checksum8.calc, 1),
     "xor8": (ChecksumXor8.calc, 1),
 }
-"""Check values by name: what computes one, and how many bytes it takes."""
+"""Check values by name: the function that computes one, and its length [byte]."""
 NAMES = (NONE, COUNTER_ONLY, *CHECKS)
 
 
@@ -59,18 +59,18 @@ class Protection:
     name : str
         One of `NAMES`.
     counter : str
-        The signal that counts; empty for none.
+        The counter signal; empty for none.
     counters : int
-        How many values it has: it runs from 0 to one less.
+        Number of its values, which begin at 0.
     check : str
-        The signal that holds the check value, over the data id's bytes and those of the frame, its
-        own place left out; empty for none.
+        The signal with the check value over the bytes of the data id and the frame, without its
+        own; empty for none.
     at : int
-        Its first byte in the frame.
+        The check value's first byte in the frame.
     big : bool
-        Its more significant byte comes first.
+        Whether the check value's more significant byte comes first.
     data_id : bytes
-        What comes before the frame's own bytes; may be empty.
+        Bytes that precede the frame's own in the check value; may be empty.
     """
 
     name: str = NONE
@@ -88,7 +88,7 @@ class Protection:
 
     @property
     def trust(self) -> str:
-        """Whether faults show by check value and counter, by one of them, or by neither."""
+        """How faults are detected: by check value and counter, by one of them, or by neither."""
         return ("none", "partly", "protected")[len(self.signals)]
 
     def _value(self, data: bytes | bytearray) -> bytes:
@@ -97,14 +97,14 @@ class Protection:
         return calculate(self.data_id + rest).to_bytes(size, "big" if self.big else "little")
 
     def sealed(self, data: bytes) -> bytes:
-        """Return a frame's bytes with its check value; the counter is in place already."""
+        """Return a frame's bytes with its check value; the counter must already be in place."""
         if not self.check:
             return data
         value = self._value(data)
         return data[: self.at] + value + data[self.at + len(value) :]
 
     def intact(self, data: bytes | bytearray) -> bool:
-        """Return whether a frame fits its check value."""
+        """Return whether a frame matches its check value."""
         if not self.check:
             return True
         value = self._value(data)
@@ -112,7 +112,7 @@ class Protection:
 
 
 def profile_1(data_id: int, counter: str = "counter", check: str = "crc") -> Protection:
-    """Return the protection by AUTOSAR E2E profile 1 with a data id of 16 bits."""
+    """Return the protection by AUTOSAR E2E profile 1 with a 16-bit data id."""
     return Protection(
         PROFILE_1, counter, COUNTERS, check, data_id=(data_id & 0xFFFF).to_bytes(2, "little")
     )

@@ -1,15 +1,16 @@
-"""What arrives from the other node, judged frame by frame and put together.
+"""Checks the frames of the other node one by one, and assembles them.
 
-One `Watch` a frame checks length, check value and counter, and keeps the newest content. One
-`Reception` puts the frames of a node together, by one of two policies:
+For each frame a `Watch` checks length, check value and counter, and keeps the newest content. A
+`Reception` assembles the frames of a node, by one of two policies:
 
 - *together*: a node sends its frames once a cycle, all with the same two counts, and the closing
   one (its heartbeat) last. A cycle is usable if every frame came exactly once, in sequence and in
-  time. The two counts start anew together only after 240 (60) cycles, so that a frame of another
-  cycle shows. A frame that was out of step for nearly so long could come round to the right counts
-  again: it is not used before its cycle is proven to be fresh, or its sender has started anew.
-- *sampled*: frames come at their own pace, and what is newest of each is looked at once a period.
-  A frame, or a page of a multiplexed one, is late when it is older than allowed.
+  time. The two counts repeat together only after 240 (60) cycles of the machine (the gateway), so a
+  frame of another cycle is detected. A frame that was out of step for nearly that long could have
+  the right counts again: it is not used until its cycle is proven to be fresh or its sender has
+  restarted.
+- *sampled*: frames come at their own pace, and the newest of each is read once a period. A frame,
+  or a page of a multiplexed one, is late if it is older than allowed.
 
 A stray frame must not stop the loop, and a second sender must be detected. So a frame with a bad
 check value or a wrong length counts as not received; an intact one that is repeated or out of
@@ -27,23 +28,23 @@ from gateway.codec import Content, Finding, decode
 from gateway.database import Frame, Substitute
 
 TAKEN = ("good", "late", "missing")
-"""Verdicts on a frame whose content is kept."""
+"""Verdicts with which a frame's content is kept."""
 
 
 @dataclass(frozen=True)
 class Cycle:
-    """What one cycle of the other node brought, or one look at its newest frames.
+    """The content of one cycle of the other node, or of its newest frames.
 
     Attributes
     ----------
     usable : bool
-        Whether every frame came as it must. Single signals may still be NaN.
+        Whether every frame came as required. Single signals may still be NaN.
     values : dict of str to float
-        Every signal of the node; NaN where there is no value [unit of the signal].
+        Every signal of the node; NaN if it has no value [unit of the signal].
     finding : Finding or None
-        The first thing wrong.
+        The first problem.
     wrong : sequence of Finding
-        What does not spoil the cycle.
+        Problems that leave the cycle usable.
     heartbeat : dict of str to float
         Signals of the closing frame, even if the cycle is not usable; empty in a silence.
     frames : dict of int to bytes
@@ -70,7 +71,7 @@ class _Page:
 
 @dataclass
 class Watch:
-    """One frame: its counter, its newest content, and what was wrong since the last look."""
+    """Watches one frame: its counter, its newest content, and the problems since the last look."""
 
     frame: Frame
     timeout_s: float
@@ -88,7 +89,7 @@ class Watch:
     spoilt: Finding | None = None
 
     def take(self, data: bytes | bytearray, now: float) -> str:
-        """Judge one frame; return ``good``, or the fault."""
+        """Check one frame; return ``good`` or the fault."""
         frame = self.frame
         if frame.longer:
             data = data[: frame.size]
@@ -131,12 +132,12 @@ class Watch:
             self.in_step, self.seen_at = False, now
             return self._spoil("out_of_sequence", f"has the counter {counter} after {last}")
         if not self.in_step:
-            # Two senders take turns in being out of sequence: one good frame proves nothing.
+            # Two senders alternate in being out of sequence, so one good frame proves nothing.
             self.in_step = expected
             return self._spoil("out_of_sequence", f"has the counter {counter} after {last}")
         if expected:
             return "good"
-        # Where frames are sampled, those lost are no matter while the newest is fresh.
+        # If frames are sampled, lost ones do not matter as long as the newest is fresh.
         if self.together:
             self._spoil("missing", f"is missing {ahead - 1} times before this one")
         return "missing"
@@ -180,16 +181,16 @@ class Watch:
     def close(
         self, now: float, closing: tuple[int, int] | None, values: dict[str, float]
     ) -> tuple[Finding | None, list[Finding]]:
-        """Take the values that can be used; return what spoils the cycle, and what does not.
+        """Take the usable values; return the fatal problem, if any, and the harmless ones.
 
         Parameters
         ----------
         now : float
             The time [s].
         closing : tuple of int, or None
-            The counts of the closing frame; None in a silence, or where frames are sampled.
+            The counts of the closing frame; None in a silence, or if frames are sampled.
         values : dict
-            Takes the values.
+            Filled with the values.
         """
         spoilt = self._out_of_step(closing)
         if self.spoilt is not None:
@@ -198,7 +199,7 @@ class Watch:
         elif not self.in_step:
             spoilt = self.stray
         wrong = list[Finding]()
-        # What several pages hold is taken from the newest.
+        # A signal on several pages is taken from the newest.
         for number, page in sorted(self.pages.items(), key=lambda item: item[1].seen_at):
             fresh = page.new if self.together else now - page.seen_at <= self.timeout_s
             if fresh and page.seen_at > -inf:
@@ -217,25 +218,25 @@ class Watch:
 
 
 class Reception:
-    """Judges the frames of one node.
+    """Checks and assembles the frames of one node.
 
     Parameters
     ----------
     frames : sequence of Frame
-        All that the node sends in a cycle, the closing one last.
+        All frames that the node sends in a cycle, the closing one last.
     together : bool, optional
-        They come once a cycle, and the last one closes it; otherwise each at its own pace.
+        Whether frames come once a cycle, which the last one closes, or each at its own pace.
     optional : collection of str, optional
-        Signals that may be missing: something stands for them.
+        Signals that may be missing, because something replaces them.
     timeout_s : float, optional
-        After which silence a frame is late; by default what the DBC or the map says of each [s].
+        Silence after which a frame is late; by default each frame's own, from the DBC or map [s].
     look_after : int, optional
-        Where frames are sampled, the key of one after which to look.
+        If frames are sampled, the key of a frame whose arrival triggers a look.
 
     Attributes
     ----------
     counts : Counter
-        How many frames were good, and how many had each kind of fault.
+        Number of good frames, and of frames with each kind of fault.
     """
 
     def __init__(
@@ -255,7 +256,7 @@ class Reception:
         self.reset()
 
     def reset(self) -> None:
-        """Forget what was heard: the next frame of each kind is taken as the first."""
+        """Forget all frames: the next one of each kind counts as the first."""
         self._watches = {frame.key: self._watch(frame) for frame in self._frames}
 
     def _watch(self, frame: Frame) -> Watch:
@@ -270,7 +271,7 @@ class Reception:
         )
 
     def take(self, key: int, data: bytes | bytearray, now: float) -> Cycle | None:
-        """Judge a frame that arrived at *now* [s]; return the cycle if this closes it."""
+        """Check a frame that arrived at *now* [s]; return the cycle if the frame closes it."""
         watch = self._watches.get(key)
         if watch is None:
             self.counts["foreign"] += 1
@@ -280,21 +281,21 @@ class Reception:
         return self.look(now) if key == self._closing and fault in TAKEN else None
 
     def renew(self) -> None:
-        """Trust again the frames that keep step with the closing one."""
+        """Trust the frames that are in step with the closing one again."""
         closing = self._watches[self._frames[-1].key].counts
         for watch in self._watches.values():
             if watch.counts == closing:
                 watch.astray = 0
 
     def look(self, now: float, *, silent: bool = False) -> Cycle:
-        """Return what there is at *now* [s]: a cycle that closes, or the newest of all frames.
+        """Return the content at *now* [s]: of a closing cycle, or of the newest frames.
 
         Parameters
         ----------
         now : float
             The time [s].
         silent : bool, optional
-            The closing frame did not come, or the bus is lost.
+            Whether the closing frame did not come or the bus is lost.
         """
         values, came = dict(self._nothing), {}
         closing = self._watches[self._frames[-1].key]
@@ -304,7 +305,7 @@ class Reception:
         counts = closing.counts if self.together and not silent else None
         spoilt: list[Finding] = []
         wrong: list[Finding] = []
-        # The closing frame last, and in a silence first: it is what the silence is about.
+        # The closing frame comes last, but first in a silence, which is its absence.
         watches = list(self._watches.values())
         for watch in reversed(watches) if silent else watches:
             if any(page.new for page in watch.pages.values()):
@@ -320,12 +321,12 @@ class Reception:
 
 
 class Substitution:
-    """Puts what the map says in the place of inputs without a value.
+    """Replaces inputs without a value as the map requires.
 
     Parameters
     ----------
     substitutes : mapping of str to Substitute
-        By the name of the input.
+        By input name.
     """
 
     def __init__(self, substitutes: Mapping[str, Substitute]) -> None:
@@ -333,7 +334,7 @@ class Substitution:
         self._last: dict[str, tuple[float, float]] = {}
 
     def fill(self, values: Mapping[str, float], now: float) -> dict[str, float]:
-        """Return the values of a cycle that can be used, with none missing that need not be."""
+        """Return the values of a usable cycle, with missing ones replaced."""
         found = dict(values)
         for name, substitute in self._substitutes.items():
             value = found.get(name, nan)

@@ -1,16 +1,16 @@
 """The cold state that drift is counted from, and what proves it.
 
-A compensator takes the first temperatures that it is given for those of the cold machine. Started
-in the middle of a warm-up it would be wrong by all the drift so far, and nothing in its inputs
-would show that. So it gets no reading before one of these is given:
+A compensator takes the first temperatures that it is given as those of the cold machine. If started
+in the middle of a warm-up, it would be wrong by all the drift so far, and nothing in its inputs
+would show that. So it gets no reading before there is one of these proofs:
 
-- the state of a gateway that ran until a short while ago;
-- a machine that says that it is cold (``thermal_state``);
-- temperatures that have stood together with the ambient one for a while;
-- a user who says that the machine is cold.
+- the state of a gateway that ran until shortly before;
+- a machine that reports that it is cold (``thermal_state``);
+- temperatures that have stayed close to the ambient temperature for a while;
+- a user who declares the machine cold.
 
-Temperatures that are close together prove nothing without an ambient one among them: a warm spindle
-that cools evenly looks the same.
+Temperatures that are close together prove nothing unless one of them is the ambient temperature: a
+warm spindle that cools evenly looks the same.
 """
 
 from __future__ import annotations
@@ -21,24 +21,24 @@ from math import isfinite, nan
 
 SAID = "the user says that the machine is cold"
 COLD_FOR_S = 60.0
-"""For so long after a machine said so it is still cold, and without readings temperatures are where
-they were [s]: set on no data."""
+"""How long a machine counts as cold after it reported so, and the longest gap between readings in
+which temperatures count as unchanged [s]: set on no data."""
 
 
 @dataclass(frozen=True)
 class Proof:
-    """Which proofs that the machine is cold are accepted.
+    """The accepted proofs that the machine is cold.
 
     Attributes
     ----------
     said : bool
-        The machine is cold now: count the drift from its first readings.
+        Whether the user declares the machine cold now: count the drift from its first readings.
     ambient : str
         Ambient temperature input: a machine whose temperatures stay near it is cold.
     band_k : float
-        How near: largest difference between them, and largest change [K].
+        Largest difference between the temperatures, and largest change of each [K].
     time_s : float
-        How long they must stay so, in the compensator's time [s].
+        How long they must stay in this band, in the compensator's time [s].
     """
 
     said: bool = False
@@ -53,14 +53,14 @@ class Reference:
     Parameters
     ----------
     proof : Proof
-        What counts as one.
+        The accepted proofs.
     temperatures : sequence of str
-        The inputs that are temperatures.
+        The temperature inputs.
 
     Attributes
     ----------
     known : str
-        What proves that the machine is cold at present, for people; empty if nothing does.
+        The present proof that the machine is cold, as text; empty if there is none.
     """
 
     def __init__(self, proof: Proof, temperatures: Sequence[str]) -> None:
@@ -71,21 +71,21 @@ class Reference:
         self._together_s = 0.0
 
     def say_cold(self) -> None:
-        """Note that the user says that the machine is cold."""
+        """Note that the user declares the machine cold."""
         self._proof = replace(self._proof, said=True)
         self.known = SAID
 
     def take(self, values: Mapping[str, float], elapsed_s: float, *, cold: bool) -> str:
-        """Take in a cycle that was in order; return what proves now that the machine is cold.
+        """Take in a usable cycle; return the proof that the machine is cold now, as `known`.
 
         Parameters
         ----------
         values : mapping of str to float
             The readings.
         elapsed_s : float
-            The compensator's time since the cycle before [s].
+            The compensator's time since the previous cycle [s].
         cold : bool
-            The machine says that it is cold.
+            Whether the machine reports that it is cold.
         """
         if self._proof.said:
             return self.known

@@ -1,4 +1,4 @@
-"""A recorded log instead of the machine: its frames are sent again unchanged."""
+"""Replays a recorded log instead of the machine; its frames are sent unchanged."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ READ = (*LOGS, ".mf4")
 
 
 def recorded(path: Path, database: Database) -> list[can.Message]:
-    """Return the machine's frames of a log, in their order.
+    """Return the machine's frames of a log, in order.
 
     Parameters
     ----------
     path : Path
-        A log of a kind that python-can reads.
+        A log in a format that python-can reads.
     database : Database
-        Says which frames the machine sends.
+        Defines which frames the machine sends.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def replay(
     stopped: Callable[[], bool] = lambda: False,
     clock: Callable[[], float],
 ) -> int:
-    """Send recorded frames and return how many.
+    """Send recorded frames; return their number.
 
     Parameters
     ----------
@@ -79,20 +79,20 @@ def replay(
     link : Link
         The bus, open.
     answers : AnswerReceiver
-        Hears the gateway.
+        Receives the gateway's answers.
     speed_up : float or None
-        Times as fast as recorded; None: the next cycle as soon as the gateway has answered.
+        Speed relative to the recording; None: the next cycle as soon as the gateway has answered.
     wait_s : float
         How long a gateway may take to appear before the first frame [s].
     stopped : callable
-        Says when to end early.
+        Returns whether to end early.
     clock : callable
         Monotonic time [s].
 
     Returns
     -------
     int
-        Frames that were sent.
+        Number of frames sent.
     """
     closing = database.closing(MACHINE)
     until = clock() + wait_s
@@ -108,7 +108,7 @@ def replay(
         sent += 1
         if key_of(message) != closing.key or len(message.data) != closing.size:
             continue
-        # In step with the gateway, or a short look so that what it sends is taken in.
+        # Wait for the gateway's answer, or receive briefly so that its frames are taken in.
         patience_s, time_s = 0.0, None
         if speed_up is None:
             time_s = _running_time(closing, message)
@@ -118,7 +118,7 @@ def replay(
 
 
 def _running_time(closing: Frame, message: can.Message) -> float | None:
-    """Return the time [s] of a cycle that the gateway answers as such; None for any other."""
+    """Return the time of a cycle that the gateway answers [s]; None if the machine does not run."""
     if not closing.protection.intact(message.data):
         return None
     values = decode(closing, message.data).values
@@ -129,7 +129,7 @@ def _running_time(closing: Frame, message: can.Message) -> float | None:
 def _paced(
     messages: Iterable[can.Message], speed_up: float, longest_s: float, due: float
 ) -> Iterator[tuple[can.Message, float]]:
-    """Yield each frame of a log and when it is due [s], pauses of more than *longest_s* cut out."""
+    """Yield each frame of a log and when it is due [s], without pauses longer than *longest_s*."""
     before_s = inf
     for message in messages:
         gap_s = max(message.timestamp - before_s, 0.0)

@@ -1,4 +1,4 @@
-"""The gateway at work: the node, its bus, its FMU, its state file."""
+"""Runs the gateway: its node, bus, FMU and state file."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from measurement.errors import BadInput
 from measurement.stops import LOOK_S
 
 STATUSES = 1000
-"""Most changes of status that the summary lists; older ones are dropped. Set on no data."""
+"""Largest number of status changes in the summary; older ones are dropped. Set on no data."""
 
 
 @dataclass
 class Service:
-    """Runs a gateway until it is told to stop.
+    """Runs a gateway until it is stopped.
 
     Parameters
     ----------
@@ -38,27 +38,27 @@ class Service:
     fmu : Path
         The compensator.
     unit : CompensatorUnit
-        The same, loaded.
+        The compensator, loaded.
     link : Link
         The bus, open.
     settings : GatewaySettings
         How the gateway runs.
     state_file : Path or None
-        Where the compensator's state is kept.
+        The file that keeps the compensator's state.
     save_every_s : float
-        How often [s].
+        Period of saving the state [s].
     until_off : bool
-        End when the machine says that it is off.
+        End when the machine announces that it is off.
     duration_s : float or None
         End after this time (default: when interrupted) [s].
     stopped : callable
-        Says when to end.
+        Returns whether to end.
     say : callable
         Takes a line for people.
     renewed : callable
-        Says, once, that somebody has called the machine cold.
+        Returns, once, that a user has declared the machine cold.
     manager : ServiceManager
-        Hears that the gateway lives.
+        Receives the gateway's signs of life.
     participants : list of Participant
         The protocols that take part.
     """
@@ -84,7 +84,7 @@ class Service:
     _unsaved: bool = False
 
     def __post_init__(self) -> None:
-        """Let the participants hear what people are told."""
+        """Pass lines for people on to the participants."""
         say = self.say
 
         def tell_all(line: str) -> None:
@@ -100,9 +100,9 @@ class Service:
         Raises
         ------
         BadInput
-            If there is no such ambient temperature, or the state file is none.
+            If the ambient temperature is not an input, or the state file is not one.
         FmuError
-            If the FMU fails. The bus is told before any exception leaves here.
+            If the FMU fails. Before any exception is raised, it is announced on the bus.
         """
         self._fit()
         rate = 1.0 if self.settings.machine_clock else self.settings.speed_up
@@ -122,7 +122,7 @@ class Service:
         if warm is None and not self.settings.proof.said:
             self.say("offsets stay invalid until the machine is known to be cold")
         self.manager.tell("READY=1")
-        # The state goes to the disk beside the loop, and only the newest one.
+        # The state is written in the background, and only the newest one.
         saver = Background(2)
         try:
             self._loop(node, store, saver, begun)
@@ -148,7 +148,7 @@ class Service:
         }
 
     def _leave(self, node: GatewayNode, state: str) -> None:
-        """Announce on the bus that this node leaves, whatever else has failed."""
+        """Announce on the bus that this node leaves, even after other failures."""
         self.manager.tell("STOPPING=1")
         with contextlib.suppress(Exception):
             node.farewell(state)
@@ -237,7 +237,7 @@ class Service:
         saver.do(write)
 
     def _notice(self, node: GatewayNode) -> None:
-        """Report a change of the compensator's status."""
+        """Report changes of the compensator's status."""
         outputs = self.unit.outputs
         code, sensor = int(outputs.get("status", 0)), int(outputs.get("status_sensor", 0))
         if self.statuses and self.statuses[-1][1:] == (code, sensor):

@@ -1,7 +1,7 @@
-"""A state of an FMU that outlives the process.
+"""Saves an FMU's state, so that it survives a restart.
 
-The gateway may be restarted while the spindle is warm. What the compensator remembers (its
-reference temperatures, its offsets) is therefore kept in a file, as the FMU itself serialises it.
+The gateway may be restarted while the spindle is warm. So the compensator's state (reference
+temperatures, offsets) is kept in a file, as serialised by the FMU itself.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from measurement.files import read_bytes, write_atomically
 from scenarios.outputs import STATE_KIND, begins_as_state
 
 GATEWAY_STATE = 1
-"""Of the state file: given by this version."""
+"""Format of the state file: given by this version."""
 OLDEST_S = 3600.0
-"""Oldest saved state that is restored [s]: set on no data."""
+"""Largest age of a saved state that is restored [s]: set on no data."""
 
 
 @dataclass(frozen=True)
 class Saved:
-    """A state file: the FMU's time and the machine's [s], how long ago [s], and the state."""
+    """A saved state: the FMU's and the machine's time [s], its age [s], and its bytes."""
 
     time_s: float
     machine_time_s: float
@@ -36,14 +36,14 @@ class Saved:
 
 
 class StateFile:
-    """Where an FMU's state is kept.
+    """The file that keeps an FMU's state.
 
     Parameters
     ----------
     path : Path
-        The file; written whole or not at all.
+        The file; written completely or not at all.
     fmu_sha256 : str
-        The FMU that the state must belong to.
+        Hash of the FMU that the state must belong to.
     wall : callable, optional
         The time of day [s].
     """
@@ -56,7 +56,7 @@ class StateFile:
         return self._wall()
 
     def write(self, taken: float, time_s: float, machine_time_s: float, state: bytes) -> None:
-        """Save a state that was taken at a time of day [s].
+        """Save a state taken at the time of day *taken* [s].
 
         Raises
         ------
@@ -76,12 +76,12 @@ class StateFile:
         write_atomically(self.path, json.dumps(table) + "\n")
 
     def read(self, speed_up: float = 1.0) -> tuple[Saved | None, str]:
-        """Return what was saved, or None and why it cannot be used.
+        """Return the saved state and an empty text, or None and why it cannot be used.
 
         Parameters
         ----------
         speed_up : float
-            Seconds of the FMU in a second of the time of day.
+            Seconds of the FMU per second of the time of day.
 
         Raises
         ------
@@ -104,7 +104,7 @@ class StateFile:
             if not all(map(isfinite, (saved, *times))):
                 raise ValueError("a time in it is not a number")
         except (ValueError, KeyError, TypeError) as error:
-            # A power cut may leave such a file; the gateway starts without it.
+            # A power cut may leave a damaged file; the gateway starts without it.
             return None, f"it is damaged: {error}"
         age = self._wall() - saved
         found = Saved(times[0], times[1], age, state)

@@ -1,7 +1,7 @@
-"""What a service manager wants to hear: ready, still alive, stopping (sd_notify(3)).
+"""Notifies a service manager: ready, alive, stopping (sd_notify(3)).
 
-A datagram to the socket that ``NOTIFY_SOCKET`` names; nothing where there is none. The loop of the
-gateway sends the signs of life itself, so that one which hangs is started anew.
+Sends datagrams to the socket in ``NOTIFY_SOCKET``, if there is one. The gateway's main loop itself
+sends the signs of life, so that a hanging gateway is restarted.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from collections.abc import Mapping
 
 
 class ServiceManager:
-    """Tells a service manager how the program is.
+    """Reports the program's condition to a service manager.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ class ServiceManager:
     Attributes
     ----------
     every_s : float
-        How often it wants a sign of life: half of what it allows; infinite for never [s].
+        Period of the signs of life, half of the manager's timeout; infinite for none [s].
     """
 
     def __init__(self, environment: Mapping[str, str] = os.environ) -> None:
@@ -39,7 +39,7 @@ class ServiceManager:
         self._told_at = float("-inf")
 
     def tell(self, *lines: str) -> None:
-        """Send assignments, such as ``READY=1``."""
+        """Send assignments, for example ``READY=1``."""
         if not self._address:
             return
         with contextlib.suppress(OSError), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as out:
@@ -47,7 +47,7 @@ class ServiceManager:
             out.sendto("\n".join(lines).encode(), self._address)
 
     def alive(self, now: float) -> None:
-        """Send a sign of life if one is due at a time of any steady clock [s]."""
+        """Send a sign of life if one is due at *now*, of any monotonic clock [s]."""
         if now - self._told_at >= self.every_s:
             self._told_at = now
             self.tell("WATCHDOG=1")

@@ -1,23 +1,22 @@
 """Whether the machine's time agrees with this computer's clock.
 
-If all frames of a cycle are delayed equally, their counts are right but the values are old. And a
-gateway that counts one second where the machine counts fifty follows the wrong warm-up. Both show
-when the machine's time is compared with the arrival of its frames: the offset between the two
+If all frames of a cycle are delayed equally, their counts are right but the values are old. And if
+the gateway counts one second while the machine counts fifty, it follows the wrong warm-up. Both
+show when the machine's time is compared with the arrival of its frames: the offset between the two
 clocks must stay constant, except for the drift of good clocks.
 
-Time that is behind is either a delay or a machine's clock that was set, and only a proof of
-freshness tells them apart. Without one, the offset to compare with stays: what is behind is not
-used until the offset is right again, whatever the machine says in between."""
+If the machine's time falls behind, either its frames are delayed or its clock was set; only a proof
+of freshness tells these apart. Without one, the reference offset stays: late cycles are not used
+until the offset is right again, whatever the machine reports in between."""
 
 from __future__ import annotations
 
 CLOCK_DRIFT = 5e-4
-"""Two clocks may drift apart by this much of the time gone by [1]. Crystals of 100 ppm each, in any
-temperature that a cabinet has, stay well below. A delay that grows more slowly than this cannot be
-told from drift. Set on no data."""
+"""Largest drift between two clocks, as a share of the elapsed time [1]. Two crystals of 100 ppm
+stay well below it at any temperature in a cabinet. A delay that grows more slowly cannot be told
+from drift. Set on no data."""
 QUARANTINE_S = 60.0
-"""After the machine's time ran at another rate, nothing is trusted for so long [s]: set on no
-data."""
+"""How long nothing is trusted after the machine's time ran at another rate [s]: set on no data."""
 RATE = "time_rate", "machine_time runs at another rate than this computer's clock times --speed-up"
 
 
@@ -27,23 +26,23 @@ class Timebase:
     Parameters
     ----------
     period : int
-        The machine's raw time starts anew after so many counts.
+        Number of counts after which the machine's raw time starts again.
     scale_s : float
-        Seconds of the machine in a count.
+        Seconds of the machine per count.
     speed_up : float
-        Seconds of the machine in a second of this computer's clock.
+        Seconds of the machine per second of this computer's clock.
     tolerance_s : float
         How late or early a cycle may arrive, by this computer's clock [s].
 
     Attributes
     ----------
     behind : bool
-        The newest cycle was behind, and no proof has come since.
+        Whether the newest cycle was behind, and no proof has come since.
     in_time : bool
-        By the newest cycle the machine's clock has seen as much time go by as this one.
+        Whether the machine's clock and this one agree in the newest cycle.
     unseen_s : float
-        By how much the machine's time was found to be further on than this clock, since `judge` was
-        called the last time, by this clock's rate [s].
+        How far the last call of `judge` found the machine's time ahead of this clock, at this
+        clock's rate [s].
     """
 
     def __init__(self, period: int, scale_s: float, speed_up: float, tolerance_s: float) -> None:
@@ -60,12 +59,12 @@ class Timebase:
         self.in_time, self.unseen_s = False, 0.0
 
     def restart(self, *, proven: bool = False) -> None:
-        """Note that the machine says that it starts: its time may be another one.
+        """Note that the machine reports that it starts, so its time may be different.
 
         Parameters
         ----------
         proven : bool, optional
-            It is proven to say so now. What comes late says so as well, and is still late.
+            Whether that report is proven to be fresh; a delayed one stays late.
         """
         self._restarted = not self.behind
         if proven:
@@ -74,7 +73,7 @@ class Timebase:
     def judge(
         self, raw: int, arrived: float, *, jumped: bool = False, proven: bool = False
     ) -> tuple[str, str] | None:
-        """Return the fault and a text, or None if the times fit.
+        """Return the fault and a text, or None if the times agree.
 
         Parameters
         ----------
@@ -83,9 +82,9 @@ class Timebase:
         arrived : float
             When its frame arrived [s].
         jumped : bool
-            The time is not the one that the cycle before announced.
+            Whether the time differs from the one that the previous cycle announced.
         proven : bool
-            The frame is proven to be fresh.
+            Whether the frame is proven to be fresh.
         """
         self.tell_nothing()
         if self._last is None:
@@ -123,7 +122,7 @@ class Timebase:
         return self._distrust(arrived)
 
     def _set(self, jumped: bool, ahead_s: float, arrived: float) -> tuple[str, str] | None:
-        """Judge a time that has moved against this clock [s]: set at once, or by its rate."""
+        """Judge a time that has moved against this clock [s]: a jump, or a different rate."""
         if jumped:
             return "time_jump", f"machine_time jumped by {ahead_s:.3f} s"
         self._distrusted_until = arrived + QUARANTINE_S

@@ -1,4 +1,4 @@
-"""An FMU at one end of the bus: values in and out by name, and its state as bytes."""
+"""An FMU at one end of the bus, with values in and out by name and its state as bytes."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ class StatefulSlave(Slave):
 
     @property
     def can_save(self) -> bool:
-        """Whether the FMU says that its state can be serialised."""
+        """Whether the FMU declares that its state can be serialised."""
         return bool(self.description.coSimulation.canSerializeFMUstate)
 
     def kept(
         self, path: Path | None, say: Callable[[str], None], speed_up: float = 1.0
     ) -> tuple[StateFile | None, Saved | None]:
-        """Return the file that keeps the FMU's state, and what to go on from; None for neither.
+        """Return the file for the FMU's state and the state to continue from; None for either.
 
         Parameters
         ----------
@@ -38,12 +38,12 @@ class StatefulSlave(Slave):
         say : callable
             Takes a line for people: why a state is not used.
         speed_up : float, optional
-            Seconds of the FMU in a second of the time of day.
+            Seconds of the FMU per second of the time of day.
 
         Raises
         ------
         BadInput
-            If the FMU has no state, or the file is none.
+            If the FMU has no state, or the file is not a state file.
         """
         if path is None:
             return None, None
@@ -61,7 +61,7 @@ class StatefulSlave(Slave):
         Raises
         ------
         FmuError
-            If it gives none.
+            If the FMU does not return it.
         """
         with self._asked("it does not give its state"):
             state = self._fmu.getFMUstate()
@@ -72,12 +72,12 @@ class StatefulSlave(Slave):
             self._fmu.freeFMUstate(state)
 
     def restore(self, data: bytes) -> None:
-        """Take up what `saved` returned.
+        """Restore a state from `saved`.
 
         Raises
         ------
         FmuError
-            If the FMU refuses it.
+            If the FMU rejects it.
         """
         with self._asked("it does not accept a saved state"):
             state = self._fmu.deSerializeFMUstate(data)
@@ -109,15 +109,15 @@ class CompensatorUnit:
     Attributes
     ----------
     inputs : list of str
-        The real inputs of the FMU, without those for a probe.
+        The real inputs of the FMU, except those for a probe.
     probed : list of str
-        Those for a probe, without the flag.
+        Those for a probe, except the flag.
     outputs : dict of str to float
-        Every output but texts, by name; ``valid`` and the status are numbers.
+        Every output except texts, by name; ``valid`` and the status are numbers.
     time_s : float
-        What the FMU has reached [s].
+        The FMU's time [s].
     share : float
-        Which share of the predicted drift is sent [1].
+        The share of the predicted drift that is sent [1].
     """
 
     def __init__(
@@ -142,11 +142,11 @@ class CompensatorUnit:
 
     @property
     def output_names(self) -> list[str]:
-        """What `outputs` holds once it has started."""
+        """The names in `outputs` after the start."""
         return [name for port in self._ports for name in port.names]
 
     def start(self, saved: Saved | None = None) -> None:
-        """Initialise, and go on from a saved state if there is one.
+        """Initialise the FMU, and continue from a saved state if there is one.
 
         Parameters
         ----------
@@ -156,7 +156,7 @@ class CompensatorUnit:
         Raises
         ------
         FmuError
-            If the FMU refuses.
+            If the FMU fails.
         """
         with self.slave.starting(1e9):
             pass
@@ -167,12 +167,12 @@ class CompensatorUnit:
         self._read()
 
     def renew(self) -> None:
-        """Forget everything: the next sample is the first.
+        """Forget everything, so that the next sample is the first.
 
         Raises
         ------
         FmuError
-            If the FMU cannot go back to how it was when it started.
+            If the FMU cannot return to its initial state.
         """
         if self._new is None:
             raise self.slave.failure("it cannot take up an earlier state")
@@ -181,14 +181,14 @@ class CompensatorUnit:
         self._read()
 
     def step(self, values: Mapping[str, float], step_s: float) -> dict[str, float]:
-        """Take in one sample, NaN for what is missing, and advance by *step_s* [s].
+        """Take one sample, in which NaN means missing, and advance by *step_s* [s].
 
-        A probe counts where *values* holds all of it.
+        A probe is used if *values* holds all of its inputs.
 
         Parameters
         ----------
         values : mapping of str to float
-            By input, each in its unit; an input that is not in it is missing.
+            By input, each in its unit; absent inputs are missing.
         step_s : float
             Length of the step [s].
 
@@ -226,11 +226,11 @@ class CompensatorUnit:
         return str(variable.unit or "") if variable is not None else ""
 
     def close(self, error: BaseException | None = None) -> None:
-        """Let the FMU go.
+        """Release the FMU.
 
         Parameters
         ----------
         error : BaseException, optional
-            What ended the gateway.
+            The error that ended the gateway.
         """
         self.slave.__exit__(type(error) if error else None, error, None)
