@@ -1,1 +1,1 @@
-"""The commands of the command line: one file, one command; see :mod:`scenarios.cli`."""
+"""The gateway's commands, one per file; see :mod:`scenarios.cli`."""

@@ -1,4 +1,4 @@
-"""A working day at LinuxCNC: its axes against the spindle's drift, with tool changes and faults."""
+"""A working day at LinuxCNC: axes that compensate the spindle's drift, tool changes and faults."""
 
 from __future__ import annotations
 

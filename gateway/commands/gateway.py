@@ -113,7 +113,7 @@ def _serve(
         stack.enter_context(on_signals(["SIGUSR1"], lambda *_: cold.append(True)))
         bus = on_bus("gateway", args, database, MACHINE, args.startup_s)
         say, link, stopped = stack.enter_context(bus)
-        # A Python FMU shares this process's standard error; its complaints come through its log.
+        # A Python FMU shares this process's standard error; its messages come through its log.
         stack.enter_context(contextlib.redirect_stderr(printed))
         unit = CompensatorUnit(fmu, say, printed)
         stack.push(lambda kind, error, trace: unit.close(error))

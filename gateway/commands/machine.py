@@ -118,7 +118,7 @@ def _simulate(args: argparse.Namespace, database: Any) -> dict[str, Any]:
         fmu = find_fmu(name, args.fmu_dir, near, work, quiet=args.quiet)
         bus = on_bus("machine", args, database, COMPENSATOR, args.wait)
         say, link, stopped = stack.enter_context(bus)
-        # A Python FMU shares this process's standard error; its complaints come through its log.
+        # A Python FMU shares this process's standard error; its messages come through its log.
         stack.enter_context(contextlib.redirect_stderr(printed))
         plant = MachinePlant(fmu, case, say, printed, recorded=args.out is not None)
         stack.push(lambda kind, error, trace: plant.close(error))
@@ -162,7 +162,7 @@ def _case(args: argparse.Namespace, database: Any) -> tuple[Any, Path]:
     overrides = [assignment(text) for text in args.set]
     if args.speed_up is not None:
         step_s = (database.every_s or database.closing(MACHINE).cycle_s) * args.speed_up
-        # The table that --out writes holds every step: how often a scenario records is no matter.
+        # The table from --out holds every step, however often the scenario records.
         overrides += [("step_s", step_s), ("record_s", step_s)]
     scenario = read_scenario(args.scenario, overrides)
     if not scenario.cases:

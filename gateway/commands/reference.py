@@ -1,4 +1,4 @@
-"""A new cold reference for a gateway that runs."""
+"""A new cold reference for a running gateway."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Have the drift counted from now."""
+    """Make the running gateway count the drift from now."""
     from measurement.errors import BadInput
 
     try:
-        # A state says which process saved it.
+        # A state file names the process that saved it.
         pid = int(json.loads(args.state.read_text(encoding="utf-8"))["pid"])
         command = Path(f"/proc/{pid}/cmdline").read_bytes()
     except (OSError, ValueError, KeyError, TypeError):
         raise BadInput(args.state, "", "was saved by no gateway that runs") from None
-    # A gateway that was killed leaves its file behind, and its number may be another's by now. Some
+    # A killed gateway leaves its file behind, and its process number may be reused by now. Some
     # kernels show no command line.
     if command and b"gateway" not in command:
         raise BadInput(args.state, "", f"was saved by process {pid}, which is no gateway now")

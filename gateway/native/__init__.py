@@ -1,1 +1,1 @@
-"""The gateway's frames in C: a compensator FMU with a CAN terminal (FMI-LS-BUS)."""
+"""The gateway's frames in C, for a compensator FMU with a CAN terminal (FMI-LS-BUS)."""

@@ -1,4 +1,4 @@
-"""What a compensator FMU with a CAN terminal is made of: the C twin behind a node of the bus."""
+"""The parts of a compensator FMU with a CAN terminal: the C twin behind a node of the bus."""
 
 from __future__ import annotations
 
@@ -33,28 +33,28 @@ NOTE = (
     "carry the offsets."
 )
 NO_BUS = "no_bus.c"
-"""The source that the node stands in for."""
+"""The source that the node replaces."""
 MOST_FRAMES = 64
-"""Given by C: a bit each of 64."""
+"""Largest number of frames, one bit of a 64-bit word each: given by C."""
 
 
 def native_on_bus(
     recipe: Recipe, native: Native, dbc: Path | None = None, *, high: bool = False
 ) -> Native:
-    """Return what a compensator with a CAN terminal is made of.
+    """Return the parts of a compensator with a CAN terminal.
 
-    What was an input is an output: it shows what the frames brought.
+    The former inputs become outputs, which show the values received in frames.
 
     Parameters
     ----------
     recipe : Recipe
-        Of the compensator's FMU.
+        The recipe of the compensator's FMU.
     native : Native
-        What its C twin is made of.
+        The parts of its C twin.
     dbc : Path, optional
-        The frames; by default those of the gateway.
+        The frames; by default the gateway's own.
     high : bool
-        Whether the signals are variables, in place of frames as bytes.
+        Whether the signals are variables, instead of frames as bytes.
 
     Raises
     ------
@@ -66,12 +66,12 @@ def native_on_bus(
     inputs = {variable.name: variable for variable in own if variable.causality == "input"}
     terminal, signals = _signals(database) if high else (None, [NOTIFICATIONS])
     sources = {path.name: path.read_text("utf-8") for path in sorted(C_FOLDER.iterdir())}
-    # Signals cannot be old when they come, so nothing has to prove that they are not.
+    # Signals arrive without delay, so no proof of freshness is needed.
     judged = database.unproven() if high else database
     sources |= node_data(judged, [*own, *signals], terminal)
 
     def data(variables: Sequence[Variable], guid: str) -> Mapping[str, str]:
-        # To the compensator's own C they are the inputs that they were.
+        # To the compensator's own C code they are still inputs.
         return native.data([inputs.get(variable.name, variable) for variable in variables], guid)
 
     heard = {name: replace(v, depends=()) for name, v in native.variables.items()}
@@ -117,7 +117,7 @@ def _signals(database: Database) -> tuple[SignalTerminal, list[Variable]]:
 
 
 def _protection(frame: Frame) -> tuple[str, str, str]:
-    """Return the signals that are not the sender's to fill, in the order of ``frames.h``."""
+    """Return the protection signals, which no sender fills, in the order of ``frames.h``."""
     return frame.protection.check, frame.protection.counter, frame.cycle
 
 
@@ -150,7 +150,7 @@ def _variables(database: Database, terminal: SignalTerminal, frame: Frame) -> It
 
 
 def _start(signal: Signal | None) -> float:
-    """Return what a receiver takes before the first frame."""
+    """Return the value that a receiver assumes before the first frame."""
     if signal is None:
         return 0.0
     missing = signal.start == signal.codes.get(NOT_AVAILABLE)

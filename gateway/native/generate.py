@@ -1,6 +1,7 @@
-"""The C data of a bus node, from the DBC file and the variables of its FMU.
+"""Generates the C data of a bus node from the DBC file and the variables of its FMU.
 
-Frames, signals, codes and times are those that the gateway reads; nothing of them is written in C.
+All frames, signals, codes and times come from the same source as the gateway's; none is hand-coded
+in C.
 """
 
 from __future__ import annotations
@@ -35,9 +36,9 @@ from measurement.rig import AXES
 from scenarios.wiring import PROBED
 
 ROLES = (*NEEDED[COMPENSATOR], LAST[COMPENSATOR], CHALLENGE, FRESHNESS, TAKEN)
-"""What the node itself says, by the names of the signals; tables for each axis come after."""
+"""Signals that the node itself fills, by name; those of each axis follow."""
 HEARD = (*NEEDED[MACHINE], "tool_length", ECHO, PROOF)
-"""What it takes from the machine besides the compensator's inputs."""
+"""Signals that it takes from the machine in addition to the compensator's inputs."""
 NONE = "NONE"
 HEAD = "/* Made by spindle-drift from a DBC file; not to be edited. */\n"
 
@@ -52,14 +53,14 @@ def node_data(
     database : Database
         The frames.
     variables : sequence of Variable
-        Those of the FMU, in the order of their value references.
+        The FMU's variables, in the order of their value references.
     terminal : SignalTerminal, optional
-        Where the signals are variables.
+        The terminal, if the signals are variables.
 
     Raises
     ------
     BadInput
-        If a frame cannot be had in C, or does not carry an input of the compensator.
+        If the C code does not support a frame, or no frame carries an input of the compensator.
     """
     refs = {variable.name: ref for ref, variable in enumerate(variables)}
     heard = [signal.name for _, signal in database.signals(MACHINE)]
@@ -98,7 +99,7 @@ def _header(database: Database, heard: Sequence[str], terminal: SignalTerminal |
         "COUNTER_BITS": COUNTERS.bit_length(),
         "LARGEST_ECHO": LARGEST_ECHO,
         "BIT_RATE": database.bit_rate,
-        # Signals take no time on their way.
+        # Signals need no transmission time.
         "FRAME_S": 0.0 if terminal else frame_bits(closing.size) / database.bit_rate,
         "CYCLE_S": closing.cycle_s,
         "TIMEOUT_S": closing.timeout_s,
@@ -148,7 +149,7 @@ def _tables(database: Database, refs: Mapping[str, int], terminal: SignalTermina
         *_frames("machine", database.of(MACHINE), refs, terminal),
         *_frames("compensator", database.of(COMPENSATOR), refs, terminal),
         "const struct signal offset_signals[] = {",
-        # The allowed values themselves, where a frame's signals have raw ones.
+        # The limits are values here, but raw values in a frame's signals.
         *(
             f"    {{.low = {s.low!r}, .high = {s.high!r}, .ref = {_ref(refs, s)}}},"
             for s in offsets
@@ -173,7 +174,7 @@ def _frames(
     refs: Mapping[str, int],
     terminal: SignalTerminal | None,
 ) -> Iterator[str]:
-    """Yield a node's signals in one table, and its frames, each with its part of it."""
+    """Yield a table of a node's signals, then its frames, each with its part of the table."""
     yield f"const struct signal {node}_signals[] = {{"
     for frame in frames:
         places = {signal.name: int(signal.start) for signal in frame.message.signals}
@@ -208,7 +209,7 @@ def _signal(signal: Signal, start: int, refs: Mapping[str, int]) -> str:
         "missing": missing,
         "error": error,
         "fallback": signal.start,
-        # Only the machine's are read, and its have few values.
+        # Only the machine's signals are read, and they have few values.
         "named": f"UINT64_C({words})" if words < 1 << 64 else 0,
         "role": _role(signal.name),
         "ref": _ref(refs, signal),
@@ -240,7 +241,7 @@ def _codes(database: Database, name: str) -> str:
 
 
 def _status_codes(database: Database) -> str:
-    """Return what stands for each status of the compensator, by its number."""
+    """Return the code of each status of the compensator, by its number."""
     words = {number: word for word, number in named("status").items()}
     renamed = database.has("status") and database.signal("status").numbers
     return ", ".join(
@@ -250,7 +251,7 @@ def _status_codes(database: Database) -> str:
 
 
 def _code(database: Database, name: str, word: str) -> float:
-    """Return the value that a name stands for; a signal that the DBC lacks is sent by nobody."""
+    """Return a named value's code; if the DBC lacks the signal, the code is never used."""
     if not database.has(name):
         return 0.0
     signal = database.signal(name)

@@ -1,7 +1,7 @@
-"""The protocols that the gateway speaks: one file, one adapter; see `gateway.protocols.base`.
+"""The gateway's protocols, one adapter per file; see `gateway.protocols.base`.
 
-Every file of this folder is walked, and so are the entry points of the group
-``spindle_drift.gateway_protocols``: a further bus is one file, here or in another distribution.
+Adapters are found in the files of this folder and through the entry points of the group
+``spindle_drift.gateway_protocols``, so a new bus is one file, here or in another distribution.
 """
 
 from __future__ import annotations
@@ -17,5 +17,5 @@ GROUP = "spindle_drift.gateway_protocols"
 
 @cache
 def adapters() -> tuple[type[Adapter], ...]:
-    """Return every adapter; those that come with the gateway first, by name."""
+    """Return all adapters, those of this folder first, by name."""
     return tuple(classes_of(__name__, Path(__file__).parent, Adapter, GROUP))

@@ -1,9 +1,9 @@
-"""The port that a protocol plugs into.
+"""The interface for protocols.
 
-An adapter declares its arguments of ``spindle-drift gateway``. If they ask for it, it may say which
-frames the gateway uses, and it may join the gateway at work: see what is sent and heard, hold it
-back while its network is not ready, and show it elsewhere. Judging frames, freshness and the
-compensator are none of its business.
+An adapter declares its arguments of ``spindle-drift gateway``. If requested by these, it may choose
+the frames that the gateway uses, and it may join the running gateway: read what is sent and
+received, hold it back while its network is not ready, and show it elsewhere. It has no part in
+checking frames and freshness, nor in the compensator.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:  # the help of the command must not wait for these
+if TYPE_CHECKING:  # not imported just to print the command's help
     import can
 
     from gateway.codec import Value
@@ -28,18 +28,18 @@ Send = Callable[["Iterable[can.Message]"], object]
 
 @dataclass(frozen=True)
 class Report:
-    """What the gateway does at present.
+    """The gateway's present values and state.
 
     Attributes
     ----------
     answer : mapping
         The values of the newest answer.
     given : mapping of str to float
-        What was heard for it.
+        The inputs received for it.
     outputs : mapping of str to float
-        The compensator's.
+        The compensator's outputs.
     state : mapping
-        The gateway's own: ``valid``, ``status_text``, ``gateway_state``, …
+        The gateway's own state: ``valid``, ``status_text``, ``gateway_state``, …
     """
 
     answer: Mapping[str, Value]
@@ -49,7 +49,7 @@ class Report:
 
 
 class Participant:
-    """A protocol at work beside the gateway's loop; nothing of it may wait."""
+    """A protocol that takes part in the gateway's loop; its methods must not block."""
 
     operational = True
     """Whether frames may be used and sent."""
@@ -60,9 +60,9 @@ class Participant:
         Parameters
         ----------
         now : float
-            Of a steady clock [s].
+            Of a monotonic clock [s].
         report : callable
-            Returns what the gateway does.
+            Returns the gateway's present report.
         """
 
     def hear(self, line: str) -> None:
@@ -71,19 +71,19 @@ class Participant:
         Parameters
         ----------
         line : str
-            As it is printed.
+            The line as printed.
         """
 
     def close(self) -> None:
-        """Leave."""
+        """Stop taking part."""
 
     def gated(self, send: Send) -> Send:
-        """Return what sends messages while this is operational.
+        """Return a function that sends messages only while this is operational.
 
         Parameters
         ----------
         send : callable
-            Sends them in any case.
+            Sends messages in any case.
         """
         return lambda messages: send(messages) if self.operational else None
 
@@ -102,19 +102,19 @@ class Adapter:
 
     @classmethod
     def add_arguments(cls, parser: argparse.ArgumentParser) -> None:
-        """Declare its arguments."""
+        """Declare the protocol's arguments."""
 
     def check(self) -> None:
-        """Refuse arguments that make no sense, before anything is loaded.
+        """Reject arguments that make no sense, before anything is loaded.
 
         Raises
         ------
         BadInput
-            For the first that does not.
+            For the first bad argument.
         """
 
     def printed(self, fmu: Path) -> str | None:
-        """Return what the command only prints, if that was asked for.
+        """Return the text to print instead of running the gateway, if requested.
 
         Parameters
         ----------
@@ -124,7 +124,7 @@ class Adapter:
         return None
 
     def mapping(self, fmu: Path) -> FrameMapping | None:
-        """Return the frames that the gateway is to use, if this protocol says so.
+        """Return the frames for the gateway, if this protocol chooses them.
 
         Parameters
         ----------
@@ -136,7 +136,7 @@ class Adapter:
     def join(
         self, database: Database, fmu: Path, unit: CompensatorUnit, say: Say
     ) -> Participant | None:
-        """Begin to take part, if that was asked for.
+        """Begin to take part, if requested.
 
         Parameters
         ----------
@@ -145,7 +145,7 @@ class Adapter:
         fmu : Path
             The compensator.
         unit : CompensatorUnit
-            The same, loaded.
+            The compensator, loaded.
         say : callable
             Takes a line for people.
         """

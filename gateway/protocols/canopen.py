@@ -28,7 +28,7 @@ class CanOpen(Adapter):
         parser.add_argument("--eds", action="store_true", help=text)
 
     def check(self) -> None:
-        """Refuse frames beside its own, and an installation without the library."""
+        """Reject other frames next to its own, and an installation without the library."""
         if self.args.canopen is None and self.args.eds:
             raise BadInput("--eds", "", "needs --canopen: of which node")
         if self.args.canopen is not None and (self.args.map is not None or self.args.dbc):
@@ -37,7 +37,7 @@ class CanOpen(Adapter):
             raise BadInput("--canopen", "", "needs canopen: pip install 'spindle-drift[canopen]'")
 
     def printed(self, fmu: Path) -> str | None:
-        """Return the data sheet, if it was asked for."""
+        """Return the data sheet, if requested."""
         if not self.args.eds:
             return None
         from gateway.canopen_pdo import node_eds
@@ -55,7 +55,7 @@ class CanOpen(Adapter):
     def join(
         self, database: Database, fmu: Path, unit: CompensatorUnit, say: Say
     ) -> Participant | None:
-        """Come to the bus as a node."""
+        """Join the bus as a node."""
         if self.args.canopen is None:
             return None
         from gateway.canopen_node import CanOpenNode

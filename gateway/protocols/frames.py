@@ -1,4 +1,4 @@
-"""Plain frames: those of a DBC file, or of a control by its map (``--dbc``, ``--map``)."""
+"""Plain frames, from a DBC file of the own form or a control's map (``--dbc``, ``--map``)."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ if TYPE_CHECKING:
 
 
 def frames_of(name: str | None, dbc: Path | None) -> Mapping:
-    """Return the frames of a command line: those of a map, or of a DBC file of the own form.
+    """Return the frames for a command line: a map's, or those of a DBC file of the own form.
 
     Parameters
     ----------
     name : str or None
-        A file, or the name of one that ships.
+        A map's file, or the name of one that ships.
     dbc : Path or None
-        A DBC file that was given; None without a map: the one that ships.
+        The DBC file given; if there is no map either, the one that ships is used.
 
     Raises
     ------
@@ -42,12 +42,12 @@ def frames_of(name: str | None, dbc: Path | None) -> Mapping:
 
 
 class Frames(Adapter):
-    """The gateway's own frames, or those of any form that a control has."""
+    """The gateway's own frames, or a control's frames of any form."""
 
     def check(self) -> None:
-        """Read them."""
+        """Read the frames."""
         self._mapping = frames_of(self.args.map, self.args.dbc)
 
     def mapping(self, fmu: Path) -> Mapping | None:
-        """Return them."""
+        """Return the frames."""
         return self._mapping

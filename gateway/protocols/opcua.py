@@ -46,7 +46,7 @@ STATES: dict[str, str] = {
     "compensator_sha256": "text",
 }
 LOW, HIGH = 1, 667
-"""Severities of events, where the bands of low and high begin: given by OPC 10000-5."""
+"""Severities of events at which the low and the high band begin: given by OPC 10000-5."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Security:
     certificate, key : Path
         The server's own (DER or PEM).
     trust : Path
-        Folder of the clients' certificates, or of their signers'.
+        Folder with the certificates of the clients or their signers.
     """
 
     certificate: Path
@@ -74,7 +74,7 @@ def checked_url(url: str, security: Security | None) -> str:
     url : str
         ``opc.tcp://HOST:PORT``, with or without a path.
     security : Security or None
-        Without it, only an address that nobody else on the network reaches is allowed.
+        Without it, only addresses that other computers cannot reach are allowed.
 
     Returns
     -------
@@ -85,7 +85,7 @@ def checked_url(url: str, security: Security | None) -> str:
     ------
     BadInput
         If it is not an OPC UA URL, asyncua is not installed, a file is missing, or other computers
-        could read without a certificate.
+        could read the values without a certificate.
     """
     parts = urlsplit(url)
     try:
@@ -128,7 +128,7 @@ class HallStatus(Participant):
     security : Security or None
         None: without certificates, for this computer only.
     unit : CompensatorUnit
-        Says which inputs and outputs there are, and their units.
+        Gives the inputs, the outputs and their units.
     say : callable
         Takes a line for people.
     """
@@ -155,7 +155,7 @@ class HallStatus(Participant):
             stderr=subprocess.DEVNULL,
             text=True,
             encoding="utf-8",
-            # An interrupt of the terminal is the gateway's to deal with.
+            # Only the gateway handles an interrupt from the terminal.
             start_new_session=True,
         )
         self._lines = Background()
@@ -171,7 +171,7 @@ class HallStatus(Participant):
         self._url = url
 
     def update(self, now: float, report: Callable[[], Report]) -> None:
-        """Send what the gateway does every `LOOK_S`, changes of its state at once."""
+        """Send the gateway's values every `LOOK_S`, and changes of its state at once."""
         shown = report()
         state = shown.state
         changed = tuple(state[key] for key in ("valid", "status", "gateway_state", "bus_fault"))
@@ -197,7 +197,7 @@ class HallStatus(Participant):
 
     def _put(self, text: str) -> None:
         assert self._server.stdin is not None
-        with contextlib.suppress(OSError, ValueError):  # it is gone: the listener says so
+        with contextlib.suppress(OSError, ValueError):  # it is gone: the listener reports it
             self._server.stdin.write(text)
             self._server.stdin.flush()
 
@@ -216,7 +216,7 @@ class HallStatus(Participant):
         """End the server."""
         self._ended = True
         if not self._lines.close():
-            self._server.kill()  # it does not take what it is told
+            self._server.kill()  # it does not read its input
         with contextlib.suppress(OSError, ValueError):
             assert self._server.stdin is not None
             self._server.stdin.close()
@@ -232,7 +232,7 @@ class HallStatus(Participant):
 
 
 def security_of(files: Sequence[Path | None]) -> Security | None:
-    """Return the security that certificate, key and trust folder give; None without all three.
+    """Return the security from certificate, key and trust folder; None if none of them is given.
 
     Parameters
     ----------
@@ -254,7 +254,7 @@ def security_of(files: Sequence[Path | None]) -> Security | None:
 
 
 class OpcUa(Adapter):
-    """A server in a process of its own."""
+    """A server in a separate process."""
 
     @classmethod
     def add_arguments(cls, parser: argparse.ArgumentParser) -> None:
@@ -269,7 +269,7 @@ class OpcUa(Adapter):
         add("--opcua-trust", type=Path, metavar="DIR", help=text)
 
     def check(self) -> None:
-        """Refuse a server that is open to others."""
+        """Reject a server that other computers can read without a certificate."""
         args = self.args
         self._security = security_of((args.opcua_cert, args.opcua_key, args.opcua_trust))
         if args.opcua is not None:

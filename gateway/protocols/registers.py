@@ -1,7 +1,7 @@
-"""Registers of a control, for whatever carries them there (``--registers``).
+"""Prints register values for a control (``--registers``).
 
-A control is a file: which registers an offset goes into, in which unit, and how far one write may
-change it. What carries them there (the PLC's program, OPC UA, ADS, FOCAS) belongs to the machine.
+A control is described by a file: the register for each offset, its unit, and how far one write may
+change it. Writing them (by the PLC's program, OPC UA, ADS, FOCAS) is left to the machine.
 """
 
 from __future__ import annotations
@@ -48,12 +48,12 @@ class Control(Form):
 
 
 class RegisterLines(Participant):
-    """Prints each register that changes, a line of JSON for an answer.
+    """Prints the registers that change, one line of JSON per answer.
 
     Parameters
     ----------
     control : Control
-        Whose registers; its offsets are zero at the beginning.
+        The control; its offsets are zero at the beginning.
     show : callable
         Takes a line; must not wait.
     done : callable
@@ -71,27 +71,27 @@ class RegisterLines(Participant):
         self._tell(control.start)
 
     def update(self, now: float, report: Callable[[], Report]) -> None:
-        """Print what the newest answer changes; a missing offset changes nothing."""
+        """Print the registers that the newest answer changes; a missing offset changes none."""
         answer, writes = report().answer, dict[str, Value]()
         for axis, register in self._control.registers.items():
             offset = answer.get(f"d{axis}")
             if isinstance(offset, float) and isfinite(offset):
                 before, digits = self._digits[axis], self._wanted(axis, offset)
                 self._digits[axis] = digits
-                # Without what a division in binary leaves.
+                # Without the rounding error of the binary division.
                 in_mm = round(digits * self._control.step_um / 1e3, 9)
                 value = in_mm if self._control.in_mm else digits
                 writes |= {register: value} if digits != before else {}
         self._tell(writes)
 
     def _wanted(self, axis: str, offset_um: float) -> int:
-        """Return an axis' next digits: as far towards an offset as one write may go."""
+        """Return an axis' next register digits, as far towards an offset as one write may go."""
         control, before = self._control, self._digits[axis]
         change_um = _within(offset_um, control.most_um) - before * control.step_um
         return before + round(_within(change_um, control.most_at_once_um) / control.step_um)
 
     def close(self) -> None:
-        """Print what is left."""
+        """Print the remaining lines."""
         self._done()
 
     def _tell(self, writes: Mapping[str, Value]) -> None:
@@ -104,7 +104,7 @@ def _within(value: float, most: float) -> float:
 
 
 class Registers(Adapter):
-    """What a control is to be given, on standard output."""
+    """A control's register values on standard output."""
 
     @classmethod
     def add_arguments(cls, parser: argparse.ArgumentParser) -> None:

@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-#define PATIENCE 10    /* looks that a control gets to take what it was given */
+#define PATIENCE 10    /* steps in which the control must take what it was given */
 
 void axis_begin(struct axis_offset *self, double slew_um_s, double request_um, int32_t counts)
 {

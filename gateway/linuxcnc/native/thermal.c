@@ -1,8 +1,8 @@
 /* The compensator as a component of LinuxCNC: no Python, no bus.
 
-   thermal NAME SLEW SPEED_UP WAY [STATE]: SLEW of an axis [um/s]; SPEED_UP: thermal time is so many
-   times faster (1); WAY: external or own offsets; STATE: a file that a restart goes on from. Its pins
-   are those of component.py, which says what each is for. */
+   thermal NAME SLEW SPEED_UP WAY [STATE]: SLEW of an axis [um/s]; SPEED_UP of thermal time (1: real
+   time); WAY: external or own offsets; STATE: a file from which a restart continues. The pins are
+   those of component.py, where they are described. */
 #define _GNU_SOURCE
 #include <math.h>
 #include <signal.h>
@@ -19,10 +19,10 @@
 #include "rtapi.h"
 
 #define CYCLE_S 0.1
-#define WAIT_UM 0.5     /* the feed waits while an axis is further from what is wanted */
+#define WAIT_UM 0.5     /* the feed waits while an axis is further from its wanted offset */
 #define SAVE_CYCLES 10
-#define OLDEST_S 3600.0 /* a state that is older says nothing about the machine */
-#define AGREE_S 10.0    /* as the time of day and the steady clock must, on its age */
+#define OLDEST_S 3600.0 /* an older state says nothing about the machine */
+#define AGREE_S 10.0    /* largest difference of its age by the time of day and the steady clock */
 #define AXES 3
 
 static const char *const AXIS_NAMES[AXES] = {"x", "y", "z"};
@@ -33,7 +33,7 @@ struct pins {
     hal_bit_t *heartbeat, *running, *wait, *moved, *valid, *following;
     hal_s32_t *status, *counts[AXES];
     hal_float_t *request[AXES], *command[AXES], *offset[AXES];
-    hal_float_t *in[]; /* by value reference; NULL where the variable is no input */
+    hal_float_t *in[]; /* by value reference; NULL if the variable is not an input */
 };
 
 struct component {
@@ -99,7 +99,7 @@ static bool make_pins(struct pins *pins, int id, const char *name)
         failed |= hal_pin_bit_newf(bits[i].direction, bits[i].pin, id, "%s.%s", name, bits[i].name);
     }
     if (!failed) {
-        /* Without a watchdog nothing says that it has barked. */
+        /* Without a watchdog, assume that none has tripped. */
         *pins->alive = true;
     }
     for (size_t i = 0; i < AXES; i++) {
@@ -113,14 +113,14 @@ static bool make_pins(struct pins *pins, int id, const char *name)
         if (is_pin(ref)) {
             failed |= hal_pin_float_newf(
                 HAL_IN, &pins->in[ref], id, "%s.in.%s", name, model_variables[ref].name);
-            /* What nothing is connected to is missing. */
+            /* An unconnected pin is missing. */
             *pins->in[ref] = NAN;
         }
     }
     return failed == 0;
 }
 
-/* The clocks by which a state's age is judged, before its bytes. */
+/* The clocks that give a state's age; written before its bytes. */
 struct stamp {
     double day_s, steady_s;
 };
@@ -130,7 +130,7 @@ static struct stamp stamp_now(void)
     return (struct stamp){clock_s(CLOCK_REALTIME), clock_s(CLOCK_BOOTTIME)};
 }
 
-/* Saves the state: all of it, or what was there stays. */
+/* Saves the state completely, or leaves the old file as it is. */
 static void save(const struct component *self)
 {
     char other[4096];
@@ -153,7 +153,7 @@ static void save(const struct component *self)
     free(bytes);
 }
 
-/* Goes on from a saved state; returns why not, NULL if it does. */
+/* Restores a saved state; returns NULL, or why it cannot be used. */
 static const char *load(struct component *self)
 {
     struct stamp then, now = stamp_now();
@@ -216,17 +216,17 @@ static int32_t whole_output(struct component *self, enum kind kind, size_t ref)
     return instance_get_whole(self->compensator, kind, ref, &value) == NULL ? value : 0;
 }
 
-/* Moves the axes towards what the compensator gives. */
+/* Moves the axes towards the compensator's offsets. */
 static void apply(struct component *self, double elapsed_s)
 {
     struct pins *pins = self->pins;
     *pins->heartbeat = !*pins->heartbeat;
     if (*pins->running && !*pins->alive) {
-        /* A watchdog that has barked looks again when this rises. */
+        /* A tripped watchdog is reset when this rises. */
         *pins->running = false;
         return;
     }
-    /* One that was kept waiting does not make up for it in one step. */
+    /* A delayed component does not make up for the delay in one step. */
     elapsed_s = fmin(elapsed_s, CYCLE_S);
     bool takes = *pins->on && *pins->homed && (*pins->coord || *pins->teleop);
     bool following = self->cold && whole_output(self, BOOLEAN, self->valid), moved = false;

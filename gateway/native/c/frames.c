@@ -1,4 +1,4 @@
-/* Values to frames and back, and check values: the twin of gateway.codec, gateway.e2e. */
+/* Encodes and decodes frames; check values: the twin of gateway.codec and gateway.protection. */
 #include "frames.h"
 
 #include <math.h>

@@ -9,10 +9,10 @@
 #define TRANSMIT 0x10u
 #define CONFIGURATION 0x40u
 #define FORMAT_ERROR 0x01u
-#define HEAD 8u           /* bytes of code and length, with which each operation begins */
-#define TRANSMIT_HEAD 16u /* the same with what stands before a frame's data */
+#define HEAD 8u           /* bytes of code and length at the beginning of each operation */
+#define TRANSMIT_HEAD 16u /* all bytes before a frame's data */
 #define CAN_BAUDRATE 1u
-#define CHALLENGES 8u /* more than are drawn while one is young */
+#define CHALLENGES 8u /* more than are drawn while one stays valid */
 #define SMALL_GAP_S 1e-6
 
 struct node {
@@ -24,7 +24,7 @@ struct node {
     double cold_s, tool_length;
     int32_t begun, stepped, late_start, state, waiting, proven;
     struct finding finding;
-    uint32_t counts[COMPENSATOR_FRAMES], heard; /* cycles that were sent, and that came as signals */
+    uint32_t counts[COMPENSATOR_FRAMES], heard; /* cycles sent, and cycles received as signals */
 };
 
 static struct node *node_of(struct instance *self)
@@ -91,7 +91,7 @@ static double output_of(struct instance *self, size_t ref)
     return whole;
 }
 
-/* A challenge that no machine has heard; the same in every run. */
+/* Draws a new challenge; the sequence is the same in every run. */
 static uint32_t draw(struct node *node)
 {
     do {
@@ -100,7 +100,7 @@ static uint32_t draw(struct node *node)
     return node->drawn;
 }
 
-/* Completes a frame: counts, and the check value. */
+/* Adds counts and check value to a frame. */
 static void seal(unsigned char data[FRAME_BYTES], const struct frame *frame, uint32_t count)
 {
     put_bits(data, FRAME_BYTES, count % COUNTERS);
@@ -108,7 +108,7 @@ static void seal(unsigned char data[FRAME_BYTES], const struct frame *frame, uin
     data[0] = check_of(data, frame->data_id);
 }
 
-/* Brings a frame's signals to their variables, as a receiver reads them. */
+/* Writes a frame's signals to their variables, as a receiver reads them. */
 static void show(
     struct instance *self, const struct frame *frame, const unsigned char data[FRAME_BYTES])
 {
@@ -138,7 +138,7 @@ static void send_frames(struct node *node, struct instance *self, const double t
             show(self, frame, data);
         } else if (begin(&node->terminal, TRANSMIT, TRANSMIT_HEAD + FRAME_BYTES)) {
             put(&node->terminal, frame->id, 4);
-            put(&node->terminal, 0, 2); /* a standard identifier, and no remote frame */
+            put(&node->terminal, 0, 2); /* a standard identifier, not a remote frame */
             put(&node->terminal, FRAME_BYTES, 2);
             for (unsigned i = 0; i < FRAME_BYTES; i++) {
                 put(&node->terminal, data[i], 1);
@@ -217,7 +217,7 @@ static double own_step(const struct instance *self, const struct node *node)
     return node->stepped ? self->memory->time_s - node->stepped_s : CYCLE_S;
 }
 
-/* Steps over a cycle; time in which nothing came counts as time without inputs. */
+/* Steps over a cycle; a gap before it counts as time without inputs. */
 static const char *advance(struct instance *self, const double *heard, const double *beat)
 {
     struct node *node = node_of(self);
@@ -229,7 +229,7 @@ static const char *advance(struct instance *self, const double *heard, const dou
     unseen_s = isnan(node->covered_s) ? 0.0 : begins_s - node->covered_s;
     node->covered_s = begins_s + step_s;
     if (unseen_s > SMALL_GAP_S) {
-        /* In two steps: only a second sample that is missing shows that the first was no slip. */
+        /* In two steps, because a single missing sample could be a slip. */
         double last_s = fmin(unseen_s, CYCLE_S);
         problem = step(self, NULL, unseen_s - last_s);
         problem = problem != NULL ? problem : step(self, NULL, last_s);
@@ -237,7 +237,7 @@ static const char *advance(struct instance *self, const double *heard, const dou
     return problem != NULL ? problem : step(self, heard, step_s);
 }
 
-/* Whether a cycle was made after a young challenge. */
+/* Returns whether a cycle was made after a recent challenge. */
 static bool proves(const struct node *node, const struct cycle *cycle, double now_s)
 {
     for (uint32_t i = 0; i < CHALLENGES && i < node->issued; i++) {
@@ -263,7 +263,7 @@ static bool proves(const struct node *node, const struct cycle *cycle, double no
     return false;
 }
 
-/* Compares the machine's time with what the cycle before announced. */
+/* Compares the machine's time with the one that the previous cycle announced. */
 static int32_t time_fault(struct node *node, const double *beat, bool running)
 {
     double time_s = beat[HEARD_MACHINE_TIME], step_s = beat[HEARD_MACHINE_STEP];
@@ -329,7 +329,7 @@ static const char *on_cycle(struct instance *self)
     return problem;
 }
 
-/* Nothing came in time. */
+/* Handles that nothing came in time. */
 static const char *silence(struct instance *self)
 {
     struct node *node = node_of(self);
@@ -364,8 +364,8 @@ static void sent(struct instance *self)
 }
 
 #if SIGNALS
-/* Makes frames of the signals whose clocks tick. Nothing on their way can harm them, so what
-   protects frames is made here, too: as many counts as cycles were closed. */
+/* Makes frames from the signals whose clocks tick. Signals cannot be damaged on the way, so the
+   frames' protection is added here, with the number of closed cycles as count. */
 static const char *receive(struct instance *self)
 {
     struct node *node = node_of(self);
@@ -400,15 +400,15 @@ static uint32_t number_at(const unsigned char *bytes, unsigned count)
     return number;
 }
 
-/* The operations of CAN: bytes before what varies, and where the number of the varying ones stands. */
+/* The CAN operations: length of the fixed part, and offset of the variable part's length. */
 static const struct { uint32_t code, head, length_at; } operations[] = {
     {FORMAT_ERROR, 10, 8}, {TRANSMIT, TRANSMIT_HEAD, 14},
     {0x11, 17, 15}, {0x12, 22, 20}, /* the frames of CAN FD and CAN XL */
     {0x20, 12, 0},                  /* Confirm */
     {0x30, 12, 0},                  /* Arbitration Lost */
     {0x31, 15, 0},                  /* Bus Error */
-    {CONFIGURATION, 13, 0},         /* of a bit rate; */
-    {CONFIGURATION, 10, 0},         /* of what happens after a lost arbitration */
+    {CONFIGURATION, 13, 0},         /* the bit rate */
+    {CONFIGURATION, 10, 0},         /* the behaviour after a lost arbitration */
     {0x41, 9, 0},                   /* Status */
     {0x42, 8, 0},                   /* Wakeup */
 };
@@ -425,7 +425,7 @@ static bool is_operation(const unsigned char *at, size_t size)
     return false;
 }
 
-/* Takes frames in. Other operations mean nothing to this node; what is none is sent back. */
+/* Takes frames. Other operations are ignored; anything else is returned as a format error. */
 static const char *receive(struct instance *self)
 {
     struct node *node = node_of(self);
@@ -434,7 +434,7 @@ static const char *receive(struct instance *self)
     while (at < end && problem == NULL) {
         size_t left = (size_t)(end - at), size = left < HEAD ? 0 : number_at(at + 4, 4);
         if (size < HEAD || size > left) {
-            size = left; /* where the next one would begin is not known */
+            size = left; /* the start of the next one is unknown */
         }
         if (size < HEAD || size != number_at(at + 4, 4) || !is_operation(at, size)) {
             if (begin(&node->terminal, FORMAT_ERROR, (uint32_t)(HEAD + 2 + size))) {
@@ -443,7 +443,7 @@ static const char *receive(struct instance *self)
                 node->terminal.tx_size += (uint32_t)size;
             }
         } else if (
-            /* A standard identifier, and no remote frame. */
+            /* A standard identifier, not a remote frame. */
             number_at(at, 4) == TRANSMIT && at[12] == 0 && at[13] == 0
             && reception_take(
                 node->watches, number_at(at + 8, 4), at + TRANSMIT_HEAD, size - TRANSMIT_HEAD,

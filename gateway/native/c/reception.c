@@ -12,7 +12,7 @@ static void note(struct finding *finding, int32_t fault, uint32_t id)
     }
 }
 
-/* Judges the count of a frame; returns whether its content is kept. */
+/* Checks a frame's counter; returns whether its content is kept. */
 static bool in_sequence(struct watch *watch, const struct frame *frame, unsigned counter, double now_s)
 {
     unsigned ahead = (counter + COUNTERS - watch->last) % COUNTERS;
@@ -93,7 +93,7 @@ static struct finding out_of_step(struct watch *watch, const struct watch *closi
     return (struct finding){together || !watch->fresh ? FAULT_NONE : FAULT_MIXED_CYCLES, id};
 }
 
-/* Takes a frame's values; returns what is wrong with the first that cannot be used. */
+/* Reads a frame's values; returns the fault of the first unusable one. */
 static int32_t read_values(const struct watch *watch, const struct frame *frame, double *values)
 {
     static const int32_t faults[] = {
@@ -113,7 +113,7 @@ void reception_look(struct watch watches[], bool silent, struct cycle *cycle)
     for (size_t i = 0; i < HEARD; i++) {
         cycle->heartbeat[i] = NAN;
     }
-    /* In a silence the closing frame comes first: it is what the silence is about. */
+    /* In a silence the closing frame comes first: the silence is its absence. */
     for (size_t i = 0; i < MACHINE_FRAMES; i++) {
         size_t place = silent ? CLOSING - i : i;
         struct watch *watch = &watches[place];
