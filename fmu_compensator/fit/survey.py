@@ -170,18 +170,14 @@ def survey(
     prepared = prepare(runs, rig, "rise")
     place = target_place(prepared.targets, target, "points")
     refuse_grey(threshold, theta, image, absolute_image)
+    _refuse_few(prepared.candidates)
     grids = [on_grid(run, prepared.candidates) for run in prepared.runs]
     moved = [temperatures - temperatures[0] for temperatures, _ in grids]
     errors = [targets[:, place] for _, targets in grids]
     rises, error = np.concatenate(moved), np.concatenate(errors)
     spread = moved_by(rises)
     loud = [k for k in range(rises.shape[1]) if keep_quiet or spread[k] >= NEAR_CONSTANT_K]
-    if len(loud) < 2:
-        raise BadInput(
-            "runs",
-            "",
-            f"{len(loud)} temperatures move by {NEAR_CONSTANT_K:g} K: 2 or more are needed",
-        )
+    _refuse_few(loud)
     if not 1 <= clusters <= len(loud):
         raise BadInput("points", "clusters", f"{clusters} is not allowed: 1 to {len(loud)}")
     moving = rises[:, loud]
@@ -235,6 +231,12 @@ def survey(
         all_subsets([(m[:, loud][:, points], e) for m, e in zip(moved, errors, strict=True)]),
         list(prepared.notes),
     )
+
+
+def _refuse_few(moving: Sequence[int]) -> None:
+    if len(moving) < 2:
+        problem = f"{len(moving)} temperatures move by {NEAR_CONSTANT_K:g} K: 2 or more are needed"
+        raise BadInput("runs", "", problem)
 
 
 def _place(name: str, names: Sequence[str]) -> int:

@@ -194,6 +194,13 @@ def test_points_of_one_run_say_what_they_cannot_and_refuse_an_unknown_option(run
         sd.points(runs[0], threshold="0.9")
 
 
+def test_points_of_thermometers_that_all_stand_still_are_refused():
+    run = make_run("a", 0, hours=1.0)
+    still = run.frame.assign(**dict.fromkeys(run.temperatures, 21.0))
+    with pytest.raises(sd.BadInput, match=r"runs: 0 temperatures move by .* K: 2 or more"):
+        sd.points(still)
+
+
 def test_equation_8_is_of_the_turning_parts_of_the_finite_elements():
     spindle = read_description("jig_borer")
     parts = {part.name: part for part in spindle.parts}
