@@ -1,1 +1,1 @@
-"""What a rig measured: run files, the five-point pose, figures of merit, ISO 230-3 summaries."""
+"""Rig measurements: run files, the five-point pose, figures of merit, ISO 230-3 summaries."""

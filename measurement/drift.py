@@ -1,7 +1,7 @@
-"""From what a rig measured to the drift of the tool tip, and from when drift counts.
+"""Converts rig readings to the drift of the tool tip, and defines where drift counts from.
 
-Fitting, comparing, replaying and summarising all count drift by `counted`: a compensator that was
-fitted to drift from a run's start is judged by drift from a run's start.
+Fitting, comparing, replaying and summarising all count drift with `counted`, so a compensator
+fitted to drift from a run's start is also judged by drift from a run's start.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ FROM_START = {"rise": True, "level": True, "absolute": False}
 
 
 def counted(frame: pd.DataFrame, input_form: str) -> pd.DataFrame:
-    """Return measured quantities of a run as an input form counts them.
+    """Return measured quantities of a run, counted as an input form requires.
 
     Parameters
     ----------
     frame : DataFrame, shape (rows, quantities)
-        Displacements, a pose or a drift; NaN where a reading is missing or not to be used.
+        Displacements, a pose or a drift; NaN where a reading is missing or unusable.
     input_form : {"rise", "level", "absolute"}
-        ``rise`` and ``level`` count every quantity from its own first reading, ``absolute`` takes
-        it as read. What a gauge shows at the start is then no drift.
+        ``rise`` and ``level`` count each quantity from its first reading, so that the gauge's
+        initial reading is not drift; ``absolute`` takes it as read.
 
     Returns
     -------
     DataFrame
-        A quantity without a reading stays NaN.
+        A quantity without any reading stays NaN.
     """
     if not FROM_START[input_form] or frame.empty:
         return frame
@@ -44,14 +44,14 @@ def counted(frame: pd.DataFrame, input_form: str) -> pd.DataFrame:
 def late_by(
     time_s: npt.NDArray[np.float64], measured: npt.NDArray[np.float64], input_form: str
 ) -> float:
-    """Return how long after a run's start its drift begins to count [s]; 0 if from nothing.
+    """Return how long after a run's start its drift begins to count [s]; 0 for absolute readings.
 
     Parameters
     ----------
     time_s : array (n,)
         Increasing [s].
     measured : array (n, m)
-        Displacements, which must be read together; NaN is missing.
+        Displacements; a row counts only if all of them are read. NaN is missing.
     input_form : str
         See `counted`.
     """
@@ -64,17 +64,17 @@ def late_by(
 def predicted_drift(
     sent: npt.NDArray[np.float64], drift: npt.NDArray[np.float64], input_form: str
 ) -> npt.NDArray[np.float64]:
-    """Return the drift that offsets stand for, counted as the measured one is.
+    """Return the drift that offsets predict, counted like the measured drift.
 
-    Where an axis was first read after the run's start, none of its readings shows what it had
-    drifted before; so what the offsets had moved by then counts for nothing, either.
+    If an axis was first read after the run's start, its readings do not show the drift before then;
+    so the movement of the offsets up to that reading does not count either.
 
     Parameters
     ----------
     sent : array (n, axes)
         Offsets, row by row [um].
     drift : array (n, axes)
-        Measured, as `measured_drift` gives it; NaN where it was not [um].
+        Measured drift from `measured_drift`; NaN where not measured [um].
     input_form : str
         See `counted`.
 
@@ -93,14 +93,14 @@ def predicted_drift(
 def error_left(
     drift: pd.DataFrame, sent: Sequence[npt.NDArray[np.float64]], input_form: str
 ) -> pd.DataFrame:
-    """Return what offsets leave of a measured drift, under its column names [um].
+    """Return the error that remains of a measured drift with offsets, under its column names [um].
 
     Parameters
     ----------
     drift : DataFrame
-        As `measured_drift` gives it [um].
+        Measured drift from `measured_drift` [um].
     sent : sequence of array (n,)
-        Offsets, one for each of its columns [um].
+        Offsets, one array per column of *drift* [um].
     input_form : str
         See `counted`.
     """
@@ -108,32 +108,32 @@ def error_left(
 
 
 def measured_drift(run: Run, rig: Rig, tool_length_mm: float, input_form: str) -> pd.DataFrame:
-    """Return the drift of the tool tip that a run shows.
+    """Return the measured drift of the tool tip in a run.
 
     dX = x + (L - l1) tan(yaw), dY = y + (L - l1) tan(pitch), dZ = L - (L + E) cos(tilt), with x, y
     the radial drift at the near sensors, l1 their distance from the gauge line, E the elongation.
-    Displacement columns that each stand for an axis are that drift themselves.
+    Displacement columns that each measure one axis are that drift directly.
 
     Parameters
     ----------
     run : Run
         With the rig's columns.
     rig : FivePointRig or DirectRig
-        What the columns are.
+        Defines the columns.
     tool_length_mm : float
-        L, from the gauge line to the tool tip; a direct rig takes no notice of it [mm].
+        L, from the gauge line to the tool tip; a direct rig ignores it [mm].
     input_form : str
-        What the drift counts from: see `counted`.
+        Where the drift counts from: see `counted`.
 
     Returns
     -------
     DataFrame
-        ``drift_X_um`` ... for the axes known; NaN where a reading is missing.
+        ``drift_X_um`` ... for the measured axes; NaN where a reading is missing.
 
     Raises
     ------
     BadInput
-        If the run has no such column.
+        If the run lacks a column of the rig.
     """
     if isinstance(rig, DirectRig):
         return counted(rig.drift(run.frame), input_form)
@@ -141,7 +141,7 @@ def measured_drift(run: Run, rig: Rig, tool_length_mm: float, input_form: str) -
 
 
 def tool_tip_drift(pose: pd.DataFrame, rig: FivePointRig, tool_length_mm: float) -> pd.DataFrame:
-    """Return the drift of the tool tip [um] for poses as `FivePointRig.pose` gives them."""
+    """Return the drift of the tool tip [um] for poses from `FivePointRig.pose`."""
     slopes = [np.tan(pose[name] * RAD_PER_URAD) for name in ("yaw_urad", "pitch_urad")]
     length = tool_length_mm * UM_PER_MM
     beyond = length - rig.near_to_gauge_mm * UM_PER_MM

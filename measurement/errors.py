@@ -1,4 +1,4 @@
-"""The one way in which every reader refuses an input."""
+"""The error with which every reader refuses an input."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from pydantic import BaseModel, ValidationError
 M = TypeVar("M", bound=BaseModel)
 
 MOST_LISTED = 30
-"""A refusal lists no more names, nor a summary more steps of speed: set on no data."""
+"""Most names that a refusal lists, and most speed steps that a summary lists: set on no data."""
 
 
 class BadInput(ValueError):  # noqa: N818 - what is bad is the input, not the program
     """An input that cannot be used.
 
-    Its text is one line that says where, what, and what is allowed.
+    Its text is one line: where, what is wrong, and what is allowed.
 
     Parameters
     ----------
     source : path or str
         The file (or option) that holds the value.
     place : str
-        Where in it, for example ``row 12, column T1_degC`` or ``nodes.2.capacity``.
+        Place in the source, for example ``row 12, column T1_degC`` or ``nodes.2.capacity``.
     problem : str
         What is wrong: the value and what is allowed.
     """
@@ -37,7 +37,7 @@ class BadInput(ValueError):  # noqa: N818 - what is bad is the input, not the pr
         super().__init__(": ".join(" ".join(part.split()) for part in parts))
 
     def __reduce__(self) -> tuple[type[BadInput], tuple[str, str, str]]:
-        """Let it pass from one process to another."""
+        """Allow pickling, to pass the error from one process to another."""
         return type(self), (self.source, self.place, self.problem)
 
 
@@ -48,21 +48,21 @@ def checked(kind: type[M], table: dict[str, Any], source: str | Path, within: st
     ----------
     kind : type of pydantic model
     table : dict
-        The content as parsed, not changed.
+        The parsed content; not modified.
     source : str or path
         The file, for the refusal.
     within : str
-        Where in it the table stands.
+        Place of the table in the file.
 
     Raises
     ------
     BadInput
-        For the first field that is missing, unknown, of the wrong type or outside its range.
+        For the first field that is missing, unknown, of the wrong type or out of range.
     """
     try:
         return kind.model_validate(table)
     except ValidationError as error:
-        # With several mistakes, the first in the file's order is the one to mend first.
+        # With several mistakes, report the first one in the file.
         first, *others = error.errors(include_url=False)
     place = ".".join([within] * bool(within) + [str(step) for step in first["loc"]])
     message = first["msg"].removeprefix("Value error, ")
@@ -75,26 +75,26 @@ def checked(kind: type[M], table: dict[str, Any], source: str | Path, within: st
         if (first["type"], other["type"]) == ("missing", "extra_forbidden")
         and other["loc"][:-1] == first["loc"][:-1]
     ]
-    if beside:  # The same field, perhaps, with a slip of the pen.
+    if beside:  # perhaps the same field, mistyped
         problem += f", and {beside[0]} is not a known field"
     raise BadInput(source, place, problem) from None
 
 
 def one_of(source: str | Path, place: str, name: object, known: Iterable[str]) -> str:
-    """Return the name if it is one of those known.
+    """Return the name if it is known.
 
     Parameters
     ----------
     source, place : path or str
         As `BadInput` takes them.
     name : object
-        What stands there.
+        The value given.
     known : iterable of str
 
     Raises
     ------
     BadInput
-        If it is no text or none of them; the closest is offered.
+        If it is not a string or not known; the text suggests the closest known name.
     """
     known = list(known)
     if isinstance(name, str) and name in known:
@@ -105,23 +105,23 @@ def one_of(source: str | Path, place: str, name: object, known: Iterable[str]) -
 
 
 def near(name: object, known: Iterable[str]) -> str:
-    """Return the end of a refusal that offers the name that was perhaps meant; or nothing."""
+    """Return the end of a refusal that suggests the name probably meant; empty if none is close."""
     close = difflib.get_close_matches(str(name), list(known), 1)
     return f"; did you mean {close[0]}?" if close else ""
 
 
 def one_line(error: BaseException) -> str:
-    """Return what an error of somebody else's says, in one line; its kind if it says nothing."""
+    """Return another library's error message in one line; the error's class if it has none."""
     return " ".join(str(error).split()) or type(error).__name__
 
 
 def shown(value: object) -> str:
-    """Return *value* as a refusal shows it, cut to a readable length.
+    """Return *value* as text for a refusal, cut to a readable length.
 
     Parameters
     ----------
     value : object
-        Finite floats are shown to six digits, anything else by its ``repr``, cut at 60
+        Finite floats are shown with six digits, everything else as its ``repr``, cut at 60
         characters.
     """
     if isinstance(value, float) and math.isfinite(value):

@@ -1,7 +1,7 @@
-"""Figures of merit: how well a prediction or a compensation did.
+"""Figures of merit of predictions and compensations.
 
-Everywhere a pair of values counts only if both are there (NaN marks a missing one), and a figure
-that the data do not define is NaN.
+A pair of values counts only if neither is missing (NaN). A figure that the data do not define is
+NaN.
 """
 
 from __future__ import annotations
@@ -19,8 +19,7 @@ from measurement.units import split_column
 
 NEAR_ZERO_SHARE = 0.01
 """MAPE leaves out samples whose measured value is below this share of the largest one: a percentage
-of next to nothing says nothing, and one such sample would outweigh all the others. Set on no
-data."""
+of almost zero is meaningless, and one such sample would outweigh all the others. Set on no data."""
 
 
 def figures_of_merit(measured: npt.ArrayLike, predicted: npt.ArrayLike) -> dict[str, float]:
@@ -37,9 +36,9 @@ def figures_of_merit(measured: npt.ArrayLike, predicted: npt.ArrayLike) -> dict[
         ``max_abs``, ``min_abs``, ``mean_abs`` of the residual [unit]; ``rmse`` [unit]; ``r2`` =
         1 - sum e^2 / sum (y - mean y)^2 [1]; ``sse`` [unit^2]; ``mae`` [unit] (the same number as
         mean_abs, under the name of the hybrid-model study); ``mape`` = 100 mean abs(e/y) [%];
-        ``mape_left_out``, how many samples MAPE leaves out as near zero [1]; ``eta``, the
-        predictive ability 1 - sum abs(e) / sum abs(y) [1]; ``samples`` counted and ``missing``
-        left out [1].
+        ``mape_left_out``, the number of samples that MAPE leaves out as near zero [1]; ``eta``, the
+        predictive ability 1 - sum abs(e) / sum abs(y) [1]; the number of ``samples`` used and of
+        ``missing`` ones [1].
 
     Raises
     ------
@@ -67,7 +66,7 @@ def figures_of_merit(measured: npt.ArrayLike, predicted: npt.ArrayLike) -> dict[
         "min_abs": float(error.min()),
         "mean_abs": float(error.mean()),
         "rmse": math.sqrt(sse / y.size),
-        # np.ptp first: the mean of equal values may be off by a rounding, and the sum not quite 0.
+        # np.ptp first: rounding may shift the mean of equal values, and the sum is not quite 0.
         "r2": 1.0 - _ratio(sse, float(np.sum((y - y.mean()) ** 2)) if np.ptp(y) > 0.0 else 0.0),
         "sse": sse,
         "mae": float(error.mean()),
@@ -85,13 +84,14 @@ def improvement(before: npt.ArrayLike, after: npt.ArrayLike) -> float:
     Parameters
     ----------
     before, after : float or array
-        The error without and with compensation [unit]. In two arrays of one shape a sample counts
-        only if both are there; otherwise each is averaged over what it has.
+        The error without and with compensation [unit]. If the arrays have the same shape, a sample
+        counts only if both values are present; otherwise each array is averaged by itself.
 
     Returns
     -------
     float
-        1 is perfect, 0 no gain, negative is worse than nothing; NaN if there was no error before.
+        1 is perfect, 0 no gain, negative worse than no compensation; NaN if there was no error
+        before.
     """
     first, second = (np.abs(np.asarray(values, dtype=np.float64)) for values in (before, after))
     if first.shape == second.shape:
@@ -114,9 +114,9 @@ class CompensationRow:
     before_max_um, before_mean_um, after_max_um, after_mean_um : float
         Largest and mean absolute drift, without and with compensation [um].
     improvement_percent : float
-        By how much the mean went down [%].
+        Reduction of the mean [%].
     samples : int
-        Samples that count: those with both values.
+        Number of samples that have both values.
     """
 
     axis: str
@@ -138,8 +138,8 @@ def compensation_table(before: pd.DataFrame, after: pd.DataFrame) -> list[Compen
     Parameters
     ----------
     before, after : DataFrame, same number of rows
-        For each axis one column whose name tells the axis: ``drift_X_um``, ``error_X_um``,
-        ``disp_x_um`` or just ``X`` [um]. Columns that name no axis are not looked at.
+        One column per axis, whose name contains the axis: ``drift_X_um``, ``error_X_um``,
+        ``disp_x_um`` or just ``X`` [um]. Columns that name no axis are ignored.
 
     Returns
     -------

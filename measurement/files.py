@@ -1,4 +1,4 @@
-"""Files written whole or not at all, and their fingerprints."""
+"""Reads files, writes them whole or not at all, and computes their fingerprints."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ FULL = frozenset(
     for name in ("ENOSPC", "EDQUOT", "EFBIG", "EROFS")
     if (number := getattr(errno, name, None)) is not None
 )
-"""Errors of the system that say that there is no room to write, or no leave."""
+"""System errors that mean that there is no space, or no permission, to write."""
 
 
 def write_atomically(path: str | Path, data: str | bytes) -> Path:
     """Write *data* to *path* so that no reader ever sees half of it.
 
-    The data goes to a temporary file in the same folder, which then takes the target's name in one
+    The data goes to a temporary file in the same folder, which is then renamed to the target in one
     step. Data and name are on the disk when this returns, so that a power cut does not bring back
-    the file of before. Folders that are missing are made. A link is followed, so that it stays one.
+    the old file. Missing folders are created. A link is followed and stays a link.
 
     Parameters
     ----------
     path : str or Path
         The target.
     data : str or bytes
-        What to write; text is written as UTF-8 with its line ends unchanged.
+        Text is written as UTF-8 with its line ends unchanged.
 
     Returns
     -------
@@ -56,17 +56,17 @@ def write_atomically(path: str | Path, data: str | bytes) -> Path:
 def write_together(files: Mapping[Path, str | bytes]) -> None:
     """Write files that belong together, each as `write_atomically` does.
 
-    None takes its name before the data of all are on the disk, so a full disk changes nothing.
+    Files are renamed only when the data of all are on the disk, so a full disk changes nothing.
 
     Parameters
     ----------
     files : mapping of Path to str or bytes
-        What to write; the last one takes its name last.
+        The files, in the order in which they are renamed.
 
     Raises
     ------
     BadInput
-        For the first that cannot be written, or is a folder or a device.
+        For the first file that cannot be written, or is a folder or a device.
     """
     written: list[tuple[Path, Path, Path]] = []
     try:
@@ -91,14 +91,14 @@ def write_together(files: Mapping[Path, str | bytes]) -> None:
 
 
 def check_writable(path: Path, file: Path) -> None:
-    """Check before the work that a file can be written when it is done.
+    """Check before long work that its result file can be written.
 
     Parameters
     ----------
     path : Path
-        What the refusal names.
+        Path that the refusal names.
     file : Path
-        Neither it nor its folder need exist.
+        The file; neither it nor its folder need exist.
 
     Raises
     ------
@@ -135,7 +135,7 @@ def _write(path: Path, data: str | bytes) -> None:
 
 
 def _sync_names(folder: Path) -> None:
-    """Bring the names in a folder to the disk, where the platform can."""
+    """Flush the names in a folder to the disk, if the platform supports it."""
     if not hasattr(os, "O_DIRECTORY"):  # Windows: a folder cannot be opened
         return
     # Some network file systems refuse; the file itself is written by then.
@@ -153,7 +153,7 @@ def read_bytes(path: str | Path) -> bytes:
     Parameters
     ----------
     path : str or path
-        An ordinary file, or a pipe that the shell made.
+        An ordinary file, or a pipe made by the shell.
 
     Raises
     ------
@@ -173,7 +173,7 @@ def read_bytes(path: str | Path) -> bytes:
 
 
 def read_toml(path: str | Path) -> dict[str, Any]:
-    """Return the table that a TOML file holds.
+    """Return the table in a TOML file.
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ def read_toml(path: str | Path) -> dict[str, Any]:
 
 
 def toml_table(content: str | bytes, source: str | Path) -> dict[str, Any]:
-    """Return the table that a TOML file's content holds.
+    """Return the table in the content of a TOML file.
 
     Parameters
     ----------
@@ -208,9 +208,9 @@ def toml_table(content: str | bytes, source: str | Path) -> dict[str, Any]:
 
 
 def refuse_endless(path: Path) -> None:
-    """Refuse what reading would never end: a pipe in a folder, or a device.
+    """Refuse a path that could be read without end: a named pipe or a device.
 
-    The shell's own pipes, such as ``<(zcat run.csv.gz)``, have an end and are read.
+    The shell's own pipes, such as ``<(zcat run.csv.gz)``, end and are accepted.
 
     Parameters
     ----------
@@ -220,22 +220,22 @@ def refuse_endless(path: Path) -> None:
     Raises
     ------
     BadInput
-        For such a path.
+        If the path is such a pipe or device.
     """
-    # The shell's pipes have no name in any folder: what /dev/fd/63 links to does not exist.
+    # The shell's pipes have no name in any folder: the target of /dev/fd/63 does not exist.
     if path.is_char_device() or (path.is_fifo() and path.resolve().is_fifo()):
         raise BadInput(path, "", "is a pipe or a device; an ordinary file is needed")
 
 
 def json_ready(value: Any, digits: int | None = None) -> Any:
-    """Return a value as JSON carries it: what is not finite as null.
+    """Return a value that JSON can hold: numbers that are not finite become null.
 
     Parameters
     ----------
     value : object
         Dicts, lists, numbers and texts.
     digits : int, optional
-        To which numbers are rounded.
+        Decimal places to which numbers are rounded.
     """
     if isinstance(value, dict):
         return {key: json_ready(entry, digits) for key, entry in value.items()}

@@ -1,10 +1,10 @@
-"""A run in the terms of ISO 230-3 (2007 and 2020): what a test report of thermal effects states.
+"""Summarises a run in the terms of ISO 230-3 (2007 and 2020), like a report of thermal tests.
 
 The standard's tests: the *environmental temperature variation error* (the spindle stands, the hall
 changes), the *thermal distortion caused by rotating spindle* (4 h running, then 1 h stopped), and
 the one *caused by moving linear axes*. A report states the range of each sensor's reading in the
 first 60 min and over the running period, the tilts, the sensors' distance, the speed spectrum, and
-the temperatures. This is a summary in that style of whatever a run holds, not a certificate.
+the temperatures. This is a summary of any run in that style, not a certificate.
 """
 
 from __future__ import annotations
@@ -25,24 +25,24 @@ from measurement.spectrum import Segment, speed_spectrum
 from measurement.units import split_column
 
 FIRST_S, RUNNING_S, STOPPED_S = 3600.0, 4 * 3600.0, 3600.0
-"""How long the first look lasts, and at least running and standing after it, given by ISO 230-3
+"""Length of the first period, and least running time and standstill after it, given by ISO 230-3
 [s]."""
 
 
 @dataclass(frozen=True)
 class Ranges:
-    """How far one quantity moved: largest less smallest value [um, or urad for a tilt].
+    """Range of one quantity: largest minus smallest value [um, or urad for a tilt].
 
     Attributes
     ----------
     first_60_min : float
-        In the first 60 min of the running period, or of the record where nothing ran.
+        In the first 60 min of the running period, or of the record if the spindle never ran.
     running : float
-        From the first start to the last stop; NaN where nothing ran.
+        From the first start to the last stop; NaN if the spindle never ran.
     whole : float
         Over the whole record.
     change : float
-        Last value less first one, over the running period or else the record.
+        Last minus first value, over the running period or else the record.
     """
 
     first_60_min: float
@@ -53,7 +53,7 @@ class Ranges:
 
 @dataclass(frozen=True)
 class Warming:
-    """How one temperature moved [degC; rise in K]."""
+    """Change of one temperature [degC; rise in K]."""
 
     start: float
     highest: float
@@ -63,9 +63,9 @@ class Warming:
 
 @dataclass(frozen=True)
 class Ambient:
-    """How the surroundings moved [degC; drift and range in K].
+    """Change of the ambient temperature [degC; drift and range in K].
 
-    ``drift`` is the last value less the first.
+    ``drift`` is the last value minus the first.
     """
 
     column: str
@@ -78,7 +78,7 @@ class Ambient:
 
 @dataclass(frozen=True)
 class Summary:
-    """What :func:`summarise` found; times in s, units as in the columns' names."""
+    """The result of :func:`summarise`; times in s, other units as in the columns' names."""
 
     name: str
     test: str
@@ -105,7 +105,7 @@ class Summary:
         return summary_text(self)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything as plain dicts and lists, ready for JSON; None where not known."""
+        """Return everything as plain dicts and lists for JSON; None if unknown."""
         table = asdict(self)
         table["segments"] = [segment.to_dict() for segment in self.segments]
         table["findings"] = [fault.to_dict() for fault in self.findings]
@@ -118,20 +118,20 @@ def summarise(run: Run, rig: Rig | None = None, ambient: str | None = None) -> S
     Parameters
     ----------
     run : Run
-        Any run; what it has no columns for stays out.
+        Any run; quantities without a column are left out.
     rig : FivePointRig or DirectRig, optional
-        Gives the columns their places; with a five-point rig that fits the run, the elongation and
-        the tilts are stated.
+        Defines the columns; with a five-point rig that fits the run, the summary includes
+        elongation and tilts.
     ambient : str, optional
-        The column of the ambient temperature.
+        Column of the ambient temperature.
 
     Raises
     ------
     BadInput
-        If the run has no such ambient column, or it holds no temperatures.
+        If the run lacks the ambient column, or it is not a temperature.
     """
     faults = find_faults([run])
-    # A spike is no range, and a probe that slipped no drift.
+    # A spike must not count as range, nor a slipped probe as drift.
     run = cleaned([run], faults)[0]
     segments = speed_spectrum(run)
     total = {
@@ -189,9 +189,9 @@ def _running_period(segments: list[Segment]) -> tuple[float, float] | None:
 
 
 def _is_standard_test(segments: list[Segment], time: FloatArray) -> bool:
-    """Return whether a running period of 4 h or more is followed by 1 h or more of standing.
+    """Return whether at least 4 h of running are followed by at least 1 h of standstill.
 
-    A log starts a sample late and ends one early.
+    A log may start one sample late and end one early.
     """
     period = _running_period(segments)
     if period is None:
@@ -244,7 +244,7 @@ def _ambient(run: Run, column: str) -> Ambient:
 
 
 def _not_there(rig: Rig | None, run: Run) -> list[Fault]:
-    """Return a fault per column that the rig has and the run has not."""
+    """Return a fault for each column of the rig that the run lacks."""
     text = "the rig has this column but the run does not"
     return [
         Fault.between(run, name, "absent", 0, -1, text)

@@ -1,4 +1,4 @@
-"""The lines of text that show an ISO 230-3 style summary."""
+"""Formats an ISO 230-3 style summary as lines of text."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def summary_text(summary: Summary) -> str:
-    """Return the summary as lines of text, at most 100 characters wide but for the findings."""
+    """Return the summary as text, at most 100 characters wide except for the findings."""
     parts = [
         _head(summary),
         _spectrum(summary),

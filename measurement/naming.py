@@ -1,4 +1,4 @@
-"""Names that tell runs apart."""
+"""Gives runs distinct names."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 
 def distinct(names: Sequence[str], folders: Sequence[str]) -> list[str]:
-    """Return names that differ: by the folder where some are the same, or else by a number.
+    """Return distinct names: equal ones get their folder's name, or else a number.
 
     >>> distinct(["log", "log", "day1"], ["mon", "tue", "tue"])
     ['mon_log', 'tue_log', 'day1']
@@ -17,9 +17,9 @@ def distinct(names: Sequence[str], folders: Sequence[str]) -> list[str]:
     Parameters
     ----------
     names : sequence of str
-        Capitals do not tell them apart: some disks know none.
+        Case does not make names distinct, because some disks ignore it.
     folders : sequence of str
-        Of each; empty where there is none.
+        Folder of each; empty if there is none.
     """
     shared = Counter(map(str.casefold, names))
     found = [

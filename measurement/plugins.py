@@ -1,9 +1,8 @@
 """Plug-ins: effects, error models and importers that other installed distributions add.
 
 A distribution names them by entry points (https://packaging.python.org/specifications/entry-points).
-They are found together with what the folders of the project hold. One that cannot be used is
-refused in one line that names distribution and entry point: to go on without it would change
-results and say nothing.
+They are added to those in the project's folders. An unusable plug-in is refused in one line that
+names distribution and entry point, since continuing without it would silently change results.
 """
 
 from __future__ import annotations
@@ -30,12 +29,12 @@ class PlugIn(Generic[T]):
     Attributes
     ----------
     name : str
-        Of the entry point.
+        Name of the entry point.
     source : str
-        How a message names it: entry point and distribution.
+        Entry point and distribution, for messages.
     group : str
     thing : object
-        What it stands for.
+        The loaded object.
     """
 
     name: str
@@ -44,7 +43,7 @@ class PlugIn(Generic[T]):
     thing: T
 
     def refuse(self, problem: str) -> BadInput:
-        """Return a refusal that names it.
+        """Return a refusal that names the plug-in.
 
         Parameters
         ----------
@@ -63,9 +62,9 @@ def plugged_in(
     ----------
     group : str
     shipped : collection of str
-        Names that the project itself has.
+        Names that the project itself uses.
     check : callable
-        Returns what is wrong with a plug-in, or nothing.
+        Returns what is wrong with a plug-in, or an empty string.
 
     Returns
     -------
@@ -86,7 +85,7 @@ def loaded(group: str) -> Iterator[PlugIn[Any]]:
     Raises
     ------
     BadInput
-        For the first that cannot be loaded.
+        For the first one that cannot be loaded.
     """
     for point in _points(group):
         plugin = PlugIn(point.name, _source(point), group, None)
@@ -97,7 +96,7 @@ def loaded(group: str) -> Iterator[PlugIn[Any]]:
 
 @contextmanager
 def refusing(plugin: PlugIn[Any]) -> Iterator[None]:
-    """Refuse a plug-in whose modules fail: a stranger's module may raise anything."""
+    """Refuse a plug-in whose code fails: third-party code may raise anything."""
     try:
         yield
     except (Exception, SystemExit) as error:
@@ -113,7 +112,7 @@ def by_name(
     Raises
     ------
     BadInput
-        For one whose name is taken, or that *check* refuses.
+        For a plug-in whose name is taken, or that *check* refuses.
     """
     named: dict[str, PlugIn[T]] = {}
     for plugin in plugins:
@@ -131,7 +130,7 @@ def by_name(
 def classes_plugged_in(
     group: str, base: type[T], shipped: Collection[str]
 ) -> dict[str, PlugIn[type[T]]]:
-    """Load the entry points of a group that stand for subclasses of *base*.
+    """Load the entry points of a group, which must be subclasses of *base*.
 
     Parameters
     ----------
@@ -139,17 +138,17 @@ def classes_plugged_in(
     base : type
         An abstract class; a subclass must have all its methods.
     shipped : collection of str
-        Names that the project itself has.
+        Names that the project itself uses.
 
     Returns
     -------
     dict of str to PlugIn
-        By the entry points' names; the thing of each is the class.
+        By the entry points' names; each ``thing`` is the class.
 
     Raises
     ------
     BadInput
-        As `plugged_in`, and for anything but a subclass.
+        As `plugged_in`, and for anything that is not such a subclass.
     """
 
     def check(plugin: PlugIn[Any]) -> str:
@@ -162,14 +161,14 @@ def classes_plugged_in(
 
 
 def lacking(kind: type[Any]) -> str:
-    """Return which methods a class leaves abstract, as a problem, or nothing."""
+    """Return a problem that names the methods a class leaves abstract; empty if there are none."""
     left = ", ".join(sorted(getattr(kind, "__abstractmethods__", ())))
     return f"{kind.__qualname__} lacks {left}" if left else ""
 
 
 @cache
 def _points(group: str) -> tuple[EntryPoint, ...]:
-    """Return a group's entry points; one that lies on the path twice counts once."""
+    """Return a group's entry points; one that is on the path twice counts once."""
     unique = {
         (point.name, point.value, _source(point)): point for point in entry_points(group=group)
     }

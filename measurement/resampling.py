@@ -1,4 +1,4 @@
-"""One signal from uneven samples onto other times, with gaps left open."""
+"""Resamples one signal from uneven samples to other times, leaving gaps open."""
 
 from __future__ import annotations
 
@@ -10,23 +10,22 @@ import numpy.typing as npt
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 
 GAP_INTERVALS = 5.0
-"""Gaps of more than this many median intervals are not bridged by default. Set on loggers that
-were watched: they drop a sample or three at a time (the longest pause of a good run was 3.2
-intervals)."""
+"""Gaps of more than this many median intervals are not bridged by default. Set on observed loggers,
+which drop one to three samples at a time (the longest pause of a good run was 3.2 intervals)."""
 FINEST_K = 0.1
-"""No thermometer is read, or told apart from another, more finely [K]: a usual resolution, set on
+"""Finest difference at which thermometers are read or distinguished [K]: a usual resolution, set on
 no data."""
 WARMS_K = 2.0
-"""A machine warms if its temperatures change by so much against each other or with time [K]. Set on
-measured runs: in a good record with steps of 0.25 um the growth stood still for up to 107 min while
-temperatures moved by at most 0.9 K; while known frozen channels stood still they moved by 3 K and
+"""A machine warms if its temperatures change by this much relative to each other or with time [K].
+Set on measured runs: in a good record with steps of 0.25 um the growth stood still for up to
+107 min while temperatures moved by at most 0.9 K; during known freezes they moved by 3 K or
 more."""
 LAG_S = 1800.0
 """Longer than any lag between neighbouring thermometers, shorter than a run [s]: set on no data."""
 WRONG = 0.01
-"""So often is a log wrong in one of the usual ways, a unit, a place, a seam, and so often may
-chance alone be told for something, as in `monitor` [1]: a judgement, set on no data;
-docs/results.md reports how often that is right."""
+"""Share of logs that are wrong in one of the usual ways (a unit, a place, a seam), and share of
+false alarms by chance alone, as in `monitor` [1]: a judgement, set on no data; docs/results.md
+reports how often the alarms are right."""
 
 
 def resample(
@@ -40,31 +39,31 @@ def resample(
 ) -> FloatArray:
     """Return a signal at the grid's times.
 
-    With ``holds`` the last valid sample holds. Otherwise, where two or more valid samples lie
-    within half a step of a grid time, the linear interpolant's mean over that step is taken
-    (exact for a straight line, whatever the spacing of the samples), and elsewhere its value.
+    With ``holds`` the last valid sample holds. Otherwise the samples are interpolated linearly: a
+    grid time with two or more valid samples within half a step gets the interpolant's mean over
+    that step (exact for a straight line with any sample spacing), others its value.
 
     Parameters
     ----------
     time_s : array, shape (samples,)
-        Times of the samples, growing [s].
+        Times of the samples, increasing [s].
     values : array, shape (samples,)
-        The samples; NaN where missing.
+        The samples; NaN if missing.
     grid_s : array, shape (n,)
-        The times wanted [s].
+        Times to resample to [s].
     step_s : float
-        Over how long to average [s].
+        Averaging time [s].
     holds : bool
         Whether the signal switches and then stays.
     max_gap_s : float, optional
-        No value is given inside a gap between valid samples longer than this, nor later than this
-        after the last sample of a signal that holds. Default: ``GAP_INTERVALS`` times the median
-        interval of the valid samples, or ``step_s`` where that is longer [s].
+        No value is given inside a longer gap between valid samples, nor later than this after the
+        last sample of a signal that holds. Default: ``GAP_INTERVALS`` times the median interval of
+        the valid samples, or ``step_s`` if longer [s].
 
     Returns
     -------
     array, shape (n,)
-        NaN where the signal is not known.
+        NaN where the signal is unknown.
     """
     valid = ~np.isnan(values)
     time, value = time_s[valid], values[valid]
@@ -93,9 +92,9 @@ def _after(time: float) -> float:
 def _of_part(
     time: FloatArray, value: FloatArray, grid: FloatArray, step_s: float
 ) -> npt.NDArray[np.float64]:
-    """Resample a part without gaps onto grid times that all lie within it."""
+    """Resample a part without gaps to grid times that all lie within it."""
     at: FloatArray = np.interp(grid, time, value)
-    # Shrunk towards the part's ends, so that the window stays centred on the grid time.
+    # Shrink the window near the part's ends, so that it stays centred on the grid time.
     half = np.minimum(step_s / 2.0, np.minimum(grid - time[0], time[-1] - grid))
     inside = np.searchsorted(time, grid + half) - np.searchsorted(time, grid - half, side="right")
     coarse = (inside >= 2) & (half > 0.0)
@@ -108,7 +107,7 @@ def _of_part(
 
 def _area(time: FloatArray, value: FloatArray, until: FloatArray) -> FloatArray:
     """Return the integral of the linear interpolant from the first sample."""
-    level = float(value[0])  # integrated apart, to keep the digits of a small drift
+    level = float(value[0])  # integrated separately, to keep the digits of a small drift
     pieces = np.diff(time) * (value[1:] + value[:-1] - 2.0 * level) / 2.0
     whole = np.concatenate([[0.0], np.cumsum(pieces)])
     last = np.clip(np.searchsorted(time, until, side="right") - 1, 0, time.size - 1)

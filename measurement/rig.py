@@ -1,6 +1,6 @@
-"""Measuring rigs: how displacement readings become the pose of the spindle's nose.
+"""Measuring rigs: convert displacement readings to the pose of the spindle nose.
 
-Coordinates: Z along the spindle's axis, X and Y across it. Elongation is positive when the nose
+Coordinates: Z along the spindle axis, X and Y across it. Elongation is positive when the nose
 grows towards -Z; yaw is the tilt in the XZ plane and pitch the tilt in the YZ plane. Distances
 along the axis are counted from the gauge line outwards, towards the tool's tip.
 
@@ -29,7 +29,7 @@ POSE = ("elongation_um", "yaw_urad", "pitch_urad", "near_x_um", "near_y_um")
 """Columns of a pose, in order."""
 
 PLACES = ("near_x", "near_y", "distal_x", "distal_y", "axial")
-"""Of the sensors of a five-point rig."""
+"""Places of the sensors of a five-point rig."""
 
 _AXIAL_WORDS = {"growth", "elongation", "axial"}
 _NOT_DRIFT = {"offset", "error"}  # the plant's other signals per axis
@@ -50,7 +50,7 @@ class SimulatedRig(_Rig):
     noise_um: Fineness = 0.0
     """Standard deviation of every displacement sensor's noise."""
     resolution_um: Fineness = 0.0
-    """Their step."""
+    """Resolution of every displacement sensor."""
 
     @property
     def columns(self) -> list[str]:
@@ -80,7 +80,7 @@ class FivePointRig(SimulatedRig):
     near_to_gauge_mm : float
         Distance of the near pair outside the gauge line [mm].
     axial_sign : +1 or -1
-        Elongation is this times the axial reading: -1 if the reading is drift along +Z.
+        Elongation is this times the axial reading; -1 if the reading is drift along +Z.
     near_x_sign, near_y_sign, distal_x_sign, distal_y_sign : +1 or -1
         Drift along the axis is this times the reading: -1 for a sensor that looks the other way.
     test_bar_mm : float
@@ -122,7 +122,7 @@ class FivePointRig(SimulatedRig):
 
     @property
     def sensors(self) -> tuple[str, ...]:
-        """Names of the five signals, as `PLACES` has them."""
+        """Names of the five signals, in the order of `PLACES`."""
         return tuple(getattr(self, place) for place in PLACES)
 
     @property
@@ -144,12 +144,12 @@ class FivePointRig(SimulatedRig):
         -------
         DataFrame
             ``elongation_um``, ``yaw_urad``, ``pitch_urad``, ``near_x_um``, ``near_y_um``; the
-            frame's index. NaN wherever one of the readings that it needs is missing.
+            frame's index. NaN wherever a reading that it needs is missing.
 
         Raises
         ------
         BadInput
-            If a column is not there.
+            If a column is missing.
         """
         self._need(frame)
         near_x, near_y, distal_x, distal_y, axial = (
@@ -169,17 +169,17 @@ class FivePointRig(SimulatedRig):
         return pd.DataFrame(dict(zip(POSE, values, strict=True)), index=frame.index)
 
     def readings(self, pose: pd.DataFrame) -> pd.DataFrame:
-        """Return the five readings [um] that the sensors show in a pose: the inverse of pose.
+        """Return the five sensor readings [um] in a pose: the inverse of :meth:`pose`.
 
         Parameters
         ----------
         pose : DataFrame
-            Has the columns that :meth:`pose` gives.
+            Has the columns that :meth:`pose` returns.
 
         Raises
         ------
         BadInput
-            If a column is not there.
+            If a column is missing.
         """
         missing = next((name for name in POSE if name not in pose.columns), None)
         if missing is not None:
@@ -201,7 +201,7 @@ class FivePointRig(SimulatedRig):
         return pd.DataFrame(dict(zip(self.columns, values, strict=True)), index=pose.index)
 
     def targets(self, run: Run) -> pd.DataFrame:
-        """Return what an error model learns from a run: the pose, as measured.
+        """Return the targets of an error model in a run: the measured pose.
 
         Parameters
         ----------
@@ -211,12 +211,12 @@ class FivePointRig(SimulatedRig):
         Returns
         -------
         DataFrame
-            Elongation, yaw, pitch and the radial drift, as `pose` gives them [um, urad].
+            Elongation, yaw, pitch and the radial drift, as `pose` returns them [um, urad].
 
         Raises
         ------
         BadInput
-            If a column is not there.
+            If a column is missing.
         """
         return self.pose(run.frame)
 
@@ -227,14 +227,14 @@ class FivePointRig(SimulatedRig):
 
 
 def _less_one(slope_x: FloatArray, slope_y: FloatArray) -> FloatArray:
-    """Return 1/cos(tilt) - 1, exact for tilts of a few microradians too."""
+    """Return 1/cos(tilt) - 1, accurate even for tilts of a few microradians."""
     q = slope_x**2 + slope_y**2
     less: FloatArray = q / (1.0 + np.sqrt(1.0 + q))
     return less
 
 
 class AxisOfColumn(_Rig):
-    """Which axis a displacement column stands for, and which way.
+    """The axis that a displacement column measures, and its sign.
 
     Attributes
     ----------
@@ -249,7 +249,7 @@ class AxisOfColumn(_Rig):
 
 
 class DirectRig(SimulatedRig):
-    """Displacement columns that each stand for the drift along one axis, without a tilt.
+    """Displacement columns that each measure the drift along one axis, without tilt.
 
     Attributes
     ----------
@@ -276,7 +276,7 @@ class DirectRig(SimulatedRig):
         return [column(name, "um") for name in self.axes]
 
     def targets(self, run: Run) -> pd.DataFrame:
-        """Return what an error model learns from a run: the displacement columns, as measured.
+        """Return the targets of an error model in a run: the measured displacement columns.
 
         Parameters
         ----------
@@ -286,12 +286,12 @@ class DirectRig(SimulatedRig):
         Returns
         -------
         DataFrame
-            Displacements [um], a column for each axis under its own name, rows as in the run.
+            Displacements [um], one column per axis under its own name, rows as in the run.
 
         Raises
         ------
         BadInput
-            If a column is not there.
+            If a column is missing.
         """
         self._need(run.frame)
         return run.frame[self.columns].copy()
@@ -307,7 +307,7 @@ class DirectRig(SimulatedRig):
         Raises
         ------
         BadInput
-            If a column is not there.
+            If a column is missing.
         """
         self._need(frame)
         found = {entry.axis: (name, entry.sign) for name, entry in self.axes.items()}
@@ -334,7 +334,7 @@ def rig_from_table(table: dict[str, Any], source: str | Path) -> Rig:
     Parameters
     ----------
     table : dict
-        ``kind`` is ``five_point``, also where it is missing, or ``direct``.
+        ``kind`` is ``five_point`` (the default) or ``direct``.
     source : str or path
         The file, for refusals.
 
@@ -352,7 +352,7 @@ def rig_from_table(table: dict[str, Any], source: str | Path) -> Rig:
 
 
 def default_rig(run: Run, machine_rig: dict[str, Any] | Rig | None = None) -> Rig:
-    """Return the rig of a run: the machine's where the run has its columns, else by their names.
+    """Return the rig of a run: the machine's if the run has its columns, else one from their names.
 
     A name with a part ``x``, ``y`` or ``z`` (``disp_x_um``) is drift in +axis direction; one with
     ``growth``, ``elongation`` or ``axial`` is growth of the nose, which is drift towards -Z.
@@ -361,12 +361,12 @@ def default_rig(run: Run, machine_rig: dict[str, Any] | Rig | None = None) -> Ri
     ----------
     run : Run
     machine_rig : dict or rig, optional
-        As a machine file has it; without it the columns' names decide.
+        From a machine file; without it the column names decide.
 
     Raises
     ------
     BadInput
-        If neither gives an answer, or two columns claim one axis.
+        If neither defines a rig, or two columns measure the same axis.
     """
     if machine_rig is not None:
         given = machine_rig
@@ -399,7 +399,7 @@ _HELP = (
 
 
 def axis_of(signal: str) -> tuple[AxisName, Sign] | None:
-    """Return axis and sign of a displacement by its name, or None where the name does not tell."""
+    """Return axis and sign of a displacement from its name, or None if the name has no axis."""
     words = _words(signal)
     named = [axis for axis in AXES if axis.lower() in words]
     if len(named) == 1:

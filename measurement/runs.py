@@ -1,7 +1,7 @@
-"""Run files: what a rig recorded, one column per signal.
+"""Run files: the recording of a rig, one column per signal.
 
 A run file is a CSV file in UTF-8. Its header names each column by signal and unit (see
-:mod:`measurement.units`); ``time_s`` comes first and grows from row to row. Sampling may be uneven.
+:mod:`measurement.units`); ``time_s`` comes first and increases. Sampling may be uneven.
 An empty cell or ``NaN`` is a missing value.
 """
 
@@ -38,7 +38,7 @@ _NUMBER = re.compile(
     r"\s*[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|inf|infinity)\s*",
     re.ASCII | re.IGNORECASE,
 )
-# From 3.1 on pandas reads numbers to the last digit unasked, and warns when it is asked to.
+# From 3.1 on pandas reads numbers to the last digit by default, and warns if asked to.
 _PANDAS = tuple(int(part) for part in pd.__version__.split(".")[:2])
 _EXACT: dict[str, Any] = {} if _PANDAS >= (3, 1) else {"float_precision": "round_trip"}
 _FIRST_ROW = 2
@@ -54,16 +54,16 @@ class Run:
     Parameters
     ----------
     name : str
-        What reports call it; the file's name without its ending.
+        Name in reports; that of the file without its extension.
     frame : DataFrame
-        ``time_s`` [s] first, then one column per signal, all of them floats; NaN where a value is
-        missing. A copy is taken.
+        ``time_s`` [s] first, then one column per signal, all of them floats; NaN for a missing
+        value. A copy is taken.
     path : Path, optional
-        The file it came from.
+        The file that it was read from.
     digest : str, optional
-        The SHA-256 of that file when it was read.
+        SHA-256 of that file when it was read.
     faults : tuple of Fault, optional
-        What `measurement.faults.looked_over` found in it; None if nobody looked.
+        Faults found by `measurement.faults.looked_over`; None if it was not checked.
 
     Raises
     ------
@@ -104,7 +104,7 @@ class Run:
         return self.of_unit("um")
 
     def of_unit(self, unit: str) -> list[str]:
-        """Return the columns of a unit, in the file's order, time left out.
+        """Return the columns of a unit except time, in the file's order.
 
         Parameters
         ----------
@@ -131,11 +131,11 @@ class Run:
         end_s: float | None = None,
         max_gap_s: float | None = None,
     ) -> Run:
-        """Return the run on an even grid of times.
+        """Return the run resampled to an even time grid.
 
         Measured quantities are averaged over one step where the grid is coarser than the samples
         and interpolated linearly where it is finer; quantities that switch (speed, feed, torque,
-        flow, tool length, flags) hold their last value. Missing stays missing.
+        flow, tool length, flags) hold their last value. Missing values stay missing.
 
         Parameters
         ----------
@@ -144,8 +144,8 @@ class Run:
         start_s, end_s : float, optional
             First time and last allowed time of the grid; the run's own by default [s].
         max_gap_s : float, optional
-            Gaps between valid samples longer than this are left missing. By default, for each
-            column, five times its median interval, or one step where that is longer [s].
+            Longer gaps between valid samples stay missing. By default, for each column, five times
+            its median interval, or one step if that is longer [s].
 
         Returns
         -------
@@ -155,7 +155,7 @@ class Run:
         Raises
         ------
         ValueError
-            For a step that is not positive, an end before the start, or a grid of more than
+            If the step is not positive, the end is before the start, or the grid has more than
             10 million rows.
         """
         start = float(self.time_s[0]) if start_s is None else start_s
@@ -189,8 +189,8 @@ def read_run(path: str | Path) -> Run:
     Raises
     ------
     BadInput
-        One line naming file, row (the line's number, the header being 1), column, value and what
-        is allowed.
+        One line that names file, row (line number, the header is 1), column, value and what is
+        allowed.
     """
     path = Path(path)
     data = read_bytes(path)
@@ -207,9 +207,9 @@ def write_run(run: Run | pd.DataFrame, path: str | Path) -> Path:
     Parameters
     ----------
     run : Run or DataFrame
-        A frame is checked as a run file would be.
+        A frame is checked like a run file.
     path : str or path
-        Replaced if it is there; missing folders are made.
+        Replaced if it exists; missing folders are created.
 
     Returns
     -------
@@ -235,7 +235,7 @@ def _grid(start: float, end: float, step: float) -> FloatArray:
         raise ValueError(f"step_s is {step:g}; it must be more than 0")
     if not end >= start:
         raise ValueError(f"the grid's end {end:g} s lies before its start {start:g} s")
-    # A little more than the quotient, so that rounding never drops the last step.
+    # Slightly more than the quotient, so that rounding never drops the last step.
     steps = (end - start) / step * (1.0 + 1e-12)
     if not steps < 1e7:
         raise ValueError(f"step_s is {step:g}: more than 10 million rows from {start:g} to {end:g}")
@@ -261,7 +261,7 @@ def _decoded(data: bytes, path: Path) -> str:
 
 
 def _fast_frame(text: str, path: Path) -> pd.DataFrame | None:
-    """Return the frame of a file without oddities; None where a closer look is needed."""
+    """Return the frame of a regular file; None if it must be read cell by cell."""
     header, _, body = text.partition("\n")
     if '"' in text:
         return None
@@ -286,13 +286,13 @@ def _fast_frame(text: str, path: Path) -> pd.DataFrame | None:
         )
     except (ValueError, OverflowError):
         return None
-    # Not read with a dtype: then True and False would pass as numbers.
+    # Read without a dtype: with one, True and False would pass as numbers.
     numeric = all(kind.kind in "iuf" for kind in frame.dtypes)
     return frame if numeric else None
 
 
 def _slow_frame(text: str, path: Path) -> pd.DataFrame:
-    """Read cell by cell, and refuse the first cell that is not a number."""
+    """Read cell by cell and refuse the first cell that is not a number."""
     rows = _rows(text, path)
     _, header = next(rows)
     names = [name.strip() for name in header]

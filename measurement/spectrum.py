@@ -1,4 +1,4 @@
-"""When the spindle turned, and how fast."""
+"""The speed spectrum: when the spindle turned, and how fast."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ import numpy as np
 from measurement.runs import Run
 
 STILL_RPM = 1.0
-"""Slower than this is standing still [r/min]: set on no data."""
+"""Below this speed the spindle is at a standstill [r/min]: set on no data."""
 
 SAME_SPEED_SHARE = 0.01
-"""Speeds that differ by less than this share of the largest are one step of the spectrum, and what
-else is switched has not been: a measured speed wavers, and the steps of test spectra are much
-larger. Set on no data: 0.02 finds the same steps in all measured runs."""
+"""Speeds that differ by less than this share of the largest belong to one step of the spectrum
+(likewise other signals that switch): a measured speed fluctuates, and the steps of test spectra are
+much larger. Set on no data: 0.02 finds the same steps in all measured runs."""
 
 
 @dataclass(frozen=True)
 class Segment:
-    """A time of one speed.
+    """A period of constant speed.
 
     Attributes
     ----------
     speed_rpm : float
-        The speed; NaN where none was recorded [r/min].
+        The speed; NaN if none was recorded [r/min].
     start_s, end_s : float
         From its first sample to the first sample of the next one [s].
     """
@@ -37,7 +37,7 @@ class Segment:
 
     @property
     def duration_s(self) -> float:
-        """How long it lasted [s]."""
+        """Duration [s]."""
         return self.end_s - self.start_s
 
     @property
@@ -53,7 +53,7 @@ class Segment:
 
 
 def speed_column(run: Run) -> str | None:
-    """Return the column of the spindle's speed: ``speed_rpm``, or the only one in r/min."""
+    """Return the column of the spindle speed: ``speed_rpm``, or the only one in r/min."""
     columns = run.of_unit("rpm")
     if "speed_rpm" in columns:
         return "speed_rpm"
@@ -61,7 +61,7 @@ def speed_column(run: Run) -> str | None:
 
 
 def speed_spectrum(run: Run) -> list[Segment]:
-    """Return the steps of the spindle's speed in order; one unknown step if none was recorded.
+    """Return the steps of the spindle speed in order; one unknown step if none was recorded.
 
     A sample's speed holds until the next sample, and over samples without a speed.
 
@@ -86,7 +86,7 @@ def speed_spectrum(run: Run) -> list[Segment]:
         end = time[min(after, speed.size - 1)]
         middle = float(np.median(speed[first:after]))
         segments.append(Segment(middle, float(time[first]), float(end)))
-    # A step that begins with the very last sample has not lasted yet.
+    # A step that begins with the last sample has no duration.
     return [step for step in segments if step.duration_s > 0.0] or segments[:1]
 
 

@@ -1,8 +1,8 @@
-"""Ctrl-C and SIGTERM while other processes work for this one.
+"""Handles Ctrl-C and SIGTERM while other processes work for this one.
 
-Python raises at whatever bytecode a signal finds. In the middle of a wait for a pool of processes
-that leaves a lock of the pool's own threads taken, which then wait for it for ever; and a signal
-that comes just before such a wait is not seen until the wait ends.
+Python raises at any bytecode. If a signal arrives during a wait for a process pool, the exception
+leaves a lock taken that the pool's own threads then wait for forever; a signal just before such a
+wait is not noticed until the wait ends.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from typing import Any
 STOPS = (signal.SIGINT, signal.SIGTERM)
 
 LOOK_S = 0.5
-"""How often a worker looks whether its parent is still there, who waits whether to end, and others
-are shown how it is; how long a worker may take to end when told to, before it is killed; and how
-soon a SIGTERM that got lost is sent again [s]. Set on no data."""
+"""How often a worker checks for its parent, a waiting process whether to end, and progress is
+shown; how long a worker may take to end before it is killed; and how soon a lost SIGTERM is sent
+again [s]. Set on no data."""
 
 HOLDS_LOCKS = ("concurrent.futures", "multiprocessing", "threading")
-"""Where nothing may be raised: modules that hold a lock which other threads wait for."""
+"""Modules in which nothing may be raised, because they hold locks that other threads wait for."""
 
 
 @contextmanager
@@ -34,7 +34,7 @@ def ending_work(end: Callable[[], None]) -> Iterator[None]:
     Parameters
     ----------
     end : callable
-        Ends the work, so that whoever waits for it waits no longer. Called in another thread.
+        Ends the work and so the wait for it. Called in another thread.
 
     Yields
     ------
@@ -43,12 +43,12 @@ def ending_work(end: Callable[[], None]) -> Iterator[None]:
     Raises
     ------
     KeyboardInterrupt, SystemExit
-        What the usual handlers raise: at once where no lock is held, else on leaving the block.
+        What the usual handlers raise: at once if no lock is held, else on leaving the block.
 
     Notes
     -----
-    A signal that no function handles is left as it is. Outside the main thread, which no signal
-    reaches, nothing is done.
+    A signal without a Python handler is left alone. Outside the main thread, which signals do not
+    reach, nothing is done.
     """
     handlers = {int(number): signal.getsignal(number) for number in STOPS}
     usual = {number: handler for number, handler in handlers.items() if callable(handler)}
@@ -90,7 +90,7 @@ def ending_work(end: Callable[[], None]) -> Iterator[None]:
 
 
 def _depth(frame: FrameType | None) -> int:
-    """Return how many calls on a stack are in modules that hold locks."""
+    """Return the number of calls on a stack that are in modules that hold locks."""
     count = 0
     while frame is not None:
         name: Any = frame.f_globals.get("__name__", "")

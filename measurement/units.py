@@ -1,8 +1,8 @@
-"""The units that signals may have, and the names of run-file columns.
+"""The units of signals, and the names of run-file columns.
 
 A column's name is the signal's name and its unit: ``T1_degC``, ``feed_mm_min``.
-`fmu_packaging.units` says what a unit is in SI base units. Standard library only, so that any room
-can use it, inside an FMU too.
+`fmu_packaging.units` converts units to SI base units. This module imports the standard library
+only, so that any package can use it, even inside an FMU.
 """
 
 from __future__ import annotations
@@ -15,22 +15,22 @@ UM_PER_MM, RAD_PER_URAD = 1e3, 1e-6
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit of columns, what it measures, and what its numbers can be.
+    """A unit of columns, its quantity, and its allowed range.
 
     Attributes
     ----------
     suffix : str
-        How a column's name ends, without the underscore.
+        Ending of a column's name, without the underscore.
     quantity : str
-        What it measures, in words.
+        The quantity, in words.
     low, high : float
-        A value outside is a mistake in a file, not a measurement [unit]; wide enough for any
+        A value outside is an error in the file, not a measurement [unit]; wide enough for any
         machine tool, narrow enough that no sum of squares overflows.
     label : str
-        The unit as a plot or a table shows it.
+        The unit in plots and tables.
     switches : bool
-        Whether such signals jump and then stay (speed, feed, torque, tool length), so that between
-        two samples the last value holds; other signals are measured and run smoothly.
+        Whether such signals jump and then stay (speed, feed, torque, tool length), so that the last
+        value holds between samples; other signals are measured and change smoothly.
     """
 
     suffix: str
@@ -51,7 +51,7 @@ UNITS: dict[str, Unit] = {
         Unit("Nm", "torque", -1e6, 1e6, label="N m", switches=True),
         Unit("W", "power", -1e8, 1e8, label="W", switches=True),
         Unit("lpm", "volume flow", -1e6, 1e6, label="l/min", switches=True),
-        # The range that any sensor on a machine tool can show; beyond it lies a broken wire.
+        # The range of any sensor on a machine tool; a value outside means a broken wire.
         Unit("degC", "temperature", -60.0, 400.0, label="°C"),
         Unit("um", "displacement", -1e6, 1e6, label="µm"),
         Unit("mm", "length", -1e6, 1e6, label="mm", switches=True),
@@ -70,7 +70,7 @@ def split_column(name: str) -> tuple[str, str]:
     Parameters
     ----------
     name : str
-        A column's name; the longest unit that fits counts.
+        A column's name; the longest matching unit counts.
 
     Returns
     -------
@@ -79,9 +79,9 @@ def split_column(name: str) -> tuple[str, str]:
     Raises
     ------
     ValueError
-        If the name does not end in a known unit, or nothing stands before the unit.
+        If the name does not end in a known unit, or has nothing before the unit.
     """
-    # The longest suffix first, so that a longer unit is never read as its own ending.
+    # Longest suffix first, so that a unit is not mistaken for a shorter one that it ends in.
     for suffix in sorted(UNITS, key=len, reverse=True):
         if name.endswith("_" + suffix):
             signal = name[: -len(suffix) - 1]

@@ -1,4 +1,4 @@
-"""Classes that a folder of files and the entry points of a group hold: one file, one more."""
+"""Finds classes in a folder, one per file, and in the entry points of a group."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ def classes_of(package: str, folder: Path, base: type[T], group: str = "") -> li
     Parameters
     ----------
     package : str
-        Dotted name; its ``base`` module is not looked at.
+        Dotted name; its ``base`` module is skipped.
     folder : Path
-        Where its files are.
+        Folder of its files.
     base : type
-        What they derive from.
+        The base class.
     group : str
-        Of entry points; none where it is empty.
+        Group of entry points; empty for none.
 
     Raises
     ------
     BadInput
-        For a plug-in that is no such class.
+        For a plug-in that is not such a class.
     """
     names = sorted(path.stem for path in folder.glob("[a-z]*.py"))
     modules = [import_module(f"{package}.{name}") for name in names if name != "base"]

@@ -1,7 +1,8 @@
-"""Runs that began warm: an imported log marks them, and they are no cold starts.
+"""Runs that began warm, which an imported log marks.
 
-A compensator counts temperatures and drift from a run's first row. Where the machine is warm then,
-drift is there already, and falls while the thermometers fall: another law than the one from cold.
+A compensator counts temperatures and drift from a run's first row. If the machine is already warm
+then, it has already drifted, and the drift decreases as the thermometers cool: a different law from
+that of a cold start.
 """
 
 from __future__ import annotations
@@ -11,11 +12,11 @@ from collections.abc import Sequence
 from measurement.runs import Run
 
 WARM_START = "warm_start_1"
-"""1 in every row of a run that began warm, 0 of one that began cold, absent where nobody knows."""
+"""1 in every row of a run that began warm, 0 if it began cold, absent if unknown."""
 
 
 def began_warm(run: Run) -> bool:
-    """Return whether a run says that it began while the machine was warm."""
+    """Return whether a run is marked as begun on a warm machine."""
     if WARM_START not in run.frame.columns:
         return False
     said = run.frame[WARM_START].dropna()
@@ -23,18 +24,18 @@ def began_warm(run: Run) -> bool:
 
 
 def cold_starts(runs: Sequence[Run]) -> tuple[list[Run], str]:
-    """Leave out runs that say that they began warm, unless all of them do.
+    """Leave out runs that are marked as begun warm, unless all of them are.
 
     Parameters
     ----------
     runs : sequence of Run
-        In any order; those that do not say how they began count as cold.
+        In any order; unmarked runs count as cold.
 
     Returns
     -------
     runs : list of Run
     note : str
-        What was left out, or that nothing else is there; empty if no run says so.
+        What was left out, or that there are no other runs; empty if no run began warm.
     """
     warm = named_warm(runs)
     cold = [run for run in runs if not began_warm(run)]
@@ -46,7 +47,7 @@ def cold_starts(runs: Sequence[Run]) -> tuple[list[Run], str]:
 
 
 def named_warm(runs: Sequence[Run]) -> str:
-    """Return the names of the runs that say that they began warm, with commas between.
+    """Return the names of the runs that are marked as begun warm, separated by commas.
 
     Parameters
     ----------

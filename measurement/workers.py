@@ -1,4 +1,4 @@
-"""Processes that end with what started them: done, interrupted, terminated or killed."""
+"""Worker processes that end with their parent: finished, interrupted, terminated or killed."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from measurement.stops import LOOK_S, STOPS, ending_work
 
 @contextmanager
 def workers(count: int | None = None) -> Iterator[ProcessPoolExecutor]:
-    """Give a pool of processes that does not outlive what is done with it.
+    """Give a process pool that does not outlive the block that uses it.
 
     Parameters
     ----------
     count : int, optional
-        Processes; by default one for each core.
+        Number of processes; by default one per core.
 
     Yields
     ------
@@ -33,25 +33,24 @@ def workers(count: int | None = None) -> Iterator[ProcessPoolExecutor]:
 
     Notes
     -----
-    The pool of the standard library waits on leaving for whatever its workers have begun. So the
-    workers are ended first where something was raised, and by Ctrl-C and SIGTERM: nothing that they
-    have begun is wanted any more.
+    On exit the pool of the standard library waits for work already begun. After an exception,
+    Ctrl-C or SIGTERM that work is no longer wanted, so the workers are ended first.
     """
     before = set(multiprocessing.active_children())
 
     def end() -> None:
         _end(set(multiprocessing.active_children()) - before)
-        # A worker that ends while it sends leaves the pool waiting for the rest, as long as anybody
-        # could still write: this process, which never does.
+        # If a worker ends while sending, the pool waits for the rest as long as any process has the
+        # pipe open for writing: this one has, but never writes.
         with suppress(AttributeError, OSError):
             pool._result_queue._writer.close()  # type: ignore[attr-defined]
-        # And the thread that feeds workers waits until somebody reads, as long as anybody could:
-        # this process, again. From 3.11.5 on the pool's own thread closes it, and must do so alone.
+        # Likewise the thread that feeds the workers waits as long as any process could read: again
+        # this one. From 3.11.5 on the pool's own thread closes the pipe, and nobody else may.
         if sys.version_info < (3, 11, 5):
             with suppress(AttributeError, OSError):
                 pool._call_queue._reader.close()  # type: ignore[attr-defined]
 
-    # One thread each: small matrices gain nothing from more, and workers would crowd each other.
+    # One thread each: small matrices gain nothing from more, and workers would compete for cores.
     pool = ProcessPoolExecutor(count or os.cpu_count(), initializer=begin, initargs=(os.getpid(),))
     try:
         _start(pool)
@@ -65,8 +64,8 @@ def workers(count: int | None = None) -> Iterator[ProcessPoolExecutor]:
 
 
 def _start(pool: ProcessPoolExecutor) -> None:
-    """Start the workers while no signal can reach them half begun."""
-    # Windows has no signal masks, and begins processes that inherit no handlers.
+    """Start the workers with signals blocked, so that none arrives during start-up."""
+    # Windows has no signal masks, and its new processes inherit no handlers.
     if not hasattr(signal, "pthread_sigmask"):
         pool.submit(_idle)
         return
@@ -82,12 +81,12 @@ def _idle() -> None:
 
 
 def begin(parent: int) -> None:
-    """Prepare a worker: it leaves Ctrl-C to its parent, and ends when told to or left alone.
+    """Prepare a worker: it ignores Ctrl-C, and ends on SIGTERM or when its parent is gone.
 
     Parameters
     ----------
     parent : int
-        The number of the process that it works for.
+        Process id of its parent.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
@@ -98,14 +97,14 @@ def begin(parent: int) -> None:
 
 
 def _end_with(parent: int) -> None:
-    """End this process once its parent is gone, which no signal of its own tells it."""
+    """End this process once its parent is gone; no signal reports that."""
     while os.getppid() == parent:
         time.sleep(LOOK_S)
     os._exit(1)
 
 
 def _end(processes: set[multiprocessing.process.BaseProcess]) -> None:
-    """End processes, by force those that do not go at once."""
+    """End processes; kill those that do not end at once."""
     for process in processes:
         process.terminate()
     until = time.monotonic() + LOOK_S

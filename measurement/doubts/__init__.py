@@ -1,8 +1,8 @@
-"""What runs contradict: a unit, the clock's unit, a sign, the place of a thermometer.
+"""Finds runs whose numbers contradict a unit, the clock's unit, a sign, a thermometer's place.
 
-Every doubt is one comparison: how likely are the numbers as they were said to be, and how likely if
-they were said wrongly in one of the usual ways? `readings` compares units, `places` thermometers
-that were swapped, `signs` displacements that were turned round. Nothing is changed.
+Each doubt compares the likelihood of the numbers as declared with that under one of the usual
+mistakes. `readings` checks units, `places` swapped thermometers, `signs` displacements with the
+opposite sign. Nothing is changed.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from measurement.runs import Run
 
 
 class Doubt(NamedTuple):
-    """What looks wrong with a column, and what would set it right."""
+    """What looks wrong in a column, and how to correct it."""
 
     column: str
     text: str
 
 
 def doubts(runs: Sequence[Run]) -> list[Doubt]:
-    """Return what looks wrong with runs of one machine, one entry for each column and kind."""
+    """Return what looks wrong in runs of one machine, one entry per column and kind."""
     if not runs:
         return []
     warm = [warming(run) for run in runs]
@@ -40,7 +40,7 @@ def doubt_lines(runs: Sequence[Run]) -> list[str]:
 
 
 def together(found: Sequence[Doubt]) -> list[Doubt]:
-    """Return one doubt for columns that are doubted alike, but for numbers."""
+    """Return doubts as given, those whose texts differ only in numbers merged into one."""
     alike: dict[str, list[Doubt]] = {}
     for doubt in found:
         alike.setdefault(re.sub(r"\b\d[\d.]*\b", "", doubt.text), []).append(doubt)

@@ -1,7 +1,7 @@
-"""Thermometers that are swapped in one run against the others: two plugs in each other's place.
+"""Finds thermometers that are swapped in one run relative to the others: two plugs exchanged.
 
 How each thermometer follows the mean of all is learnt from the other runs; swapping two does not
-change that mean. A run is doubted where two thermometers in each other's place are far likelier.
+change that mean. A run is doubted if exchanging two thermometers makes it far more likely.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from measurement.runs import Run
 
 
 def swapped(runs: Sequence[Run]) -> list[tuple[str, str]]:
-    """Return pairs of thermometers that are likelier in each other's place in some runs."""
+    """Return pairs of thermometers that are far more likely swapped in some runs."""
     names = [name for name in runs[0].temperatures if all(_is_whole(run, name) for run in runs)]
     if len(runs) < FEWEST_LIKE_RUNS or len(names) < 3:
         return []
@@ -47,22 +47,22 @@ def swapped(runs: Sequence[Run]) -> list[tuple[str, str]]:
 
 
 def _swap(missed: FloatArray, usual: FloatArray) -> tuple[int, int] | None:
-    """Return the pair that is far likelier in each other's place; None if none is.
+    """Return the pair that is far more likely swapped, or None.
 
     Parameters
     ----------
     missed : array, shape (thermometers, thermometers)
-        What is left of the second if it stands in the first's place [K].
+        Residual of the second thermometer if it is in the first one's place [K].
     usual : array, shape (other runs, thermometers)
-        What is left of each in its own place in the other runs [K].
+        Residual of each thermometer in its own place in the other runs [K].
     """
     count = len(missed)
-    # The scatter of all thermometers counts as one run more of each.
+    # The scatter of all thermometers counts as one additional run of each.
     degrees = len(usual) + 1.0
     shared = float(np.median(usual)) ** 2
     scale = np.sqrt((shared + (usual**2).sum(axis=0)) / degrees + FINEST_K**2)
     log = -0.5 * (degrees + 1) * np.log1p((missed / scale[:, None]) ** 2 / degrees)
-    # A thermometer that fits nowhere is astray, and not swapped.
+    # A thermometer that fits nowhere is wrong, not swapped.
     own = np.maximum(np.diag(log), np.log(scale * ASTRAY_PER_K))
     gain = log + log.T - own[:, None] - own[None, :]
     first, second = divmod(int(np.argmax(gain)), count)
@@ -71,7 +71,7 @@ def _swap(missed: FloatArray, usual: FloatArray) -> tuple[int, int] | None:
 
 
 class _Moments(NamedTuple):
-    """Means over a run's rows of products of the mean rise, now and late, and of all rises [K2]."""
+    """Means over a run's rows of products of the mean rise, now and lagged, and all rises [K2]."""
 
     basis: FloatArray
     both: FloatArray
@@ -80,7 +80,7 @@ class _Moments(NamedTuple):
 
 
 def _missed(here: _Moments, others: Sequence[_Moments]) -> FloatArray:
-    """Return for a run what the others' laws leave of each thermometer in each place [K]."""
+    """Return a run's residual of each thermometer in each place, by the other runs' laws [K]."""
     basis = sum(other.basis for other in others) + 1e-9 * np.eye(2)
     laws = np.linalg.solve(basis, sum(other.both for other in others))
     expected = np.einsum("ki,kl,li->i", laws, here.basis, laws)
@@ -91,7 +91,7 @@ def _missed(here: _Moments, others: Sequence[_Moments]) -> FloatArray:
 def _moments(run: Run, names: Sequence[str]) -> _Moments:
     rise = rises(run, names)
     mean, time = rise.mean(axis=1), run.time_s
-    # What follows the mean late follows the mean of so long before.
+    # A thermometer that lags follows the mean of this much earlier.
     both = np.column_stack([mean, np.interp(time - LAG_S, time, mean)])
     rows = float(len(rise))
     return _Moments(

@@ -1,8 +1,8 @@
-"""Whether a run's numbers are far likelier in another unit than in the one that was said.
+"""Finds runs whose numbers are far more likely in another unit than the declared one.
 
-Each quantity is log-normal about what machine tools show (`USUAL`), temperatures at rest are normal
-about a hall's. A unit is doubted where the numbers, read in another one, are so much likelier that
-this outweighs how seldom a unit is said wrongly (`WRONG`).
+Each quantity is log-normal about what machine tools show (`USUAL`); temperatures at rest are normal
+about that of a hall. A unit is doubted if another one makes the numbers so much more likely that
+this outweighs how rarely units are wrong (`WRONG`).
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from measurement.runs import TIME, Run
 
 
 class Usual(NamedTuple):
-    """A quantity as machine tools show it: log-normal, or normal where `spread` has its unit."""
+    """Distribution of a quantity on machine tools: log-normal, or normal if `spread` has a unit."""
 
     median: float
     spread: float
 
     def log_likelihood(self, value: float) -> float:
-        """Return the logarithm of how likely a value is, but for a constant."""
+        """Return the log-likelihood of a value, up to a constant."""
         return -0.5 * (math.log(value / self.median) / self.spread) ** 2
 
 
@@ -35,13 +35,13 @@ USUAL = {
     "top speed [r/min]": Usual(5000.0, 1.1),
 }
 """Median, and standard deviation of the logarithm [1]. Set on 30 runs of a lathe (half of the
-warming within 0.4 to 1.6 h, 1 to 16 um for each kelvin, 1000 and 2000 r/min), 50 h of an electric
-spindle and simulated runs of both shipped machines (to 24 um for each kelvin, 14,000 r/min), and
-then widened: two machines are few."""
+warming within 0.4 to 1.6 h, 1 to 16 um/K, 1000 and 2000 r/min), 50 h of an electric spindle and
+simulated runs of both shipped machines (up to 24 um/K, 14,000 r/min), and then widened, because two
+machines are few."""
 HALL_C = Usual(21.0, 7.0)
-"""The coolest a log's thermometers are: a hall [degC], with its standard deviation [K]."""
+"""Coolest reading in a log: a hall's temperature [degC], with its standard deviation [K]."""
 ASTRAY_PER_K = WRONG / 100.0
-"""Density of a thermometer whose level is wrong [1/K]: one in a hundred, anywhere in 100 K."""
+"""Density of a thermometer with a wrong level [1/K]: one in a hundred, anywhere in 100 K."""
 
 TIMES = {
     60.0: ("minutes taken for seconds", "min"),
@@ -59,12 +59,12 @@ TEMPERATURES = {
     "degF": ("Fahrenheit", 5.0 / 9.0, -160.0 / 9.0),
 }
 TENTHS = {"0.1 degC": ("tenths of a degree", 0.1, 0.0)}
-"""The usual other readings: what was taken for what, and the unit that it should have. Tenths are
-what a control holds as whole numbers."""
+"""The usual mistakes: which unit was taken for which, and the correct one. A control stores tenths
+as whole numbers."""
 
 
 def unlikely_units(runs: Sequence[Run], warm: Sequence[FloatArray]) -> list[tuple[str, str]]:
-    """Return columns whose unit is doubtful, each with a text that says which one is likelier.
+    """Return columns whose unit is doubtful, each with a text that names the more likely one.
 
     *warm* is each run's `warming` [K].
     """
@@ -79,12 +79,12 @@ def unlikely_units(runs: Sequence[Run], warm: Sequence[FloatArray]) -> list[tupl
 def likelier(
     values: Sequence[tuple[str, float]], readings: Mapping[float, tuple[str, str]]
 ) -> tuple[str, str] | None:
-    """Return the reading that is far likelier than the one said; None if none is.
+    """Return the reading that is far more likely than the declared one, or None.
 
     Parameters
     ----------
     values : sequence of (str, float)
-        Quantities of `USUAL` and what they are as said, each proportional to the unit.
+        Quantities of `USUAL` and their values in the declared unit, each proportional to the unit.
     readings : mapping of float to (str, str)
         Other units by their factor.
     """
@@ -111,7 +111,7 @@ def _clock(runs: Sequence[Run], warm: Sequence[FloatArray]) -> Iterator[tuple[st
 
 
 def _told(column: str, doubted: Sequence[tuple[str, str]], runs: int) -> Iterator[tuple[str, str]]:
-    """Give the first doubt of a column, and the runs that share it unless all do."""
+    """Give the first doubt about a column, and the runs that share it unless all do."""
     if doubted:
         names = ", ".join(name for name, _ in doubted)
         where = "" if len(doubted) == runs else f" (in {names})"
@@ -119,7 +119,7 @@ def _told(column: str, doubted: Sequence[tuple[str, str]], runs: int) -> Iterato
 
 
 def _half(run: Run, rise: FloatArray) -> float:
-    """Return the shortest time in which a run makes half of its warming [s]; 0 if it makes none."""
+    """Return the shortest time in which a run warms by half of its total [s]; 0 if it does not."""
     time, wanted = run.time_s, 0.5 * float(np.ptp(rise))
     if 2.0 * wanted < WARMS_K:
         return 0.0
@@ -141,7 +141,7 @@ def _displacements(runs: Sequence[Run], warm: Sequence[FloatArray]) -> Iterator[
             ends = np.quantile(run.frame[name].dropna(), (0.02, 0.98))  # no single reading decides
             span, kelvin = float(np.ptp(ends)), float(np.ptp(rise))
             ratio = span / max(kelvin, WARMS_K)
-            # A machine that does not warm may rest; it cannot move by metres.
+            # A machine that does not warm may be at rest; it cannot move by metres.
             if span == 0.0 or (kelvin < WARMS_K and ratio < usual):
                 continue
             if other := likelier([("drift for each kelvin [um]", ratio)], LENGTHS):
@@ -162,9 +162,9 @@ def _speeds(runs: Sequence[Run], warm: Sequence[FloatArray]) -> Iterator[tuple[s
 
 
 def _temperatures(runs: Sequence[Run]) -> Iterator[tuple[str, str]]:
-    """Doubt thermometers that are likelier in kelvin or Fahrenheit, all of them or each by itself.
+    """Doubt thermometers that are more likely in kelvin or Fahrenheit, all together or one by one.
 
-    The coolest readings of all lie about that of the hall; each is as said, or wrong by itself.
+    The coolest readings scatter about the hall's temperature; each is as declared, or wrong alone.
     """
     coolest, whole = {}, True
     for name in runs[0].temperatures:
@@ -185,7 +185,7 @@ def _temperatures(runs: Sequence[Run]) -> Iterator[tuple[str, str]]:
         odds[common] = math.log1p(-WRONG)
         prior = math.log(WRONG / len(others)) if common else math.log1p(-WRONG)
         for hall in halls.tolist():
-            # Thermometers of a machine that has not warmed differ by no more.
+            # Thermometers of a machine that has not warmed differ by no more than this.
             near = np.exp(-np.abs(read - hall) / WARMS_K) / (2.0 * WARMS_K)
             scores = np.log(near + ASTRAY_PER_K) + odds
             total = scores.max(axis=0).sum() - 0.5 * ((hall - HALL_C.median) / HALL_C.spread) ** 2

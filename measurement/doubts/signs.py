@@ -1,4 +1,4 @@
-"""Displacements whose sign is not what the other runs, or their name, say."""
+"""Finds displacements whose sign contradicts the other runs or their name."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from measurement.resampling import FINEST_K, WARMS_K, FloatArray
 from measurement.runs import Run
 
 EXPLAINED = 0.7
-"""A run whose sign is flipped has this share of it explained by the others once turned round, and a
-growth that has a sign by the warming [1].
+"""Once its sign is reversed, the other runs explain at least this share of a flipped run; likewise
+the warming explains a growth whose sign can be judged [1].
 
-Set on 30 measured runs of a lathe with two displacements: this doubts none of the 60 as they are,
-and exactly the one that was turned round in 35 of 60 cases; see the tests of this module."""
+Set on 30 measured runs of a lathe with two displacements: none of the 60 is doubted as measured,
+and exactly the flipped one is doubted in 35 of 60 cases; see the tests of this module."""
 _GROWTH = re.compile(r"growth|elong|axial|dehnung|laengung|wachstum", re.IGNORECASE)
 
 
 def doubted_signs(runs: Sequence[Run], warm: Sequence[FloatArray]) -> list[tuple[str, str]]:
-    """Return displacements of one machine's runs whose sign is doubtful, each with a text.
+    """Return displacements with a doubtful sign in runs of one machine, each with a text.
 
     *warm* is each run's `warming` [K].
     """
@@ -39,7 +39,7 @@ def doubted_signs(runs: Sequence[Run], warm: Sequence[FloatArray]) -> list[tuple
 
 
 def _falls(present: Sequence[tuple[Run, FloatArray]], name: str) -> bool:
-    """Return whether a displacement falls with the warming wherever it follows it at all."""
+    """Return whether a displacement falls with warming in every run in which it follows it."""
     signs = []
     for run, warm in present:
         values = run.frame[name].to_numpy()
@@ -55,8 +55,8 @@ def _falls(present: Sequence[tuple[Run, FloatArray]], name: str) -> bool:
 def flipped(runs: Sequence[Run], name: str) -> list[str]:
     """Return the runs in which a displacement is the opposite of what the others predict.
 
-    For each run, a ridge regression on the temperatures' rises is made of the others. Its sign is
-    doubted where the prediction, turned round, explains `EXPLAINED` of the measured squares.
+    For each run, a ridge regression on the temperature rises is fitted to the others. The sign is
+    doubted if the reversed prediction explains `EXPLAINED` of the measured sum of squares.
     """
     shared = [column for column in runs[0].temperatures if all(column in run.frame for run in runs)]
     if len(runs) < FEWEST_LIKE_RUNS or not shared:
@@ -69,7 +69,7 @@ def flipped(runs: Sequence[Run], name: str) -> list[str]:
     risen = [part[:, usable] for part in risen]
     squares = [part.T @ part for part in risen]
     products = [part.T @ drift for part, drift in zip(risen, moved, strict=True)]
-    # What the readings leave open of a rise damps the weights.
+    # The reading uncertainty of a rise damps the weights.
     damping = FINEST_K**2 * sum(len(part) for part in risen) * np.eye(int(usable.sum()))
     odd = []
     for at, run in enumerate(runs):
@@ -80,5 +80,5 @@ def flipped(runs: Sequence[Run], name: str) -> list[str]:
         turned = moved[at] + risen[at] @ weights
         if total > 0.0 and 1.0 - float(turned @ turned) / total >= EXPLAINED:
             odd.append(run.name)
-    # Where most are odd, it is the few others that were turned.
+    # If most runs disagree, the few others are the flipped ones.
     return odd if 2 * len(odd) < len(runs) else [run.name for run in runs if run.name not in odd]

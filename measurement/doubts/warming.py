@@ -1,4 +1,4 @@
-"""How the machine as a whole warms in a run: what doubts about units and places start from."""
+"""How the machine as a whole warms in a run: the basis of doubts about units and places."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from measurement.resampling import FloatArray
 from measurement.runs import Run
 
 FEWEST_LIKE_RUNS = 3
-"""From so many runs on the others say what is usual, given by arithmetic: one against one is
-no majority."""
+"""Least number of runs from which the others define what is usual, given by arithmetic: one against
+one is no majority."""
 
 
 def rises(run: Run, names: Sequence[str]) -> FloatArray:
-    """Return columns counted from their first reading, gaps bridged, shape (rows, columns)."""
+    """Return columns counted from their first reading, gaps interpolated, shape (rows, columns)."""
     filled = run.frame[list(names)].interpolate(limit_direction="both").to_numpy(dtype=np.float64)
     return np.asarray(filled - filled[0])
 
 
 def warming(run: Run) -> FloatArray:
-    """Return the mean rise of a run's thermometers over its rows [K]; zeros without any."""
+    """Return the mean rise of a run's thermometers in each row [K]; zeros if it has none."""
     if not run.temperatures:
         return np.zeros(len(run.frame))
     rise = rises(run, run.temperatures)
