@@ -42,7 +42,7 @@ def recorded(path: Path, database: Database) -> list[can.Message]:
         raise BadInput(path, "", "needs asammdf: pip install 'spindle-drift[mdf]'")
     if not path.is_file():
         raise BadInput(path, "", "no such file")
-    ids = {frame.key for frame in database.of(MACHINE)}
+    ids = {frame.key for frame in database.frames if frame.sender == MACHINE}
     try:
         with can.LogReader(str(path)) as reader:
             found = [

@@ -220,6 +220,13 @@ def test_a_log_without_our_frames_is_refused(tmp_path, content, database):
     assert "\n" not in str(caught.value)
 
 
+def test_the_probes_of_a_log_are_played(tmp_path, database):
+    path = tmp_path / "frames.log"
+    ids = [frame.frame_id for frame in database.events(MACHINE)]
+    path.write_text("".join(f"(1.0) vcan0 {number:03X}#00\n" for number in ids))
+    assert [message.arbitration_id for message in recorded(path, database)] == ids
+
+
 def test_a_log_converted_to_mf4_is_read(tmp_path, database):
     pytest.importorskip("asammdf")
     path = tmp_path / "frames.mf4"
