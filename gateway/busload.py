@@ -41,7 +41,7 @@ def frame_bits(size: int, *, stuffed: bool = True, extended: bool = False) -> in
 def bus_load(database: Database, *, stuffed: bool = True) -> float:
     """Return the share of the bit rate that all frames take; 1 is a full bus."""
     bits = sum(
-        frame_bits(frame.size, stuffed=stuffed, extended=frame.extended) / frame.cycle_s
+        frame_bits(frame.size, stuffed=stuffed, extended=frame.extended) * frame.a_second
         for frame in database.frames
     )
     return bits / database.bit_rate

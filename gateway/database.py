@@ -166,6 +166,11 @@ class Frame:
         pages = {signal.page for signal in self.signals.values() if signal.page is not None}
         return tuple(sorted(pages)) or (None,)
 
+    @property
+    def a_second(self) -> float:
+        """How many come in a second: a control sends one page at a time, the gateway all."""
+        return (len(self.pages) if self.sender == COMPENSATOR else 1) / self.cycle_s
+
 
 def key_of(message: can.Message) -> int:
     """Return the key of a message's frame."""

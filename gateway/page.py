@@ -81,7 +81,7 @@ def load_text(database: Database) -> str:
     rate = database.bit_rate
     if database.fd:
         return f"{len(database.frames)} frames; the load of a bus with CAN FD is not computed."
-    frames = sum(len(frame.pages) / frame.cycle_s for frame in database.frames)
+    frames = sum(frame.a_second for frame in database.frames)
     most, least = bus_load(database), bus_load(database, stuffed=False)
     return (
         f"{len(database.frames)} frames, {frames:g} a second: at {rate / 1000:g} kbit/s a bus load "

@@ -3,6 +3,7 @@
 import re
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import can
@@ -10,12 +11,14 @@ import cantools
 import numpy as np
 import pytest
 
+from gateway.busload import bus_load, frame_bits
 from gateway.codec import Encoder, Sender, Value
 from gateway.database import COMPENSATOR, MACHINE, Database, key_of
 from gateway.mapcheck import limits_of, problems_of
 from gateway.mapfile import MAPS
 from gateway.mapping import read_mapping
 from gateway.node import GatewaySettings
+from gateway.page import load_text
 from gateway.reception import Reception
 from gateway.reference import Proof
 from measurement.errors import BadInput
@@ -148,6 +151,15 @@ def test_the_pages_that_the_gateway_sends_are_the_builders(builder):
         found |= control.read(message)
     assert {found[f"Tmp{n:02d}"] for n in range(1, 12)} == {20.0 + n for n in range(1, 12)}
     assert found["OpMode"] == 2
+
+
+def test_all_pages_that_the_gateway_sends_load_the_bus(builder):
+    """A control's cycle time is that of its frame, which brings one page or another."""
+    heard = next(frame for frame in builder.of(MACHINE) if frame.multiplexer)
+    for frame, count in ((heard, 4), (replace(heard, sender=COMPENSATOR), 16)):
+        alone = replace(builder, frames=(frame,))
+        assert f"{count} a second" in load_text(alone)
+        assert bus_load(alone) * builder.bit_rate == count * frame_bits(7)
 
 
 def test_a_page_that_does_not_come_is_told_by_its_number(builder):
