@@ -1,4 +1,4 @@
-"""How observations answer to parameters: weighted residuals and their derivatives."""
+"""Weighted residuals of observations and their derivatives by parameters."""
 
 from __future__ import annotations
 
@@ -16,24 +16,25 @@ from plant_model.sensors import displacement_names
 from plant_model.simulate import Driven, Simulation, simulate_all
 
 DIFFERENCE = 0.05
-"""Step of the numerical derivative, in usual standard deviations, or in kelvin; set on no data."""
+"""Step of the numerical derivative, in usual standard deviations; set on no data."""
 
 OFFSET_UM = 30.0
-"""How well the zero of a displacement channel is known in each run [um]: hardly, for a run may
-start with the spindle turning, and when the sensor was zeroed is not in the file. Set on no
+"""Standard deviation of a displacement channel's zero in each run [um]: large, because a run may
+start with the spindle turning, and the file does not say when the sensor was zeroed. Set on no
 data."""
 
 START_K = 0.3
-"""How well the temperature of each node is known when a run starts [K]; set on no data."""
+"""Standard deviation of each node's temperature at the start of a run [K]; set on no data."""
 
 BIAS_K = 0.15
-"""How well a thermometer is known over all runs, fitting and calibration [K]; set on no data."""
+"""Standard deviation of a thermometer's error common to all runs, from mounting and calibration
+[K]; set on no data."""
 
 
 def machine_in_run(
     machine: Machine, observed: Observations
 ) -> tuple[Machine, dict[str, FloatArray]]:
-    """Return the machine without what had not begun in a run, and what that run has of its own.
+    """Return the machine without effects that had not begun in a run, and the run's own values.
 
     Parameters
     ----------
@@ -61,7 +62,7 @@ def simulate_at(
     *,
     near: bool = False,
 ) -> Simulation:
-    """Simulate a run at its first row and then at its observations' instants.
+    """Simulate a run at its first row and then at the instants of its observations.
 
     Parameters
     ----------
@@ -69,9 +70,9 @@ def simulate_at(
     observed : Observations
         Effects that had not begun in its run are left out.
     parameters : mapping of str to array, shape (sets,), optional
-        Values instead of the machine's, by full name; the run's own values win.
+        Values instead of the machine's, by full name; the run's own values take precedence.
     start : array, optional
-        Temperatures of the nodes at the start [degC]; by default as the machine file says.
+        Temperatures of the nodes at the start [degC]; by default as in the machine file.
     near : bool
         Step all sets to first order about the first.
 
@@ -91,12 +92,12 @@ def simulate_runs(
     *,
     near: bool = False,
 ) -> list[Simulation]:
-    """Simulate several runs, as :func:`simulate_at` does one: those that are alike side by side.
+    """Simulate several runs, as :func:`simulate_at` does one; similar runs are stepped together.
 
     Parameters
     ----------
     machine, parameters, start, near
-        As there.
+        As in :func:`simulate_at`.
     observed : sequence of Observations
 
     Returns
@@ -145,14 +146,14 @@ def modelled(simulation: Simulation, observed: Observations) -> FloatArray:
 
 @dataclass(frozen=True)
 class Linearisation:
-    """A run about a point: residual and derivatives, weighted.
+    """Weighted residual and derivatives of a run at a point.
 
     Attributes
     ----------
     residual : array, shape (N,)
         Model minus measurement.
     by_parameter : array, shape (N, P)
-        Derivative by the fitting scale of the priors.
+        Derivatives in the fitting scale of the priors.
     """
 
     residual: FloatArray
@@ -184,7 +185,7 @@ def residuals_at(
     """
     try:
         return residuals_of(machine, observed, priors.values(points))
-    except IntegrationError:  # One point so far from what is likely stops all of them.
+    except IntegrationError:  # A single extreme point stops all of them.
         if len(points) == 1:
             return [np.full((1, run.weights.size), np.nan) for run in observed]
         each = [residuals_at(machine, observed, priors, point[None]) for point in points]
@@ -204,7 +205,7 @@ def linear_about(
     step = DIFFERENCE * priors.usual
     linear = []
     for point in points:
-        # A difference that would leave what can be goes the other way.
+        # A difference that would leave the physical range goes the other way.
         way = np.where(point + step > priors.high, -step, step)
         sets = point + np.concatenate([np.zeros((1, len(way))), np.diag(way)])
         of_runs = residuals_of(machine, observed, priors.values(sets), near=True)
@@ -213,12 +214,12 @@ def linear_about(
 
 
 def nuisance_columns(machine: Machine, observed: Observations) -> FloatArray:
-    """Return what only this run has: zeros of displacements, starting temperatures, switches.
+    """Return the columns of a run's own unknowns: zeros, unclear switches, starting temperatures.
 
     Returns
     -------
-    array, shape (N, displacements + nodes + unclear switches)
-        Weighted answers, each for one prior standard deviation.
+    array, shape (N, displacements + unclear switches + nodes)
+        Weighted responses to one prior standard deviation each.
     """
     lengths = set(displacement_names(machine))
     count = len(observed.channels)
@@ -244,7 +245,7 @@ def nuisance_columns(machine: Machine, observed: Observations) -> FloatArray:
 
 
 def bias_columns(machine: Machine, observed: Observations) -> FloatArray:
-    """Return the answer to every thermometer's constant error, shape (N, channels)."""
+    """Return the response to each thermometer's constant error, shape (N, channels)."""
     lengths = set(displacement_names(machine))
     count = len(observed.channels)
     out = np.zeros((len(observed.time_s), count, count))

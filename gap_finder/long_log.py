@@ -1,8 +1,8 @@
-"""One long recording as several runs: each begins as warm as the one before left the machine.
+"""Splits one long recording into runs; each starts with the heat left by the one before.
 
-A log of days holds what hidden parts do over hours, and no sensor tells how warm they are when an
-hour of it begins. So a piece is driven from the beginning of the log, by what was recorded, and
-compared only from its own beginning on: then hidden parts start where the pieces before left them.
+A log of several days contains slow changes of hidden parts, and no sensor measures how warm they
+are when a piece begins. So each piece is simulated with the recorded inputs from the beginning of
+the log, but compared only from its own beginning.
 """
 
 from __future__ import annotations
@@ -20,26 +20,26 @@ _PIECE = "_{}of{}"
 
 
 def pieces_of(machine: Machine, run: Run, hours: float) -> list[Run]:
-    """Return a run in pieces of so many hours; itself if it is not longer.
+    """Split a run into pieces of some hours; return the run itself if it is too short.
 
     Parameters
     ----------
     machine : Machine
-        What drives it stays in every piece from the first row on.
+        Its inputs are kept in every piece from the first row on.
     run : Run
     hours : float
-        Of a piece [h].
+        Length of a piece [h].
 
     Returns
     -------
     list of Run
-        Each with all rows up to its end. Of what is only compared, the rows before its beginning
-        hold nothing, but for the first row of the log, where every part starts.
+        Each with all rows up to its end. Columns that are only compared are NaN before the piece
+        begins, except in the first row of the log, from which every part starts.
     """
     time = run.time_s
     starts = np.arange(time[0], time[-1], 3600.0 * hours)
     firsts = np.searchsorted(time, starts - 1e-6)
-    # A last piece without one independent value of its own goes with the one before.
+    # A last piece too short for one independent value is joined to the one before.
     firsts = np.concatenate([firsts[:1], firsts[1:][time[-1] - time[firsts[1:]] >= INDEPENDENT_S]])
     if len(firsts) < 2:
         return [run]
@@ -58,12 +58,12 @@ def pieces_of(machine: Machine, run: Run, hours: float) -> list[Run]:
 
 
 def is_piece(run: Run) -> bool:
-    """Tell whether a run is a piece of a log, and is driven from the log's beginning."""
+    """Whether a run is a piece of a log, simulated from the beginning of the log."""
     return re.search(r"_\d+of\d+$", run.name) is not None
 
 
 def _first_readings(run: Run, columns: list[str]) -> list[float]:
-    """Return the first value that each column has, NaN if none."""
+    """Return the first value of each column; NaN if it has none."""
     firsts = []
     for name in columns:
         readings = run.frame[name].dropna()

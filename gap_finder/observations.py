@@ -1,9 +1,9 @@
-"""What calibration and the gap finder compare: measured runs as weighted observations.
+"""Measured runs as weighted observations, for calibration and the gap finder.
 
-Rows are gathered into bins of two minutes, so that sampling does not decide how much a run counts:
-each channel of a run weighs as many independent values as it has half hours. A bin ends where the
-speed changes, because what moves at once tells most there. Readings after a change are trusted less
-the longer the sampling interval, because its instant is known no better than that.
+Rows are averaged in bins of two minutes, so that a run's weight does not depend on its sampling:
+each channel of a run counts as one independent value per half hour. A bin ends where the speed
+changes, because immediate responses show most clearly there. The longer the sampling interval, the
+less readings after a change count, because its instant is known no better than that.
 """
 
 from __future__ import annotations
@@ -26,28 +26,27 @@ BIN_S = 120.0
 """Width of a bin, and step while fitting [s]; exact where the network is linear. Set on no data."""
 
 INDEPENDENT_S = 1800.0
-"""Time after which a misfit is new evidence [s]: misfits of lumped models last that long. Set on
-no data."""
+"""Time after which a misfit is independent evidence [s]: misfits of lumped models last that long.
+Set on no data."""
 
 TEMPERATURE_TOLERANCE = 0.1
 DISPLACEMENT_TOLERANCE = 0.5
-"""What a good lumped model may be wrong by, beside noise [K, um]; set on no data."""
+"""Error allowed to a good lumped model, in addition to noise [K, um]; set on no data."""
 
 SPARSE_S = 90.0
-"""Rows further apart than this are taken not to have been written for the switch [s]; set on no
-data."""
+"""If rows are further apart than this, the recorder is assumed not to have written one at the
+switch [s]; set on no data."""
 
 SHARP_S = 30.0
-"""Rows no further apart than this give a switch's instant well enough [s], and are taken together
-where a part switches: no cooler does so as fast. Set on no data."""
+"""Rows at most this far apart give a switch's instant well enough [s]. They are averaged if a part
+switches a cooler, which is never that fast. Set on no data."""
 
 MOST_SWITCHES = 0.3
-"""An input that switches at more than this share of the rows is taken as a ramp [1]; set on no
+"""An input that switches at more than this share of the rows is treated as a ramp [1]; set on no
 data."""
 
 RELATIVE_TOLERANCE = 0.02
-"""Tolerance beside the constant one, as a share of the channel's span in the runs [1]; set on no
-data."""
+"""Additional tolerance, as a share of the channel's span in the runs [1]; set on no data."""
 
 
 @dataclass(frozen=True)
@@ -84,18 +83,18 @@ class Observations:
     values : array, shape (K, C)
         Measured [degC, um]; NaN where missing. Displacements start at zero.
     weights : array, shape (K, C)
-        One over the tolerance, scaled so that a channel weighs its independent values; 0 where
-        there is nothing to compare.
+        One over the tolerance, scaled so that a channel counts as its number of independent values;
+        0 where nothing was measured.
     tolerance : array, shape (C,)
         Of each channel [K, um].
     drive : Drive
-        The run's inputs on a grid that has the middle of every bin.
+        The run's inputs on a grid that contains the middle of every bin.
     absent : frozenset of str
         Keys of effects that had not begun yet in this run.
     own : dict of str to float
-        Parameters, by full name, that have a value of their own in this run.
+        Parameters, by full name, with a separate value in this run.
     switches : tuple of Switch
-        Changes of held inputs whose instant is not known well.
+        Changes of held inputs at uncertain instants.
     """
 
     run: Run
@@ -111,13 +110,13 @@ class Observations:
 
     @property
     def first(self) -> FloatArray:
-        """The first reading of each channel, shape (C,) [degC, um]; NaN without one."""
+        """The first reading of each channel, shape (C,) [degC, um]; NaN if there is none."""
         rows = np.isfinite(self.values).argmax(axis=0)
         return np.asarray(self.values[rows, np.arange(len(rows))])
 
     @property
     def moved(self) -> FloatArray:
-        """How far each channel is from its first reading, shape (K, C) [K, um]."""
+        """Distance of each channel from its first reading, shape (K, C) [K, um]."""
         return self.values - self.first
 
     def weighted(self, modelled: FloatArray) -> FloatArray:
@@ -126,19 +125,19 @@ class Observations:
         Parameters
         ----------
         modelled : array, shape (..., K, C)
-            What the model shows [degC, um].
+            Channels of the model [degC, um].
         """
         difference = (modelled - np.nan_to_num(self.values)) * self.weights
         return difference.reshape(*modelled.shape[:-2], -1)
 
     def with_series(self, name: str, series: Callable[[Drive], FloatArray]) -> Observations:
-        """Return observations whose inputs hold one more series, wherever a switch is put.
+        """Return observations with one more input series, also in the drives of the switches.
 
         Parameters
         ----------
         name : str
         series : callable
-            From a drive to an array for its steps, shape (K,).
+            Returns the series for the steps of a drive, shape (K,).
         """
 
         def with_it(drive: Drive) -> Drive:
@@ -149,7 +148,7 @@ class Observations:
 
 
 def compared_channels(machine: Machine, runs: Sequence[Run]) -> tuple[str, ...]:
-    """Return the sensors that the machine has and the runs hold, boundary readings left out.
+    """Return the sensors present in both the machine and the runs, without its inputs.
 
     Raises
     ------
@@ -174,18 +173,18 @@ def observe(
     bad: dict[str, list[tuple[str, float, float]]] | None = None,
     channels: tuple[str, ...] = (),
 ) -> list[Observations]:
-    """Gather the observations of some runs.
+    """Return the observations of some runs.
 
     Parameters
     ----------
     machine : Machine
-        Says which column is which sensor's.
+        Assigns columns to sensors.
     runs : sequence of Run
     bad : dict of run name to list of (channel, start, end), optional
         Spans to leave out [s].
     channels : tuple of str, optional
-        Those of other runs that these are to be set beside, whether these hold them or not; all
-        that they hold if empty.
+        Channels to use even if these runs lack some, to compare them with other runs; by default
+        all that they contain.
 
     Returns
     -------
@@ -195,7 +194,7 @@ def observe(
     Raises
     ------
     BadInput
-        When a run has no usable rows or no channel.
+        If a run has fewer than three rows, or no channel is left.
     """
     channels = channels or compared_channels(machine, runs)
     binned = [_binned(machine, run, channels, (bad or {}).get(run.name, [])) for run in runs]
@@ -222,17 +221,17 @@ def observe(
 
 
 def stated_noise(machine: Machine, channels: Sequence[str]) -> FloatArray:
-    """Return each channel's noise as the file has it, resolution included, (C,) [K, um]."""
+    """Return each channel's noise from the machine file, with resolution, (C,) [K, um]."""
     table = noise_and_resolution(machine)
     return np.array([np.hypot(table[n][0], table[n][1] / np.sqrt(12.0)) for n in channels])
 
 
 def _driven(machine: Machine, run: Run) -> tuple[Drive, tuple[Switch, ...]]:
-    """Put a run's inputs on an even grid; uneven rows would make every step its own case.
+    """Put a run's inputs on an even grid; with uneven rows every step would be a separate case.
 
-    A switch lies somewhere between the last row without it and the first with it, often at the
-    latter, for many recorders write a row when something changes. Where these are far apart it is
-    put in the middle; in any case, how the run would look with it at another instant is kept, too.
+    A switch lies between the last row without it and the first with it, often at the latter,
+    because many recorders write a row when something changes. If the rows are far apart, it is
+    placed in the middle. The drive with a shifted switch is also returned unless rows are close.
     """
     rows = run.time_s
     changed = np.flatnonzero(np.diff(_segments(machine, run))) + 1
@@ -256,7 +255,7 @@ def _driven(machine: Machine, run: Run) -> tuple[Drive, tuple[Switch, ...]]:
     for row in unclear.tolist():
         interval = float(rows[row] - rows[row - 1])
         later_s = -0.2 * interval
-        # Standard deviation of an even law between the rows, about where the switch was put.
+        # Standard deviation of a uniform law between the rows, about the assumed instant.
         off = instants[row] - float(rows[row - 1 : row + 1].mean())
         spread = float(np.sqrt(interval**2 / 12.0 + off**2))
         switches.append(Switch(spread, drive(instants | {row: instants[row] + later_s}), later_s))
@@ -264,7 +263,7 @@ def _driven(machine: Machine, run: Run) -> tuple[Drive, tuple[Switch, ...]]:
 
 
 def _switched_at(machine: Machine, run: Run, instants: dict[int, float]) -> pd.DataFrame:
-    """Return a run's frame with a further row at every instant at which inputs switch already."""
+    """Return a run's frame with the held inputs of some rows also at the given instants."""
     if not instants:
         return run.frame
     held = [e.column for e in machine.inputs if not e.is_boundary and e.column in run.frame.columns]
@@ -275,14 +274,14 @@ def _switched_at(machine: Machine, run: Run, instants: dict[int, float]) -> pd.D
 
 
 def _segments(machine: Machine, run: Run) -> npt.NDArray[np.int64]:
-    """Return for each row how often speed or another held input has switched so far."""
+    """Return for each row how often the speed or another held input has switched so far."""
     switched = np.zeros(len(run.time_s), dtype=bool)
     for entry in machine.inputs:
         if entry.is_boundary or entry.column not in run.frame.columns:
             continue
         held = run.frame[entry.column].ffill().bfill().to_numpy(dtype=np.float64)
         jumps = np.abs(np.diff(held)) > SWITCH * (entry.high - entry.low)
-        # An input that jumps all the time is a ramp or noise, and has no instants to speak of.
+        # An input that jumps all the time is a ramp or noise, without distinct switches.
         if jumps.mean() <= MOST_SWITCHES:
             switched[1:] |= jumps
     return np.cumsum(switched)
@@ -293,7 +292,7 @@ def _median_step(time: FloatArray) -> float:
 
 
 def _span(values: FloatArray) -> FloatArray:
-    """Return how far each channel moves, without its few farthest values; 0 if it has none."""
+    """Return the span of each channel without its extreme values; 0 if it has no values."""
     filled = np.where(np.isfinite(values).any(axis=0), values, 0.0)
     low, high = np.nanpercentile(filled, [2, 98], axis=0)
     return np.asarray(high - low)
@@ -336,7 +335,7 @@ def _binned(
 def _switch_uncertainty(
     run: Run, time: FloatArray, values: FloatArray, segment: npt.NDArray[np.int64]
 ) -> FloatArray:
-    """Return how far a reading may be off because a switch's instant is not known, (K, C)."""
+    """Return the error of readings due to the uncertain instants of switches, (K, C)."""
     extra = np.zeros_like(values)
     for k in (np.flatnonzero(np.diff(segment)) + 1).tolist():
         row = int(np.searchsorted(run.time_s, time[k] - BIN_S, side="right"))

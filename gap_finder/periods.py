@@ -1,4 +1,4 @@
-"""What swings by itself: the periods that residuals of all runs share, and a run's place in one."""
+"""Oscillations: periods common to the residuals of all runs, and the phase of each run."""
 
 from __future__ import annotations
 
@@ -18,39 +18,39 @@ from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 
 PHASES = np.arange(0.0, 1.0, 1.0 / 24.0)
-"""Places in a cycle that are tried [1]."""
+"""Phases that are tried, as shares of a cycle [1]."""
 
 MOST_TRIED = 3
-"""Periods that are tried, and settings of a relay: the strongest in the residuals first; set for
-time, on no data."""
+"""Number of periods, and of relay settings, that are tried, the strongest in the residuals first;
+set for time, on no data."""
 
 
 def quick(observed: Observations, weighted: FloatArray) -> FloatArray:
-    """Return weighted residuals or answers, (N,), without what changes slowly."""
+    """Return weighted residuals or responses, (N,), without slow changes."""
     return without_slow(weighted.reshape(len(observed.time_s), -1), axis=0).reshape(-1)
 
 
 def without_slow(series: FloatArray, axis: int) -> FloatArray:
-    """Return series in bins, along an axis, without what changes slowly."""
+    """Return binned series, along an axis, without slow changes."""
     return np.asarray(series - gaussian_filter1d(series, INDEPENDENT_S / BIN_S, axis=axis))
 
 
 def likely_periods(
     observed: Sequence[Observations], shown: Sequence[FloatArray], low: float, high: float
 ) -> list[float]:
-    """Return the periods between *low* and *high* [min] that the residuals of all runs share most.
+    """Return the periods from *low* to *high* [min] that are strongest in the residuals.
 
     Parameters
     ----------
     observed : sequence of Observations
     shown : sequence of array, each (N,)
-        Weighted residuals without what is slow.
+        Weighted residuals without slow changes.
     low, high : float
 
     Notes
     -----
-    The power at a period is that of the sine and cosine that fit best, of every run and channel
-    for itself (Lomb's periodogram), summed.
+    The power at a period is that of the best sine and cosine for each run and channel separately
+    (Lomb's periodogram), summed over all.
     """
     longest = max(run.time_s[-1] - run.time_s[0] for run in observed)
     # Two periods that differ by this much are a quarter of a cycle apart at the end of a run.
@@ -70,7 +70,7 @@ def likely_periods(
 
 
 def in_step(machine: Machine, observed: Observations) -> Observations:
-    """Return a run's observations with its own place in the cycle of every effect that swings."""
+    """Return a run's observations with its own phase of every effect that oscillates."""
     for name in machine.effects:
         effect = catalogue()[name_of(name)]
         if not effect.swings or effect.swings[1] in unused_with(machine, name):

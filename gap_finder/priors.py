@@ -1,8 +1,8 @@
-"""What is known of parameters before any run: a range, taken as a normal law in a fitting scale.
+"""Prior knowledge of parameters: a range, taken as a normal distribution in a fitting scale.
 
-A parameter whose range is positive is fitted in its logarithm, any other as it is. The range is
-four standard deviations wide, and no wall: what the runs ask for beyond it is dear, and only what
-physics does not allow is impossible (:mod:`plant_model.limits`).
+A parameter with a positive range is fitted in its logarithm, any other directly. The range is four
+standard deviations wide and not a hard limit: values beyond it are unlikely, and only what physics
+forbids is impossible (:mod:`plant_model.limits`).
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 
 FAR = 2.0
-"""Deviations from its value at which a parameter's range ends: given by what a range in a machine
-file says [1]."""
+"""Standard deviations from its value at which a parameter's range ends: given by the meaning of a
+range in a machine file [1]."""
 
 
 @dataclass(frozen=True)
@@ -31,10 +31,10 @@ class Priors:
     ----------
     names : tuple of str
     low, high : array, shape (P,)
-        What physics allows, in the fitting scale.
+        Physical limits, in the fitting scale.
     usual : array, shape (P,)
-        How much is a usual step: 1, or less for an effect's number, which may go far beyond its
-        usual range and is flat there.
+        Usual step: 1, or less for an effect's parameter, which may go far beyond its usual range
+        because its prior is wide.
     """
 
     names: tuple[str, ...]
@@ -49,10 +49,10 @@ class Priors:
 
     @classmethod
     def of(cls, machine: Machine, *, calibrated: bool) -> Priors:
-        """Return the parameters that calibration may move, or those that it may not.
+        """Return the priors of the parameters that calibration may move, or of those it may not.
 
-        Parameters without a range are in neither; nor are the numbers of effects that calibration
-        may not move, whose range says how far an effect can go and not how well it is known.
+        Neither includes parameters without a range, nor parameters of effects that calibration may
+        not move: their range limits the effect and does not say how well it is known.
         """
         return cls.of_names(
             machine,
@@ -67,13 +67,13 @@ class Priors:
 
     @classmethod
     def of_names(cls, machine: Machine, names: list[str]) -> Priors:
-        """Return some parameters by name; the machine's values are the prior's centre."""
+        """Return the priors of some parameters, centred on the machine's values."""
         limits = physical_limits(machine)
         chosen = [machine.parameters[name] for name in names]
         log = np.array([p.low > 0.0 for p in chosen], dtype=np.bool_)
         columns = [(p.value, p.low, p.high, *limits[n]) for n, p in zip(names, chosen, strict=True)]
         plain = np.array(columns, dtype=np.float64).reshape(-1, 5)
-        with np.errstate(divide="ignore"):  # A positive number may come as near to 0 as it likes.
+        with np.errstate(divide="ignore"):  # The lower limit of a positive number may be 0.
             scaled = np.where(log[:, None], np.log(np.maximum(plain, 0.0)), plain)
         centre, low, high, bottom, top = scaled.T
         width = np.maximum((high - low) / (2.0 * FAR), 1e-300)
@@ -83,7 +83,7 @@ class Priors:
         return cls(tuple(names), centre, width, log, *bounds, *ends, usual)
 
     def position(self, machine: Machine) -> FloatArray:
-        """Return where a machine's values lie in the fitting scale, shape (P,)."""
+        """Return a machine's values in the fitting scale, shape (P,)."""
         value = np.array([machine.parameters[name].value for name in self.names])
         plain = np.where(self._log, np.log(np.where(self._log, value, 1.0)), value)
         return np.asarray((plain - self._centre) / self._width)
@@ -92,13 +92,13 @@ class Priors:
         """Return parameter values, each (sets,), from the fitting scale, shape (sets, P)."""
         plain = self._centre + np.clip(x, self.low, self.high) * self._width
         plain = np.where(self._log, np.exp(np.where(self._log, plain, 0.0)), plain)
-        # Rounding in the logarithm must not lead out of what can be.
+        # Rounding in the logarithm must not lead out of the physical range.
         plain = np.clip(plain, self._bottom, self._top)
         return {name: plain[:, i] for i, name in enumerate(self.names)}
 
 
 def _usual(name: str, width: float) -> float:
-    """Return the standard deviation that an effect's usual range has, in those of its prior."""
+    """Return the standard deviation of an effect's usual range, in those of its prior."""
     if not name.startswith("effects."):
         return 1.0
     key, _, number = name.removeprefix("effects.").rpartition(".")

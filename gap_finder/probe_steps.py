@@ -1,10 +1,10 @@
-"""Small steps in one displacement probe: the probe slipped, and its zero is another from there on.
+"""Small steps in one displacement probe: the probe slipped and has a new zero from then on.
 
-A machine does not leap by itself, but for a floating bearing that slips, which it does again and
-again and only along the axis. So a leap of a few micrometres in one probe, with no switch near and
-no other channel leaping with it, is a fault of that probe before it is physics. What comes after it
-is as good as what came before: only the zero is lost. (Leaps of 25 um and more are found with the
-other broken channels, and what follows them is not used.)
+A machine does not leap by itself, except when a floating bearing slips, which happens repeatedly
+and only along the axis. So a leap of a few micrometres in one probe, without a switch nearby or a
+leap in another channel, is a fault of that probe rather than physics. Only its zero is lost; the
+readings after it are as good as before. (Leaps of 25 um and more are found with the other broken
+channels, and the readings after them are not used.)
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ from plant_model.parameters import FloatArray
 from plant_model.sensors import column_of, displacement_names, displacements
 
 LEAST_UM = 2.0
-"""A smaller leap is left to the fit [um]; set on no data."""
+"""Smaller leaps are left to the fit [um]; set on no data."""
 
 ROWS = 6
-"""Rows before and after a leap through which lines are laid; set on no data."""
+"""Number of rows before and after a leap through which lines are fitted; set on no data."""
 
 OUTSTANDING = 8.0
-"""A channel leaps by this many times the scatter of such differences elsewhere in the run [1]; set
+"""A leap is at least this many times the scatter of such differences elsewhere in the run [1]; set
 on no data."""
 
 USUAL, TIMES = 0.95, 3.0
-"""A leap is ``TIMES`` the quantile ``USUAL`` of the probe's moves from row to row, rows without a
-move left out [1]: a probe on coarse stairs, or one that leaps all the time, has not slipped.
-Set on no data."""
+"""A leap is at least ``TIMES`` the quantile ``USUAL`` of the probe's moves between rows, rows
+without a move left out [1]: a probe with coarse resolution, or one that leaps all the time, has not
+slipped. Set on no data."""
 
 
 @dataclass(frozen=True)
@@ -47,9 +47,9 @@ class ProbeStep:
     ----------
     channel : str
     time_s : float
-        First row after it [s].
+        First row after the step [s].
     leap_um : float
-        How far its zero moved [um].
+        Change of its zero [um].
     """
 
     channel: str
@@ -57,7 +57,7 @@ class ProbeStep:
     leap_um: float
 
     def text(self, run: str) -> str:
-        """Return one line that a person can read."""
+        """Return one readable line."""
         return (
             f"{self.channel} in {run}: leaps by {self.leap_um:+.1f} um at {self.time_s / 60:.0f} "
             "min, alone and with no switch near; its zero is taken anew from there"
@@ -67,7 +67,7 @@ class ProbeStep:
 def probe_steps(machine: Machine, runs: Sequence[Run]) -> list[tuple[ProbeStep, ...]]:
     """Return the steps of single probes in every run, in order of time."""
     by_run = [_steps_in(machine, run) for run in runs]
-    # What leaps along the axis again and again is a bearing and no probe.
+    # Repeated leaps along the axis come from a bearing, not from a probe.
     slipping = {
         name
         for name, share in moved_by_elongation(machine).items()
@@ -78,7 +78,7 @@ def probe_steps(machine: Machine, runs: Sequence[Run]) -> list[tuple[ProbeStep, 
 
 
 def put_back(machine: Machine, run: Run, steps: Sequence[ProbeStep]) -> Run:
-    """Return a run in which the zeros of probes that slipped are as they were before."""
+    """Return a run with the steps of slipped probes removed."""
     if not steps:
         return run
     frame = run.frame.copy()
@@ -118,16 +118,16 @@ def _steps_in(machine: Machine, run: Run) -> list[ProbeStep]:
 
 @dataclass(frozen=True)
 class _Leaps:
-    """How far a channel leaps between each row and the row before it.
+    """Leaps of a channel between each row and the row before it.
 
     Attributes
     ----------
     size : array, shape (rows,)
-        Between lines through the rows before and after; NaN where there are too few.
+        Between lines through the rows before and after; NaN if there are too few.
     move : array, shape (rows,)
-        From the one reading to the other.
+        From one reading to the next.
     scatter, usual : float
-        Usual size of such differences, and how far the channel moves between rows at most, usually.
+        Usual size of such differences, and the usual largest move between rows.
     """
 
     size: FloatArray
@@ -161,9 +161,9 @@ def _leaps(time: FloatArray, values: FloatArray) -> _Leaps:
 
 
 def _usual_move(moves: FloatArray) -> float:
-    """Return how far a probe moves from row to row where it moves much: many stand on stairs.
+    """Return the `USUAL` quantile of a probe's moves between rows, rows without a move left out.
 
-    What the rows around have in common is the machine's warming, which is not meant.
+    The median of the neighbouring moves is the machine's warming and is subtracted.
     """
     sizes = np.abs(moves[moves != 0.0] - median_filter(moves, ROWS + 1)[moves != 0.0])
     return float(np.quantile(sizes, USUAL)) if sizes.size else 0.0
@@ -180,6 +180,6 @@ def _outstanding(leaps: _Leaps, quiet: npt.NDArray[np.bool_]) -> list[int]:
 
 
 def _with_it(other: _Leaps, row: int) -> bool:
-    """Tell whether another channel leaps about a row, too."""
+    """Whether another channel also leaps near a row."""
     near = np.abs(np.nan_to_num(other.size[max(row - 1, 0) : row + 2]))
     return bool(near.max(initial=0.0) > max(OUTSTANDING * other.scatter, TIMES * other.usual))

@@ -1,4 +1,4 @@
-"""What is worth a full score: linear near the calibrated machine."""
+"""Selects the candidates for full scoring, by a linear screening about the calibrated machine."""
 
 from __future__ import annotations
 
@@ -15,31 +15,31 @@ from gap_finder.screen import NormalMatrices, Residuals, Screen
 from plant_model.effect_names import name_of
 
 PER_KIND = 2
-"""Candidates of a kind that the screening proposes for the full score. Set for time,
-on no data."""
+"""Candidates of each kind that the screening proposes for full scoring. Set for time, on no
+data."""
 
 PROPOSED = 16
-"""Candidates that the screening proposes in all; set for time, on no data."""
+"""Candidates that the screening proposes in total; set for time, on no data."""
 
 LEADERS = 4
-"""Candidates that are calibrated to the end, whatever they win at first; set for time, on no
+"""Candidates that are calibrated to the end, however little they gain at first; set for time, on no
 data."""
 
 PLACES_TRIED = 6
-"""Places at which the kind of change that does best is scored, and rivals tried in the place of an
-addition when another one has joined it; set for time, on no data."""
+"""Places at which the best kind of change is scored, and rivals tried for each addition once
+another has been added; set for time, on no data."""
 
 
 @dataclass(frozen=True)
 class Proposed:
-    """What a screening proposes, at the size that it finds.
+    """Candidates that a screening proposes, at their estimated sizes.
 
     Attributes
     ----------
     likely : list of Addition
         The likeliest few, and others that lower the score in the screening.
     places : list of Addition
-        The next few of every kind of change: the best of a kind is asked for with them.
+        The next few of every kind of change, to be scored if that kind does best.
     """
 
     likely: list[Addition]
@@ -49,9 +49,9 @@ class Proposed:
 def screened(
     best: Fit, sensitivities: Sequence[RunSensitivities], listed: Listed, law: float
 ) -> Proposed:
-    """Return what is to be fully scored, where every answer is as if linear in its size.
+    """Return the candidates to score fully, assuming responses linear in size.
 
-    *sensitivities* are those of the best, *law* is what the score takes one square for at the least
+    *sensitivities* are those of the best, *law* is the least unit of squares in the score
     [tolerances squared].
     """
     tried = listed.tried
@@ -70,7 +70,7 @@ def screened(
     )
     order = np.argsort(-(won - prior)).tolist()
     likely = _best_of_kinds(tried, order, PER_KIND, PROPOSED)
-    # What calibration has taken up shows little near where it ended: the first are scored anyway.
+    # Near the calibrated machine, effects that calibration absorbed show little: always score some.
     likely = [i for rank, i in enumerate(likely) if rank < LEADERS or won[i] > prior[i]]
     changes = [i for i in order if isinstance(tried[i], AddedChange)]
     keys = {tried[i].key for i in likely}
@@ -81,7 +81,7 @@ def screened(
 def _best_of_kinds(
     tried: Sequence[Addition], order: Sequence[int], of_each: int, most: int | None = None
 ) -> list[int]:
-    """Return the positions of the first few of every kind."""
+    """Return the positions of the first few candidates of every kind."""
     keys: dict[str, list[str]] = {}
     chosen: list[int] = []
     for i in order:

@@ -1,10 +1,10 @@
 """How well any model with these inputs could do: ridge regression on lagged inputs.
 
-A model that knew everything would still only have the recorded inputs and how warm the machine was
-when the run began. What first-order lags of these predict in a run, fitted to the other runs, some
-model can predict, too. What they predict of what the plant leaves is the *reducible* gap: it is
-there to be explained, and which input at which lag predicts it says where to look. The rest does
-not follow from the inputs, or not in the same way from run to run.
+Even a perfect model only has the recorded inputs and the machine's temperature at the start of the
+run. Whatever first-order lags of these predict in a run, fitted to the other runs, some model can
+also predict. The part of the plant's residuals that they predict is the *reducible* gap: it can be
+explained, and the input and lag that predict it show where to look. The rest does not follow from
+the inputs, or not in the same way in every run.
 """
 
 from __future__ import annotations
@@ -23,31 +23,31 @@ from plant_model.sensors import displacement_names
 
 LAGS_MIN = (3.0, 8.0, 20.0, 45.0, 100.0, 220.0, 500.0)
 """Time constants of the lags [min]: from a bearing's to a machine bed's, each some 2.3 times the
-one before, so that a lag in between is well met by two of them. Set on no data."""
+one before, so that two of them approximate any lag in between. Set on no data."""
 
 PENALTIES = tuple(0.01 * 10.0 ** (0.5 * k) for k in range(10))
 """Ridge penalties tried, per observation and for predictors of unit mean square [1]."""
 
 START = "start"
-"""What the predictors are called that say how warm the machine started."""
+"""Name of the predictors for the machine's temperature at the start."""
 
 LEAST_PREDICTED = 0.1
-"""Share of what the plant leaves that an input must predict to be told [1]; set on no data."""
+"""Share of the plant's squared residuals that an input must predict to be reported [1]; set on no
+data."""
 
 
 @dataclass(frozen=True)
 class Predictor:
-    """What predicts a part of what the plant leaves.
+    """An input that predicts a part of the plant's residuals.
 
     Attributes
     ----------
     input : str
-        Of the machine, or ``start``: how warm it was when the run began.
+        Of the machine, or ``start``: its temperature at the start of the run.
     lag_min : float
-        The one lag that predicts most by itself [min].
+        The single lag that predicts most by itself [min].
     share : float
-        What all lags of this input together predict, of mean squares, in runs that they were not
-        fitted to [1].
+        Share of the mean squares that all lags of this input together predict in left-out runs [1].
     """
 
     input: str
@@ -57,13 +57,13 @@ class Predictor:
 
 @dataclass(frozen=True)
 class ReducibleGap:
-    """Where the reducible gap lies: a channel in a regime, over all runs with it.
+    """The reducible gap of a channel in a regime, over all runs with it.
 
     Attributes
     ----------
     channel, regime, unit : str
     rms, reference : float
-        Of what the plant leaves there, and of what the reference leaves of it [unit].
+        Root mean square residual of the plant there, and of the reference [unit].
     tolerances : float
         The root of the difference of their squares, in tolerances [1].
     """
@@ -77,28 +77,28 @@ class ReducibleGap:
 
 
 class ReferenceModel:
-    """The reference on some runs, each predicted from the others, and on runs never used.
+    """The reference on some runs, each predicted from the others, and on unseen runs.
 
     Parameters
     ----------
     machine : Machine
-        Says what the inputs are.
+        Defines the inputs.
     used : sequence of RunResiduals
-        What the plant leaves of two runs or more.
+        The plant's residuals of two or more runs.
     unseen : sequence of RunResiduals
         Of runs to be predicted from all of those.
 
     Attributes
     ----------
     used, unseen : list of array, each (K, C)
-        What the reference leaves of each run [K, um]; NaN where nothing was measured. Of its two
-        forms, on the readings and on what the plant leaves of them, each channel has the one that
-        does better on the runs used, or what the plant leaves if that is least.
+        Residuals of the reference for each run [K, um]; NaN where nothing was measured. The
+        regression predicts either the readings or the plant's residuals: each channel has the one
+        that does better on the runs used, or the plant's residuals if these are smallest.
     reducible : float
-        Mean square that can be predicted of what the plant leaves of the runs used, over all
-        channels [tolerances squared].
+        Predictable mean square of the plant's residuals on the runs used, over all channels
+        [tolerances squared].
     share : float
-        The same as a share of all that it leaves [1].
+        The same as a share of all their squares [1].
     """
 
     def __init__(
@@ -136,13 +136,13 @@ class ReferenceModel:
         return [part / self._tolerance for part in parts]
 
     def places(self, most: int = 8) -> list[ReducibleGap]:
-        """Return where the reducible gap lies, most of it first, above one tolerance."""
+        """Return where the reducible gap exceeds one tolerance, largest contribution first."""
         groups: dict[tuple[int, str], list[tuple[FloatArray, FloatArray]]] = {}
         for run, left in zip(self._used, self.used, strict=True):
             time = run.observed.time_s
             for start, end, regime in regimes(run.observed):
                 rows = (time >= start) & (time <= end)
-                # Not the speed: no channel is told at every step of a spectrum.
+                # Without the speed, so that no channel is listed at every step of a spectrum.
                 doing = regime.partition(", at ")[0]
                 for i in range(left.shape[1]):
                     groups.setdefault((i, doing), []).append((run.values[rows, i], left[rows, i]))
@@ -159,16 +159,16 @@ class ReferenceModel:
             unit = "um" if names[i] in lengths else "K"
             place = ReducibleGap(names[i], regime, rms, least, unit, float(share))
             found.append((count * place.tolerances**2, place))
-        # A regime of a few minutes holds little of it, however far off it is.
+        # A regime of a few minutes contributes little, however large its error.
         ranked = [place for _, place in sorted(found, key=lambda pair: -pair[0])]
         return [gap for gap in ranked if gap.tolerances > 1.0][:most]
 
     def sources(self) -> list[Predictor]:
-        """Return the inputs that predict most of what the plant leaves, all channels together."""
+        """Return the inputs that predict most of the plant's residuals over all channels."""
         return self._sources(None)
 
     def sources_of(self, channel: str) -> list[Predictor]:
-        """Return the inputs that predict most of what the plant leaves in one channel."""
+        """Return the inputs that predict most of the plant's residuals in one channel."""
         return self._sources(self._used[0].observed.channels.index(channel))
 
     def _sources(self, channel: int | None) -> list[Predictor]:
@@ -191,7 +191,7 @@ class ReferenceModel:
         return sorted(predictors, key=lambda predictor: -predictor.share)
 
     def _share(self, left: Sequence[FloatArray], columns: Sequence[int]) -> float:
-        """Return the share of *left* that some predictors alone predict."""
+        """Return the share of the squares of *left* predicted by only some predictors."""
         ridge = _Ridge([x[:, columns] for x in self._predictors.used], left)
         before = np.nansum(mean_squares(left))
         return float(1.0 - np.nansum(mean_squares(_less(left, ridge.predicted))) / before)
@@ -202,7 +202,7 @@ def _less(left: Sequence[FloatArray], predicted: Sequence[FloatArray]) -> list[F
 
 
 def _chosen(choice: FloatArray, options: Sequence[FloatArray]) -> FloatArray:
-    """Return each channel of the option chosen for it, (K, C) from several (K, C)."""
+    """Return each channel from its chosen option, (K, C) from several (K, C)."""
     return np.stack(options)[choice, :, np.arange(len(choice))].T
 
 
@@ -221,12 +221,12 @@ class _Predictors:
         self.used = [table[:, self._moving] / self._unit for _, table in tables]
 
     def of(self, observed: Observations) -> FloatArray:
-        """Return those of a further run, shape (K, P)."""
+        """Return the predictors of another run, shape (K, P)."""
         return np.asarray(_lags(self._machine, observed)[1][:, self._moving] / self._unit)
 
 
 def _lags(machine: Machine, observed: Observations) -> tuple[list[tuple[str, float]], FloatArray]:
-    """Return what may predict a run: labels (input, lag [min]) and values, shape (K, P)."""
+    """Return the predictors of a run: labels (input, lag [min]) and values, shape (K, P)."""
     time, rows = observed.time_s, observed.run.time_s
     labels: list[tuple[str, float]] = []
     columns: list[FloatArray] = []
@@ -254,7 +254,7 @@ def _lags(machine: Machine, observed: Observations) -> tuple[list[tuple[str, flo
 
 
 def _lagged(time: FloatArray, series: FloatArray, lag_s: float) -> FloatArray:
-    """Return a series behind a first-order lag that starts at rest, shape (T,)."""
+    """Return a series filtered by a first-order lag that starts at 0, shape (T,)."""
     stays = np.exp(-np.diff(time) / lag_s)
     out = np.zeros(len(time))
     for k, (now, later) in enumerate(pairwise(range(len(time)))):
@@ -278,12 +278,12 @@ class _Ridge:
     predictors : sequence of array, each (K, P)
         Of every run.
     left : sequence of array, each (K, C)
-        What is to be predicted [tolerances]; NaN where nothing was measured.
+        Targets [tolerances]; NaN where nothing was measured.
 
     Attributes
     ----------
     predicted : list of array, each (K, C)
-        Every run from the others, each channel with the penalty that does best at that.
+        Every run predicted from the others, each channel with its best penalty.
     """
 
     def __init__(self, predictors: Sequence[FloatArray], left: Sequence[FloatArray]) -> None:
@@ -308,5 +308,5 @@ class _Ridge:
         return np.asarray(np.linalg.solve(matrix + penalty * count * np.eye(len(right)), right))
 
     def of(self, predictors: FloatArray) -> FloatArray:
-        """Return what is predicted for a further run, shape (K, C) [tolerances]."""
+        """Return the prediction for another run, shape (K, C) [tolerances]."""
         return np.asarray(predictors @ self._weight)

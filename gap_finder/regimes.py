@@ -1,4 +1,4 @@
-"""Where a model is wrong: residuals by channel, by what the machine is doing, and when."""
+"""Where a model is wrong: residuals by channel, by the machine's regime, and by time."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Place:
     start_s, end_s : float
         [s]
     rms : float
-        Of model minus measurement there [unit].
+        Root mean square of model minus measurement [unit].
     tolerances : float
         The same in tolerances [1].
     """
@@ -74,14 +74,14 @@ def residuals(machine: Machine, observed: Observations) -> RunResiduals:
 
 
 def regimes(observed: Observations) -> list[tuple[float, float, str]]:
-    """Return stretches of a run (start, end, what the machine does), in order.
+    """Return stretches of a run (start, end, regime), in order.
 
-    After a change of speed it warms up or cools down for as long as a misfit lasts.
+    After a change of speed it warms up or cools down for `INDEPENDENT_S`.
 
     Parameters
     ----------
     observed : Observations
-        Of a run with or without a speed; an unknown speed counts as standing.
+        Of a run with or without a speed; an unknown speed counts as standstill.
 
     Returns
     -------
@@ -106,7 +106,7 @@ def regimes(observed: Observations) -> list[tuple[float, float, str]]:
 
 
 def places(machine: Machine, left: list[RunResiduals], most: int = 12) -> list[Place]:
-    """Return where the model is off by more than its tolerance, worst first."""
+    """Return where the model is off by more than the tolerance, worst first."""
     lengths = set(displacement_names(machine))
     all_places = []
     for run in left:
@@ -129,20 +129,20 @@ def places(machine: Machine, left: list[RunResiduals], most: int = 12) -> list[P
 
 
 def noise_of(machine: Machine, channels: tuple[str, ...]) -> FloatArray:
-    """Return each channel's noise, resolution included [K, um], shape (C,)."""
+    """Return each channel's noise, including resolution [K, um], shape (C,)."""
     noise = stated_noise(machine, channels)
-    # A sensor whose noise nobody stated is taken to be as good as a usual one.
+    # A sensor without a stated noise is assumed to have a usual one.
     usual = np.where([n in displacement_names(machine) for n in channels], 0.2, 0.03)
     return np.where(noise > 0.0, noise, usual)
 
 
 def gap_of(machine: Machine, left: list[RunResiduals]) -> float:
-    """Return the root mean square of residual over sensor noise, all channels [1].
+    """Return the root mean square of residual over sensor noise, over all channels [1].
 
     Parameters
     ----------
     machine : Machine
-        Says how noisy each sensor is.
+        Defines the noise of each sensor.
     left : list of RunResiduals
         All with the same channels.
     """
@@ -152,7 +152,7 @@ def gap_of(machine: Machine, left: list[RunResiduals]) -> float:
 
 
 def floor_of(left: list[RunResiduals]) -> float:
-    """Return what noise alone would leave of :func:`gap_of`: bins average several rows [1]."""
+    """Return :func:`gap_of` for noise alone, below 1 because bins average several rows [1]."""
     shares = []
     for run in left:
         rows = run.observed.run.frame.notna().to_numpy().sum() / run.observed.run.frame.shape[1]
@@ -161,7 +161,7 @@ def floor_of(left: list[RunResiduals]) -> float:
 
 
 def by_channel(machine: Machine, left: list[RunResiduals]) -> dict[str, float]:
-    """Return the root mean square of each channel's residual [K, um]; only of what was measured.
+    """Return the root mean square residual of each channel [K, um], without unmeasured channels.
 
     Parameters
     ----------
