@@ -1,1 +1,1 @@
-"""LinuxCNC as the control: its axes move by the offsets that the compensator asks for."""
+"""LinuxCNC as the control, which moves its axes by the compensator's offsets."""

@@ -1,14 +1,14 @@
-"""How an axis of LinuxCNC comes to the offset that is wanted, and what it does meanwhile.
+"""Brings an axis of LinuxCNC to the wanted offset.
 
-LinuxCNC takes an external offset as increments of a count, and takes them only while it is on,
-homed and in a mode that moves axes; others are lost. So the loop is closed on the offset that it
-says is in force (``eoffset-request``), and nothing is counted while it would not be taken, or while
-what was counted last has not been looked at.
+LinuxCNC takes an external offset as increments of a count, and only while it is on, homed and in a
+mode that moves axes; other increments are lost. So the loop is closed on the offset that it reports
+as applied (``eoffset-request``), and nothing is counted while it would not be taken, or before the
+last count has been taken.
 
-Switched off and on again, LinuxCNC sets its offset to zero and leaves the axis where it stands: the
-offset is then *absorbed* by the commanded position. To give it again would move the axis twice as
-far, and not to give it would lose it with the next move to an absolute position. So what was
-absorbed counts as in force until the axis is commanded to move, and is given anew then.
+When switched off and on again, LinuxCNC sets its offset to zero and leaves the axis where it
+stands: the commanded position has then *absorbed* the offset. Giving it again would move the axis
+twice as far; not giving it would lose it with the next move to an absolute position. So an absorbed
+offset counts as in force until the axis is commanded to move, and is then given again.
 """
 
 from __future__ import annotations
@@ -16,24 +16,24 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 COUNT_UM = 0.01
-"""What one count moves an axis by [um], given by the ``eoffset-scale`` of ``external.hal``."""
+"""How far one count moves an axis [um], given by the ``eoffset-scale`` of ``external.hal``."""
 PATIENCE = 10
-"""So many looks a control gets to take what it was given, before it counts as dropped: set on no
-data."""
+"""Number of steps in which a control must take what it was given, before that counts as dropped:
+set on no data."""
 
 
 @dataclass(frozen=True)
 class Seen:
-    """What the control shows of an axis.
+    """The control's report on an axis.
 
     Attributes
     ----------
     takes : bool
-        It is on, homed, and in a mode in which offsets are taken.
+        Whether the control is on, homed and in a mode that takes offsets.
     request_um : float
         The offset that it was given and holds [um].
     command_mm : float
-        Where it is commanded to be, without the offset [mm].
+        The commanded position, without the offset [mm].
     """
 
     takes: bool
@@ -42,21 +42,21 @@ class Seen:
 
 
 class AxisOffset:
-    """One axis.
+    """The offset of one axis.
 
     Parameters
     ----------
     slew_um_s : float
         How fast its offset may change [um/s].
     request_um : float
-        The offset that the control holds already [um].
+        The offset that the control already holds [um].
     counts : int
-        What it was given so far.
+        The counts given to it so far.
 
     Attributes
     ----------
     counts : int
-        What to give.
+        The counts to give.
     in_force_um : float
         How far the axis is from where it would be without offsets [um].
     """
@@ -69,16 +69,16 @@ class AxisOffset:
         self._asked, self._held_um = 0, request_um
 
     def step(self, wanted_um: float, seen: Seen, elapsed_s: float) -> None:
-        """Go towards the offset that is wanted.
+        """Move towards the wanted offset.
 
         Parameters
         ----------
         wanted_um : float
-            That offset [um].
+            The wanted offset [um].
         seen : Seen
             The axis now.
         elapsed_s : float
-            Since the step before [s].
+            Time since the last step [s].
         """
         if not seen.takes:
             if self._taken:
@@ -86,14 +86,14 @@ class AxisOffset:
             self._asked = 0
             return
         if not self._taken:
-            # What it held before and holds no more, it has absorbed.
+            # It has absorbed what it held before and no longer holds.
             self._absorbed_um += self._before_um - seen.request_um
             self._stands_at, self._taken = seen.command_mm, True
         elif abs(seen.command_mm - self._stands_at) > COUNT_UM / 1e3:
             self._absorbed_um = 0.0
         self.in_force_um = seen.request_um + self._absorbed_um
         if self._asked and seen.request_um == self._held_um:
-            # A busy computer: to ask again would move the axis twice as far.
+            # The computer is busy: asking again would move the axis twice as far.
             self._asked -= 1
             return
         most = self._slew * elapsed_s
@@ -104,6 +104,6 @@ class AxisOffset:
 
     @property
     def at_zero(self) -> bool:
-        """Whether the control holds no offset, and has absorbed none."""
+        """Whether the control holds no offset and has absorbed none."""
         held = self.in_force_um - self._absorbed_um
         return max(abs(held), abs(self._absorbed_um)) < COUNT_UM

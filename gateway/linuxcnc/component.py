@@ -1,26 +1,27 @@
-"""The component of LinuxCNC that speaks with the gateway: ``loadusr`` it from a HAL file.
+"""The LinuxCNC component that talks to the gateway; start it with ``loadusr`` in a HAL file.
 
-It sends what its pins read as the machine's frames, and moves the axes by the offsets that come
-back. The pins of a component called ``thermal``:
+It sends its pins' values as the machine's frames, and moves the axes by the offsets that it
+receives. The pins of a component called ``thermal``:
 
 =============================== ===============================================================
-``thermal.in.NAME``             a number of the machine's frames, ``in.T1`` or ``in.speed``; one
-                                that nothing is connected to is *not available*
+``thermal.in.NAME``             a number of the machine's frames, ``in.T1`` or ``in.speed``; an
+                                unconnected one is *not available*
 ``thermal.cold``                drift is counted from now
 ``thermal.enable``              set when all is connected; before, nothing is sent or moved
 ``thermal.clear``               take the offsets back to zero, as before homing
-``thermal.on``, ``.homed``,     what the control does: ``motion.motion-enabled``,
+``thermal.on``, ``.homed``,     the control's state: ``motion.motion-enabled``,
 ``.coord``, ``.teleop``         ``.is-all-homed``, ``.coord-mode``, ``.teleop-mode``
 ``thermal.request-z``           the offset that the axis was given: ``axis.z.eoffset-request`` [mm]
 ``thermal.command-z``           ``axis.z.pos-cmd`` [mm]
 ``thermal.counts-z``            to ``axis.z.eoffset-counts``, with a scale of 0.00001
 ``thermal.offset-z``            the same as a length [mm], for ``offset`` with ``limit2``
 ``thermal.heartbeat``           for a watchdog, whose ``ok-out`` comes back as ``thermal.alive``
-``thermal.running``             it has taken up what is in force: to ``axis.z.eoffset-enable``, so
-                                that counts which begin at 0 with a new component move nothing
+``thermal.running``             the offset in force has been taken over: to
+                                ``axis.z.eoffset-enable``, so that the counts of a new
+                                component, which begin at 0, move nothing
 ``thermal.wait``                an offset is not in force yet: to ``motion.feed-inhibit``
 ``thermal.moved``               an axis is moved: to ``motion.homing-inhibit``
-``thermal.valid``, ``.status``  what the gateway says
+``thermal.valid``, ``.status``  as the gateway reports them
 ``thermal.following``           its offsets are used; otherwise they are held, or given up
 =============================== ===============================================================
 """
@@ -46,31 +47,30 @@ from gateway.proof import read_key
 
 NAMES = ("x", "y", "z")
 WAIT_UM = 0.5
-"""The feed waits while an axis is further than this from an offset that is followed [um]: set on no
-data."""
+"""The feed waits while an axis is further than this from its offset [um]: set on no data."""
 OWN = ("machine_time", "machine_step", "echo", "proof")
-"""Numbers of the machine's frames that the component makes itself."""
+"""Numbers of the machine's frames that the component computes itself."""
 
 
 class ControlPins:
-    """The control as the machine's end of the bus sees it; takes the place of a plant.
+    """The control as seen by the machine's end of the bus, in place of a plant.
 
     Parameters
     ----------
     pins : mapping
-        The component's, by name.
+        The component's pins, by name.
     inputs : sequence of str
         Signals to send.
     step_s : float
-        The machine's time in a cycle [s].
+        The machine's time per cycle [s].
     cycle_s : float
-        How long a cycle takes [s].
+        Length of a cycle [s].
     slew_um_s : float
         How fast an axis may be moved [um/s].
     external : bool
-        External offsets are used; otherwise offsets of one's own.
+        Whether to use LinuxCNC's external offsets, or offsets between the control and the motors.
     clock : callable
-        Steady time, which goes on when the component is started again [s].
+        Monotonic time, which continues when the component is restarted [s].
     """
 
     done = False
@@ -97,27 +97,27 @@ class ControlPins:
 
     @property
     def time_s(self) -> float:
-        """The machine's time, of a clock that goes on between two starts [s]."""
+        """The machine's time, from a clock that continues between two starts [s]."""
         return self._begun_s + self.point * self.step_s
 
     @property
     def thermal_state(self) -> str:
-        """As the frames name it."""
+        """The thermal state, as the frames name it."""
         return "cold" if self._pins["cold"] else "unknown"
 
     def probe_with(self, names: Sequence[str]) -> None:
-        """Take note that nothing is probed."""
+        """Do nothing, because nothing is probed."""
 
     def measured(self, half_widths: Sequence[float]) -> list[float]:
-        """Return that nothing was probed."""
+        """Return an empty list, because nothing is probed."""
         return []
 
     def readings(self) -> dict[str, float]:
-        """Return what the pins read."""
+        """Return the pins' readings."""
         return {name: self._pins[f"in.{name}"] for name in self._inputs}
 
     def record(self, offsets: Mapping[str, float], extra: Mapping[str, float]) -> None:
-        """Show what the gateway says."""
+        """Show the gateway's report at the pins."""
         self._pins["valid"] = extra.get("valid") == 1.0
         status = extra.get("status", nan)
         self._pins["status"] = -1 if status != status else int(status)
@@ -129,11 +129,11 @@ class ControlPins:
     def step(self, offsets: Mapping[str, float]) -> None:
         """Move the axes towards the offsets."""
         pins, now = self._pins, self._clock()
-        # A component that was kept waiting does not make up for it in one step.
+        # A delayed component does not make up for the delay in one step.
         elapsed, self._last = min(now - self._last, self._cycle_s), now
         self.point += 1
         pins["heartbeat"] = not pins["heartbeat"]
-        # A watchdog that has barked looks again when this rises.
+        # A tripped watchdog is reset when ``running`` rises.
         barked = pins["running"] and not pins["alive"]
         pins["running"] = bool(self._axes) and not barked
         pins["following"] = self._following
@@ -156,7 +156,7 @@ class ControlPins:
         pins["moved"] = not all(axis.at_zero for axis in self._axes)
 
     def _taken_up(self, name: str) -> AxisOffset:
-        """Go on from what an earlier component left in force."""
+        """Return an axis that continues from the offset of an earlier component."""
         request_um = 1e3 * self._pins[f"request-{name}"]
         counts = self._pins[f"counts-{name}"] if self._external else round(request_um / COUNT_UM)
         if not self._external:
@@ -176,7 +176,7 @@ def new_pins(name: str, inputs: Sequence[str]) -> Any:
     Parameters
     ----------
     name : str
-        Of the component.
+        The component's name.
     inputs : sequence of str
         Signals to send.
     """
@@ -192,7 +192,7 @@ def new_pins(name: str, inputs: Sequence[str]) -> Any:
         ("FLOAT", "OUT"): [f"offset-{axis}" for axis in NAMES],
     }
     pins = new_component(name, table)
-    # Without a watchdog nothing says that it has barked.
+    # Without a watchdog, assume that none has tripped.
     pins["alive"] = True
     for reading in readings:
         pins[reading] = nan
@@ -200,7 +200,7 @@ def new_pins(name: str, inputs: Sequence[str]) -> Any:
 
 
 def arguments_of(argv: Sequence[str] | None) -> argparse.Namespace:
-    """Return what a command line says, and the defaults for the rest."""
+    """Return the arguments of a command line, with defaults for the rest."""
     parser = argparse.ArgumentParser(prog="gateway.linuxcnc.component")
     add_bus_arguments(parser)
     parser.add_argument("--name", default="thermal", help="of the component (thermal)")

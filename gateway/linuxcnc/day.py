@@ -1,7 +1,7 @@
 """A working day at the control, with a program, tool changes and faults; runs in the sandbox.
 
-Thermal time is faster; what the axes do is not, and the day goes by the control's own time. The
-spindle writes down what the nose does meanwhile; this program writes down what it did.
+Only thermal time is accelerated: the axes and the day follow the control's own time. The spindle
+records the motion of its nose; this program records its own events.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pathlib import Path
 from gateway.linuxcnc.session import PATIENCE_S, Session, running
 
 GRID_MM = 10.0
-"""The program stands at multiples of this only: given by its places."""
+"""The program stops only at multiples of this distance [mm]: given by its places."""
 TOOLS = (
     (1, 8000),
     (2, 10000),
@@ -30,10 +30,10 @@ TOOLS = (
 LIMIT_MM = 300.0
 """The soft limit of Z [mm]: given by the INI file."""
 DWELL_S = 0.4
-"""At the bottom of a hole [s]: set on no data."""
+"""Dwell at the bottom of a hole [s]: set on no data."""
 ABORT, STOP, KILLED, KNOWN_PLACE = "abort", "E-stop", "component killed", "at a known place"
 STOPS = (ABORT, STOP, KILLED)
-"""After one of these the axes stand anywhere, until they are at a known place again."""
+"""After one of these events the axes may stand anywhere, until they are at a known place again."""
 
 PROGRAM = """G21 G90 G94 G64
 T{tool} M6
@@ -50,29 +50,29 @@ G1 Z10 F3000
 G4 P{dwell}
 G0 Z50"""
 PLACES = ((0, 0), (40, 0), (40, 30), (0, 30))
-"""Of the holes [mm]: set on no data."""
+"""Positions of the holes [mm]: set on no data."""
 CYCLE_S = len(PLACES) * (DWELL_S + 2.4)
-"""About what the holes of one cycle take [s]."""
+"""Approximate duration of one cycle of holes [s]."""
 
 
 def program(tool: int, speed: int, seconds: float) -> str:
-    """Return a program that bores holes for about as long [s]."""
+    """Return a program that bores holes for about *seconds* [s]."""
     holes = "\n".join(HOLE.format(x=x, y=y, dwell=DWELL_S) for x, y in PLACES)
     cycles = max(round(seconds / CYCLE_S), 1)
     return PROGRAM.format(tool=tool, speed=speed, cycles=cycles, holes=holes)
 
 
 class Day:
-    """What happens, and when.
+    """The events of a day.
 
     Parameters
     ----------
     session : Session
         The control, running.
     part_s : float
-        How long each part of the day takes [s].
+        Length of each part of the day [s].
     hold_s : float
-        How long offsets are held without a gateway, on the wall [s].
+        How long offsets are held without a gateway, in real time [s].
     """
 
     def __init__(self, session: Session, part_s: float, hold_s: float) -> None:
@@ -81,10 +81,10 @@ class Day:
         self._has_bus = (session.folder / "bus").exists()
 
     def note(self, name: str, **facts: float) -> None:
-        """Write down that something happens now."""
+        """Record an event that happens now."""
         self.events.append({"name": name, **facts})
         (self._session.folder / "events.json").write_text(json.dumps(self.events, indent=1))
-        # How many there were is sampled with everything else.
+        # The number of events is sampled with everything else.
         self._session.hal("sets", "event", str(len(self.events)))
 
     def work(self, part: int, share: float = 1.0) -> None:
@@ -93,7 +93,7 @@ class Day:
         self._session.until_idle("the program", 3.0 * self._part_s + PATIENCE_S)
 
     def begin(self, part: int, share: float = 1.0) -> None:
-        """Begin to bore holes."""
+        """Begin to bore holes, without waiting for the end."""
         tool, speed = TOOLS[part % len(TOOLS)]
         file = self._session.folder / "program.ngc"
         file.write_text(program(tool, speed, self._part_s * share))
@@ -128,7 +128,7 @@ class Day:
         self._to_zero()
 
     def _rest(self) -> None:
-        """End what still runs and stand at a place of the program."""
+        """Abort the running program and go to one of its places."""
         self.note(ABORT)
         self._session.abort()
         self._session.mdi("G90 G0 Z50")
@@ -169,7 +169,7 @@ class Day:
         self.note("offsets back")
 
     def _followed(self) -> None:
-        """Wait until the offsets are followed, and in force."""
+        """Wait until the offsets are followed and in force."""
         session = self._session
         session.wait(lambda: session.signal("following") == 1.0, "offsets are not followed")
         session.wait(lambda: session.signal("wait") == 0.0, "offsets are not in force")
@@ -198,7 +198,7 @@ class Day:
         self.note("homed")
 
     def _to_zero(self) -> None:
-        """Take the offsets back, and say where the axes are then."""
+        """Take the offsets back to zero, and record where the axes are then."""
         session = self._session
         self.note("clear")
         session.hal("sets", "clear", "1")
@@ -220,7 +220,7 @@ class Day:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a day in a folder that is prepared."""
+    """Run a day in a prepared folder."""
     parser = argparse.ArgumentParser(prog="gateway.linuxcnc.day")
     parser.add_argument("folder", type=Path)
     parser.add_argument("--part", type=float, required=True, help="[s]")

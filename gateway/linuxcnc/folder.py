@@ -1,4 +1,4 @@
-"""A folder that LinuxCNC starts from: its files, and how its components are started."""
+"""Writes the folder that LinuxCNC starts from: its files and its components' commands."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from pathlib import Path
 
 CONFIG = Path(__file__).with_name("config")
 WAYS = {"external": "external.hal", "own": "own.hal"}
-"""The two ways in for an offset, and what each needs."""
+"""The two ways to apply an offset, and the HAL file that each needs."""
 NAME = "{name}"
-"""Stands for the name of the component in its command."""
+"""Placeholder for the component's name in its command."""
 
 
 def write_folder(folder: Path, way: str, commands: Mapping[str, Sequence[str]]) -> Path:
@@ -20,11 +20,11 @@ def write_folder(folder: Path, way: str, commands: Mapping[str, Sequence[str]]) 
     Parameters
     ----------
     folder : Path
-        Where; it must exist.
+        The folder, which must exist.
     way : {"external", "own"}
-        How offsets get in.
+        How offsets are applied.
     commands : mapping of str to sequence of str
-        What ``thermal`` and ``spindle`` are started with, and ``display``.
+        The commands that start ``thermal``, ``spindle`` and ``display``.
     """
     for name in ("tool.tbl", "thermal.hal"):
         (folder / name).write_text((CONFIG / name).read_text())

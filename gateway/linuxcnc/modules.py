@@ -1,4 +1,4 @@
-"""LinuxCNC's own Python modules, which come with it and not from a package index."""
+"""LinuxCNC's Python modules, which come with it, not from a package index."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 from measurement.errors import BadInput
 
 FOLDER = Path("/usr/lib/python3/dist-packages")
-"""Where Debian's package puts them."""
+"""Where Debian's package installs them."""
 
 
 def new_component(name: str, pins: Mapping[tuple[str, str], Iterable[str]]) -> Any:
@@ -20,9 +20,9 @@ def new_component(name: str, pins: Mapping[tuple[str, str], Iterable[str]]) -> A
     Parameters
     ----------
     name : str
-        Of the component.
+        The component's name.
     pins : mapping
-        Type (``BIT``, ``S32``, ``FLOAT``) and direction (``IN``, ``OUT``) to names.
+        Names of pins, by type (``BIT``, ``S32``, ``FLOAT``) and direction (``IN``, ``OUT``).
     """
     hal = linuxcnc_module("hal")
     component = hal.component(name)
@@ -38,14 +38,14 @@ def linuxcnc_module(name: str) -> Any:
     Parameters
     ----------
     name : {"hal", "linuxcnc"}
-        Which one.
+        The module's name.
 
     Raises
     ------
     BadInput
-        If it is not installed, or for another version of Python.
+        If it is not installed, or is for another version of Python.
     """
-    # At the end: the environment's own libraries come first.
+    # Appended, so that the environment's own libraries come first.
     if str(FOLDER) not in sys.path:
         sys.path.append(str(FOLDER))
     try:

@@ -1,4 +1,4 @@
-"""The component in C: the compensator inside the control, without Python and without a bus."""
+"""The component in C, with the compensator inside the control: no Python, no bus."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def component_sources(compensator: Path) -> dict[str, str]:
     Raises
     ------
     BadInput
-        If it cannot be read, or has no counterpart in C.
+        If it cannot be read, or its model has no C code.
     """
     recipe, _ = compensator_recipe(compensator, compensator.stem, native=True)
     try:
@@ -59,7 +59,7 @@ def build_component(compensator: Path, target: Path) -> None:
     compensator : Path
         The compensator file.
     target : Path
-        The program to be made.
+        The program to build.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What the nose did: the spindle's drift and where the axes really were."""
+"""The motion of the spindle nose, from the spindle's drift and the axes' true positions."""
 
 from __future__ import annotations
 
@@ -12,28 +12,27 @@ from gateway.linuxcnc.day import GRID_MM, KNOWN_PLACE, STOPS
 
 AXES = ("x", "y", "z")
 NEAR_UM = 300.0
-"""An axis that is further from every place of the program is on its way [um]: set on the day's own
+"""An axis further than this from every place of the program is moving [um]: set on the day's own
 run."""
 LOOKS = 2
-"""What the component is told shows in its pins after so many of its looks: set on the day's own
-run."""
+"""Number of the component's steps until its pins respond to inputs: set on the day's own run."""
 
 
 @dataclass(frozen=True)
 class Nose:
-    """What the nose did in a day.
+    """The motion of the nose in a day.
 
     Attributes
     ----------
     table : DataFrame
-        ``servo_s``, the control's own time, the plant's ``time_s``, how many events there were
-        (``event``), and for each axis ``drift_X``, ``error_x``: how far the nose is from where the
-        program has it, NaN where it moves, and ``jump_x``: by how much it moved since the row
-        before though the program stood still [um]. ``held``: it is to be held, because the
-        feed is allowed and offsets are valid, the operator did not clear them, and no soft limit
-        keeps the axis. ``blind``: offsets are held without a gateway.
+        ``servo_s``, the control's own time; ``time_s``, the plant's; ``event``, the number of
+        events so far; and for each axis ``drift_X``, ``error_x``, the nose's distance from the
+        programmed place (NaN while moving), and ``jump_x``, its motion since the last row although
+        the program stood still [um]. ``held``: the nose should be in place, because the feed is
+        allowed, offsets are valid and not cleared by the operator, and no soft limit stops the
+        axis. ``blind``: offsets are held without a gateway.
     events : list of dict
-        What happened, each with its ``name``.
+        The events, each with its ``name``.
     """
 
     table: pd.DataFrame
@@ -41,7 +40,7 @@ class Nose:
 
     @property
     def summary(self) -> dict[str, float]:
-        """Largest drift, error while held, jump at any time, rest after a clear [um]."""
+        """Largest drift, error while held, jump at any time, and offset left after a clear [um]."""
         table = self.table
         held = table[table.held]
         cleared = [
@@ -62,20 +61,20 @@ class Nose:
 
 
 def read_nose(folder: Path, hold_s: float) -> Nose:
-    """Read what a day left in its folder.
+    """Read the results of a day from its folder.
 
     Parameters
     ----------
     folder : Path
-        Of the day.
+        The day's folder.
     hold_s : float
-        How long offsets were held without a gateway, on the wall [s].
+        How long offsets were held without a gateway, in real time [s].
     """
     table = pd.read_csv(folder / "run.csv")
     # The last line may be cut off.
     table = table.dropna(subset=[table.columns[-1]])
     events = json.loads((folder / "events.json").read_text())
-    # The axes are some cycles behind the planner, whose velocity this is.
+    # The velocity is the planner's, and the axes are some cycles behind it.
     rest = (table.velocity == 0.0).rolling(3, center=True).min().eq(1.0) & (table.homed == 1)
     places = {KNOWN_PLACE: 1.0} | dict.fromkeys(STOPS, 0.0)
     marks = pd.Series([1.0, *(places.get(str(event["name"])) for event in events)], dtype=float)
@@ -87,7 +86,7 @@ def read_nose(folder: Path, hold_s: float) -> Nose:
         stands = rest & known & (moved.abs() < NEAR_UM)
         same = rest & rest.shift(fill_value=False)
         table[f"error_{axis}"] = (table[f"drift_{axis.upper()}"] + moved).where(stands)
-        # What was commanded meanwhile is no jump, nor is what a control counts anew at rest.
+        # A commanded motion is not a jump, nor is an offset absorbed at a standstill.
         step, commanded = motor.diff(), table[f"command_{axis}"].diff(2).fillna(0.0)
         jump = 1e3 * (step - step.clip(commanded.clip(upper=0.0), commanded.clip(lower=0.0))).abs()
         table[f"jump_{axis}"] = jump.where(same)

@@ -1,4 +1,4 @@
-"""The picture of a day: the nose with and without compensation."""
+"""Draws the nose in a day, with and without compensation."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def draw_days(noses: Mapping[str, Nose], target: Path) -> None:
     noses : mapping of str to Nose
         By kind.
     target : Path
-        The file; its ending is the format.
+        The file; its ending gives the format.
     """
     from matplotlib.figure import Figure
 
@@ -34,7 +34,7 @@ def draw_days(noses: Mapping[str, Nose], target: Path) -> None:
             label = f"{axis.upper()}, compensated"
             held = table[f"error_{axis}"].where(table.held)
             axes.plot(hours, held, ".", ms=2.0, color=COLOURS[axis], label=label)
-        # After an abort an axis may stand anywhere: that must not set the scale.
+        # After an abort an axis may stand anywhere, which must not set the scale.
         axes.set_ylim(axes.get_ylim())
         for axis in AXES:
             gone = table[f"error_{axis}"].where(~table.held)

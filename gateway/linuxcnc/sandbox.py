@@ -1,8 +1,8 @@
-"""A place in which LinuxCNC runs beside others: namespaces of its own, and no root.
+"""Runs LinuxCNC in separate namespaces and without root, so that several can run at once.
 
-LinuxCNC refuses root, its keys and ports are fixed, and its own clean-up kills by name. In
-namespaces of its own it sees no other, and its user is an ordinary one there, whoever started it.
-The network is a loopback that carries multicast, which is the bus.
+LinuxCNC refuses to run as root, its keys and ports are fixed, and its clean-up kills processes by
+name. In separate namespaces it sees no other instance, and its user is always an ordinary one. The
+network is a loopback with multicast, which is the bus.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if [ -p "$bus" ]; then
 fi
 exec unshare --user --map-user={USER} --map-group={USER} -- "$@"
 """
-# It also ends with the program that began it, however that ends.
+# The sandbox also ends when the program that started it ends, for any reason.
 OUTSIDE = (
     "setpriv --pdeathsig KILL unshare --user --map-root-user --ipc --net --mount --pid --fork "
     "--kill-child --mount-proc sh -c"
@@ -35,14 +35,14 @@ OUTSIDE = (
 
 
 def sandboxed(command: Sequence[str], bus: Path | None = None) -> list[str]:
-    """Return the command that runs another one so; all that it started ends with it.
+    """Return the command that runs another in a sandbox; all processes started there end with it.
 
     Parameters
     ----------
     command : sequence of str
         The program and its arguments.
     bus : Path, optional
-        A pipe: ``down`` and ``up``, written to it, take the bus away and bring it back.
+        A pipe: writing ``down`` or ``up`` to it takes the bus away or brings it back.
     """
     pipe = "" if bus is None else str(bus)
     return [*shlex.split(OUTSIDE), INSIDE, "sh", pipe, *command]
@@ -66,7 +66,7 @@ def problem() -> str:
 
 
 def check() -> None:
-    """Refuse where LinuxCNC cannot run.
+    """Refuse if LinuxCNC cannot run here.
 
     Raises
     ------

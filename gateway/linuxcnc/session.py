@@ -1,4 +1,4 @@
-"""LinuxCNC at work in its sandbox, as its operator sees it: on, home, programs, faults."""
+"""Operates LinuxCNC in its sandbox: switches it on, homes it, runs programs, causes faults."""
 
 from __future__ import annotations
 
@@ -16,25 +16,24 @@ from gateway.linuxcnc.modules import linuxcnc_module
 
 HALCMD = "/usr/bin/halcmd"
 PATIENCE_S, END_S = 300.0, 30.0
-"""How long LinuxCNC may take to do one thing, and to end, on a busy computer [s]: set on no
-data."""
+"""How long LinuxCNC may take for one action, and to end, on a busy computer [s]: set on no data."""
 STATUS_EVERY_S = 0.02
-"""Between two looks at what it does [s]: set on no data."""
+"""Period of reading its status [s]: set on no data."""
 
 
 class ControlError(Exception):
-    """The control did not do what it was told to; the text says what."""
+    """The control did not do what was requested; the text says what."""
 
 
 class Session:
-    """A control that runs, and its gateway.
+    """A running control and its gateway.
 
     Parameters
     ----------
     folder : Path
-        With its INI file.
+        The folder with its INI file.
     gateway : sequence of str
-        What starts the gateway; empty for none.
+        The command that starts the gateway; empty for none.
     """
 
     def __init__(self, folder: Path, gateway: Sequence[str] = ()) -> None:
@@ -47,7 +46,7 @@ class Session:
 
     @property
     def has_gateway(self) -> bool:
-        """Whether there is a gateway beside the control."""
+        """Whether the control has a gateway."""
         return bool(self._gateway_command)
 
     # Starting and ending
@@ -65,7 +64,7 @@ class Session:
             **self._quiet(env=environment),
         )
         self._module = linuxcnc_module("linuxcnc")
-        # The control keeps its tools in a file of its home, which its status looks for.
+        # The control keeps its tools in a file in its home, which its status looks for.
         os.environ["HOME"] = str(self.folder)
         os.environ["INI_FILE_NAME"] = str(self.folder / "machine.ini")
         self.wait(self._ready, "LinuxCNC did not start")
@@ -104,7 +103,7 @@ class Session:
         self._gateway.wait()
 
     def close(self) -> None:
-        """End all."""
+        """End LinuxCNC and the gateway."""
         with contextlib.suppress(OSError, ValueError):
             os.kill(int((self.folder / "display.pid").read_text()), signal.SIGTERM)
         if self._linuxcnc is not None:
@@ -116,12 +115,12 @@ class Session:
         self._output.close()
 
     def wait(self, done: Any, text: str, patience_s: float = PATIENCE_S) -> None:
-        """Wait until something is so.
+        """Wait until a condition holds.
 
         Raises
         ------
         ControlError
-            With *text*, if it does not become so.
+            With *text*, if it does not come to hold in time.
         """
         until = time.monotonic() + patience_s
         while not done():
@@ -130,19 +129,19 @@ class Session:
             time.sleep(STATUS_EVERY_S)
 
     def sleep(self, seconds: float) -> None:
-        """Wait until so much of the control's own time has gone by [s]."""
+        """Wait for *seconds* of the control's own time [s]."""
         until = self.now() + seconds
         while (left := until - self.now()) > 0.0:
             time.sleep(max(left, STATUS_EVERY_S))
 
     def now(self) -> float:
-        """Return the control's own time, of the thread that moves the axes [s]."""
+        """Return the control's own time, from the thread that moves the axes [s]."""
         return self.pin("spindle-plant.servo_s")
 
     # HAL
 
     def hal(self, *words: str) -> str:
-        """Run a command of HAL; return what it prints."""
+        """Run a HAL command; return its output."""
         run = subprocess.run([HALCMD, *words], capture_output=True, text=True, cwd=self.folder)
         if run.returncode:
             raise ControlError(f"halcmd {' '.join(words)}: {run.stderr.strip()}")
@@ -153,7 +152,7 @@ class Session:
         return _number(self.hal("getp", name))
 
     def offset_um(self, axis: str) -> float:
-        """Return by how much an axis is where it was not commanded to be; at rest [um]."""
+        """Return an axis' distance from its commanded position; at a standstill [um]."""
         return 1e3 * (self.signal(f"motor-{axis}") - self.pin(f"axis.{axis}.pos-cmd"))
 
     def signal(self, name: str) -> float:
@@ -168,7 +167,7 @@ class Session:
         return self.status
 
     def _tell(self, order: Callable[..., None], *words: object) -> None:
-        """Give an order, and wait until the control has taken it up."""
+        """Give a command, and wait until the control has received it."""
         order(*words)
         number = self.command.serial
         self.wait(lambda: self.poll().echo_serial_number >= number, "takes no order")
@@ -197,14 +196,14 @@ class Session:
         self.wait(
             lambda: self.poll().motion_mode == self._module.TRAJ_MODE_FREE, "joints do not move"
         )
-        # What was homed before must not be taken for what is homed now.
+        # An earlier homing must not be taken for the new one.
         self._tell(self.command.unhome, -1)
         self.wait(lambda: not any(self.poll().homed[:3]), "stays homed")
         self._tell(self.command.home, -1)
         self.wait(lambda: self.poll().homed[:3] == (1, 1, 1), "is not homed")
 
     def mdi(self, line: str) -> None:
-        """Do one line."""
+        """Run one line."""
         self._mode(self._module.MODE_MDI)
         self._tell(self.command.mdi, line)
         self.until_idle(line)
@@ -216,12 +215,12 @@ class Session:
         self._tell(self.command.auto, self._module.AUTO_RUN, 0)
 
     def abort(self) -> None:
-        """Abort what runs."""
+        """Abort the running program."""
         self._tell(self.command.abort)
         self.until_idle("abort")
 
     def until_idle(self, what: str, patience_s: float = PATIENCE_S) -> None:
-        """Wait until what was begun has ended."""
+        """Wait until the control is idle."""
 
         def idle() -> bool:
             status = self.poll()
@@ -241,13 +240,13 @@ class Session:
         return int(lines[3] if len(lines) > 3 else lines[-1])
 
     def start_component(self) -> None:
-        """Start another component in the place of the one that was killed."""
+        """Start a new component in place of the killed one."""
         for line in self.hal("-s", "show", "pin", f"{self.component}.").splitlines():
             words = line.split()
             if "==>" in words or "<==" in words:
                 self.hal("unlinkp", words[4])
         self.component += "x"
-        # It keeps what it inherits open, so that nobody may wait for the end of a pipe.
+        # It keeps inherited files open, so nothing may wait for the end of a pipe.
         file = str(renamed(self.folder, self.component))
         if subprocess.run([HALCMD, "-f", file], **self._quiet(), check=False).returncode:
             raise ControlError(f"{self.component} does not start: see {self.folder}")
@@ -259,7 +258,7 @@ def _number(text: str) -> float:
 
 @contextlib.contextmanager
 def running(folder: Path, gateway: Sequence[str] = ()) -> Iterator[Session]:
-    """Run LinuxCNC from a folder; end it in any case."""
+    """Run LinuxCNC from a folder, and end it in any case."""
     session = Session(folder, gateway)
     try:
         session.start()

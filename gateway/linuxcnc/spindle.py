@@ -1,13 +1,14 @@
-"""The spindle behind LinuxCNC: the plant FMU as a component, driven by what the control does.
+"""The spindle behind LinuxCNC: the plant FMU as a component, driven by the control.
 
-The control's spindle speed and tool length drive it, and its temperatures come out at pins. What
-the nose does is written down in the control's own time: its thread samples where the axes really
-are, together with the number of the plant's step.
+The control's spindle speed and tool length drive it, and its temperatures appear at pins. The
+motion of the nose is recorded in the control's own time: its thread samples the true positions of
+the axes, together with the number of the plant's step.
 
-Thermal time is faster than that on the wall, and so would be the delays of a busy computer: a
-compensator that is looked at late would have minutes of drift to catch up with. So the plant takes
-so many steps for a look of the component, and waits for the next one, unless the watchdog says that
-it is dead. It begins with the first look: what it drifts before that nobody could know of.
+Thermal time is faster than real time, which also magnifies the delays of a busy computer: a
+compensator that is stepped late would have minutes of drift to catch up with. So the plant takes a
+limited number of steps per step of the component, then waits for the next one, unless the watchdog
+reports the component dead. The plant starts with the component's first step, which cannot know of
+any earlier drift.
 """
 
 from __future__ import annotations
@@ -28,29 +29,29 @@ from scenarios.scenario import read_scenario
 
 SCENARIO = Path(__file__).with_name("day.toml")
 STEPS_A_LOOK = 3
-"""The plant takes so many steps between two looks of the component, at most: set on no data."""
+"""Largest number of the plant's steps between two of the component's: set on no data."""
 SERVO_S, EVERY = 0.005, 10
-"""The control's own cycle [s], given by the INI file; so many make a row, ten a second being
-enough."""
+"""The control's own cycle [s], given by the INI file, and the number of cycles per row; twenty rows
+a second are enough."""
 STEP_S = EVERY * SERVO_S
-"""A step of the plant takes as long on the wall as a row [s]."""
+"""Real time of a step of the plant, and of a row [s]."""
 SAMPLED = (
     *("motor_x", "motor_y", "motor_z", "command_x", "command_y", "command_z", "velocity"),
     *("point", "event", "homed", "valid", "wait", "clear", "limited", "heartbeat"),
 )
-"""What the sampler is connected to, in this order; the first seven are numbers."""
+"""The sampler's connections, in this order; the first seven are numbers."""
 KINDS = "fffffffssbbbbbb"
 NO_OFFSETS = dict.fromkeys(OFFSETS, 0.0)
-"""The axes move by the control, not by the plant's own."""
+"""The control moves the axes, so the plant gets no offsets."""
 
 
 class Table:
-    """What the control's thread sampled, with what the plant showed at the time.
+    """Records the samples of the control's thread with the plant's readings at the time.
 
     Parameters
     ----------
     pins : HAL component
-        The plant's.
+        The plant's component.
     file : text stream
         Takes the rows.
     """
@@ -62,14 +63,14 @@ class Table:
         self._shown: list[dict[str, float]] = []
 
     def show(self, readings: dict[str, float]) -> int:
-        """Keep what the plant shows from now on; return its number."""
+        """Store the plant's new readings; return their number."""
         if not self._shown:
             self._rows.writerow(["servo_s", *readings, *SAMPLED])
         self._shown.append(readings)
         return len(self._shown) - 1
 
     def write(self) -> None:
-        """Write down what was sampled meanwhile, and show the control's time."""
+        """Write the new samples as rows, and show the control's time."""
         while self._samples.readable:
             values = self._samples.read()
             number = self._samples.sampleno
@@ -82,7 +83,7 @@ class Table:
 
 
 class Looks:
-    """Waits for the component, which shows a heartbeat at each of its looks."""
+    """Waits for the component, whose heartbeat changes at each of its steps."""
 
     def __init__(self, pins: Any, stopped: Callable[[], bool]) -> None:
         self._pins, self._stopped = pins, stopped
@@ -90,8 +91,8 @@ class Looks:
         self._due = time.monotonic()
 
     def wait(self) -> bool:
-        """Wait until the plant may take its next step; return whether it may begin at all."""
-        # One that was late does not hurry afterwards.
+        """Wait until the plant may take its next step; return whether it may start at all."""
+        # A late plant does not hurry afterwards.
         now = time.monotonic()
         self._due = max(self._due + STEP_S, now)
         time.sleep(self._due - now)
@@ -127,7 +128,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         ("FLOAT", "OUT"): ("servo_s", *temperatures),
     }
     pins = new_component("spindle-plant", table)
-    # Line by line, so that nothing is lost with a component that is ended at once.
+    # Line by line, so that nothing is lost if the component is killed.
     with args.out.open("w", buffering=1, newline="") as file, stop_flag() as stopped:
         rows, looks, cold, ready = Table(pins, file), Looks(pins, stopped), True, False
         while not stopped() and not plant.done:

@@ -1,4 +1,4 @@
-"""A day at LinuxCNC, with the gateway beside it and with the compensator inside it."""
+"""A day at LinuxCNC, once with a gateway and once with the compensator inside the control."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ BUS = ("--interface", "udp_multicast", "--channel", "239.74.163.2")
 GATEWAY, COMPONENT = "gateway", "component"
 KINDS = (GATEWAY, COMPONENT)
 HOLD_S = 5.0
-"""Offsets are held for so long without a gateway, on the wall [s]: set on no data."""
+"""How long offsets are held without a gateway, in real time [s]: set on no data."""
 
 
 @dataclass(frozen=True)
@@ -31,13 +31,13 @@ class Plan:
     Attributes
     ----------
     parts : int
-        How many parts it has: a tool, a speed, and a fault each.
+        Number of parts, each with a tool, a speed and a fault.
     part_s : float
-        How long a part takes, on the wall [s].
+        Length of a part, in real time [s].
     speed_up : float
-        Thermal time is so many times faster.
+        Thermal time relative to real time.
     way : {"external", "own"}
-        How offsets get into the control.
+        How offsets are applied in the control.
     """
 
     parts: int = 8
@@ -47,12 +47,12 @@ class Plan:
 
 
 def run_days(out: Path, kinds: Mapping[str, Path], plant: Path, plan: Plan) -> dict[str, Nose]:
-    """Run a day for each kind, at the same time.
+    """Run a day for each kind, all at the same time.
 
     Parameters
     ----------
     out : Path
-        A folder for each is made here.
+        A folder for each kind is made here.
     kinds : mapping of str to Path
         ``gateway`` with its FMU, ``component`` with its compensator file.
     plant : Path
@@ -62,12 +62,12 @@ def run_days(out: Path, kinds: Mapping[str, Path], plant: Path, plan: Plan) -> d
     Returns
     -------
     dict of str to Nose
-        What the nose did, by kind.
+        The motion of the nose, by kind.
 
     Raises
     ------
     BadInput
-        If LinuxCNC cannot run here, or a day came to no end.
+        If LinuxCNC cannot run here, or a day did not finish.
     """
     check()
     running = {}
@@ -84,7 +84,7 @@ def run_days(out: Path, kinds: Mapping[str, Path], plant: Path, plan: Plan) -> d
                 last = printed.strip().rpartition("\n")[2]
                 raise BadInput(folder, "", f"the day came to no end: {last}")
             noses[kind] = read_nose(folder, HOLD_S)
-    finally:  # none writes on into a folder that is being removed
+    finally:  # end all processes that could still write to a folder being removed
         for _, process in running.values():
             if process.poll() is None:
                 process.kill()
