@@ -1,11 +1,11 @@
-"""A sensor breaks: the error with what it is likely to read, and with hold and fade.
+"""The error after a sensor breaks, with its likely reading substituted, and with hold and fade.
 
     python -m benchmarks.broken_sensor [--lathe DATA] [--write]
 
-The jig borer: the compensator that ships, on a simulated run that it was not fitted on. Each of its
-sensors breaks in turn, after two hours and for good, in three ways. The lathe: a compensator of its
-runs of June and July, on the later ones in which the thermometer PT10 really jumps. All errors are
-those from the fault on.
+The jig borer: the shipped compensator, on an unseen simulated run. Each of its sensors breaks in
+turn, after two hours and permanently, in three ways. The lathe: a compensator fitted to the runs of
+June and July, on the later runs in which the thermometer PT10 really jumps. All errors are counted
+from the fault on.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ TOOL_MM = 100.0
 BREAKS_S = 7200.0
 LEARNT = "202008"
 LATHE_MODEL = "gaussian"
-"""What `fit` takes; it uses all sensors."""
+"""The model for `fit`; it uses all sensors."""
 HEAD = (
     *("Run and fault", "Axis", "None", "All good"),
     *("Going on", "Hold and fade", "Within", "Status 4"),
@@ -47,16 +47,16 @@ FAULTS: dict[str, Callable[[Array], Array]] = {
 
 @dataclass(frozen=True)
 class Judged:
-    """What a compensator left in a run, from the fault on.
+    """The remaining error of a run, from the fault on.
 
     Attributes
     ----------
     error, drift : array (n, axes)
-        With and without the compensator [um].
+        The error with and without the compensator [um].
     half_width : array (n, axes)
-        Of the stated interval [um].
+        Half width of the stated interval [um].
     spared : array (n,)
-        Where the status is 4.
+        Whether the status is 4.
     """
 
     error: Array
@@ -70,14 +70,14 @@ class Judged:
 
 
 def without_spare(model: Model) -> Model:
-    """Return the same compensator, which knows no way to go on."""
+    """Return the same compensator without a substitute for a broken sensor."""
     return replace(model, table={**model.table, "spare": None})
 
 
 def judge(model: Model, shown: Run, run: Run, rig: Rig, counts: Array) -> Judged:
-    """Return what a compensator leaves of a run's drift when its sensors show another.
+    """Return the remaining error of a run, when the compensator reads the sensors of *shown*.
 
-    *counts* are the rows that do, of those whose drift is known.
+    *counts* selects rows; of these, only rows with known drift are judged.
     """
     driven = drive(model, shown, run, rig, TOOL_MM)
     axes = np.isfinite(driven.drift).any(axis=0)
@@ -91,7 +91,7 @@ def judge(model: Model, shown: Run, run: Run, rig: Rig, counts: Array) -> Judged
 
 
 def broken(run: Run, column: str, fault: str, after_s: float = BREAKS_S) -> Run:
-    """Return the run as it reads when a sensor breaks."""
+    """Return the run with the readings of a sensor that breaks."""
     late = run.time_s >= after_s
     values = run.frame[column].to_numpy(float, copy=True)
     values[late] = FAULTS[fault](values[late])
@@ -99,7 +99,7 @@ def broken(run: Run, column: str, fault: str, after_s: float = BREAKS_S) -> Run:
 
 
 def jig_borer() -> tuple[Model, Run, Rig]:
-    """Return the shipped compensator, and an unseen run."""
+    """Return the shipped compensator, an unseen run and the rig."""
     rig = rig_from_table(read_machine("jig_borer").rig, "rig")
     return load_model(SHIPPED), simulated("step_speed", of="jig_borer"), rig
 
@@ -120,7 +120,7 @@ def jig_borer_rows() -> Iterator[list[str]]:
 
 
 def lathe_rows(folder: Path) -> Iterator[list[str]]:
-    """Yield the table's rows: what really broke on the lathe, in runs not learnt from."""
+    """Yield the table's rows: the real fault on the lathe, in unseen runs."""
     runs = lathe_runs(folder)
     rig = default_rig(runs[0], read_machine("jig_borer").rig)
     train, judged = (
@@ -154,7 +154,7 @@ def _row(
 
 
 def _worst(judged: Sequence[Judged], axis: int) -> str:
-    """Return the median RMSE, and the largest in brackets where there are several [um]."""
+    """Return the median RMSE, followed by the largest in brackets if there are several [um]."""
     errors = [one.rmse(axis) for one in judged]
     if not errors:
         return ""
@@ -164,7 +164,7 @@ def _worst(judged: Sequence[Judged], axis: int) -> str:
 
 
 def main() -> None:
-    """Print the table, or put it into the page."""
+    """Print the table, and optionally write it into the page."""
     parser = parser_of(__doc__)
     parser.add_argument("--lathe", type=Path, help="folder of the lathe's run files")
     args = parser.parse_args()

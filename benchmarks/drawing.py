@@ -1,11 +1,12 @@
-"""What a page is worth: ``python -m benchmarks.drawing [--write]``.
+"""How accurate a machine from a drawing page is: ``python -m benchmarks.drawing [--write]``.
 
-Machines of the independent fine simulator of ``benchmarks.gap.truth``, drawn around the sections of
-the page `jig_borer` (masses and sections within 15 %, joints and films within a factor of 1.5),
-nothing missing. The page, with thermometers where that simulator has them, is calibrated on four
-runs; what it leaves on the fifth is told in units of sensor noise, beside the page as it stands, a
-model that never moves, the machine in lumps (`jig_borer_lumps`) calibrated on the same runs, and
-the simulator itself when it is told no more than the page.
+The machines come from the independent fine simulator of ``benchmarks.gap.truth``, drawn at random
+around the sections of the page `jig_borer` (masses and sections within 15 %, joints and films
+within a factor of 1.5), with no effect missing. The page, with thermometers in the simulator's
+places, is calibrated on four runs; its remaining error on the fifth, in units of sensor noise, is
+compared with that of the uncalibrated page, a model that never moves, the machine in lumps
+(`jig_borer_lumps`) calibrated on the same runs, and the simulator itself, given only the inputs in
+the run file.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ TOLD = "The simulator itself, told as much"
 
 
 def simulator_as_told(machine: Machine, case: TruthCase, run: CaseRun) -> float:
-    """Return what the simulator itself leaves on a run, told no more than its file says.
+    """Return the simulator's own remaining error on a run, given only the run file's inputs.
 
     In noise units.
     """
@@ -48,7 +49,7 @@ def simulator_as_told(machine: Machine, case: TruthCase, run: CaseRun) -> float:
 
 
 def _from_zero(machine: Machine, observed: Observations) -> FloatArray:
-    """Return an observation's values, displacements counted from their first."""
+    """Return an observation's values, with displacements relative to the first."""
     values = observed.values.copy()
     lengths = set(displacement_names(machine))
     moved = [i for i, name in enumerate(observed.channels) if name in lengths]
@@ -57,7 +58,7 @@ def _from_zero(machine: Machine, observed: Observations) -> FloatArray:
 
 
 def _calibrated(machine: Machine, runs: Sequence[Run]) -> tuple[float, float, float]:
-    """Return what is left on the last run: never moving, as it stands, calibrated on the others."""
+    """Return the last run's error: never moving, uncalibrated, calibrated on the other runs."""
     *known, unseen = observe(machine, runs)
     found = calibrate(machine, known, starts=1).machine
     before, after = (gap_of(one, [residuals(one, unseen)]) for one in (machine, found))

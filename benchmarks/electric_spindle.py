@@ -1,10 +1,10 @@
-"""Error models on one long record of an electric spindle: learnt from its first half only.
+"""Error models on one long record of an electric spindle, fitted to its first half only.
 
     python -m benchmarks.electric_spindle RECORD.csv [--models mlr,arx] [--write]
 
-Every model runs free from the start of the record; only the second half is judged.
-One-step-ahead rows are given the growth measured one sample before: they say how slowly the growth
-moves, not how good a model is.
+Every model runs freely from the start of the record; only the second half is judged. One-step-ahead
+rows are given the growth measured one sample before: they show how slowly the growth changes, not
+how good a model is.
 """
 
 from __future__ import annotations

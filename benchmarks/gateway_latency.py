@@ -1,14 +1,14 @@
-"""How quick the gateway is on a bus, and how much it bears: python -m benchmarks.gateway_latency.
+"""The gateway's latency and largest load on a bus: python -m benchmarks.gateway_latency.
 
-The gateway runs as a process of its own. Measured, with the times at which the bus delivered the
-frames to a third node:
+The gateway runs as a separate process. From the times at which the bus delivers frames to a third
+node, it measures:
 
-- latency from the last temperature frame of a cycle to the offset frame of its answer. Two more
-  frames of the cycle, its judgement, a step of the FMU, and eight encoded frames lie between;
-- the highest rate of cycles at which every cycle is answered, is valid, and nothing is lost.
+- the latency from the last temperature frame of a cycle to the offset frame of its answer, which
+  includes two more frames of the cycle, checking it, a step of the FMU and encoding eight frames;
+- the highest cycle rate at which every cycle gets a valid answer and nothing is lost.
 
-Beside them, on the same bus in the same run, what bare python-can does: the time from a frame to
-the reply of a process that does nothing but reply, and frames a second one way without loss.
+For comparison, it measures bare python-can on the same bus in the same run: the time from a frame
+to the reply of a process that only replies, and frames per second one way without loss.
 """
 
 from __future__ import annotations
@@ -66,12 +66,12 @@ with can.Bus(can_filters=only, **settings) as bus:
 
 
 class Bench:
-    """The control's end and a third node that sees all frames."""
+    """The control's end of the bus, and a third node that receives all frames."""
 
     def __init__(self, settings: dict[str, Any]) -> None:
         self.database: Database = read_database()
         self.bus, self.ear = can.Bus(**settings), can.Bus(**settings)
-        # What is sent here comes back to nobody; without this it would fill a queue.
+        # Nothing reads this node's received frames, so filter them or they fill a queue.
         self.bus.set_filters([{"can_id": 0x7FF, "can_mask": 0x7FF, "extended": False}])
         self.sender = Sender(self.database, MACHINE)
         self.time_s = 0.0
@@ -114,17 +114,17 @@ class Bench:
         return message, {name: str(value) for name, value in content.items()}
 
     def until(self, due: float) -> Iterator[tuple[can.Message, dict[str, Any] | None]]:
-        """Yield what is heard until a moment, and what waits then."""
+        """Yield the frames received until a time, and those still waiting then."""
         while (heard := self.hear(max(due - time.monotonic(), 0.0))) is not None:
             yield heard
 
     def drain(self, quiet_s: float = 0.3) -> None:
-        """Take in what waits, and the gateway's own idle talk for a while."""
+        """Discard waiting frames, and the idle gateway's frames for a while."""
         for _ in self.until(time.monotonic() + quiet_s):
             pass
 
     def begin(self) -> None:
-        """Get in touch with the gateway."""
+        """Establish contact with the gateway."""
         until = time.monotonic() + 60.0
         while time.monotonic() < until:
             self.send(0.0, "starting")
@@ -136,7 +136,7 @@ class Bench:
 
 
 def latency(bench: Bench, cycles: int) -> list[float]:
-    """Return the latency of *cycles* cycles [s], one after the other."""
+    """Return the latency of each of *cycles* consecutive cycles [s]."""
     found = []
     for _ in range(cycles):
         bench.send(0.1)
@@ -157,7 +157,7 @@ def latency(bench: Bench, cycles: int) -> list[float]:
 
 
 def held(bench: Bench, rate: float, seconds: float) -> bool:
-    """Return whether the gateway answers every cycle at a rate [1/s], without a fault."""
+    """Return whether the gateway answers every cycle at a rate [1/s] without a fault."""
     count, told = round(rate * seconds), list[str]()
     begun = time.monotonic()
     for k in range(count):
@@ -178,7 +178,7 @@ def held(bench: Bench, rate: float, seconds: float) -> bool:
 
 
 def bare(settings: dict[str, Any], cycles: int) -> tuple[list[float], float]:
-    """Return reply times [s], and frames a second one way without loss."""
+    """Return the reply times [s] and the frames per second one way without loss, of python-can."""
     echo = subprocess.Popen(
         [sys.executable, "-c", ECHO, json.dumps(settings), str(BLOCK)],
         stdout=subprocess.PIPE,
@@ -196,7 +196,7 @@ def bare(settings: dict[str, Any], cycles: int) -> tuple[list[float], float]:
             if bus.recv(1.0) is None:
                 raise SystemExit("a bare frame was not replied to")
             times.append(time.perf_counter() - begun)
-        # In blocks that are replied to as a whole, so that the receiver's queue never overflows.
+        # In blocks with one reply each, so that the receiver's queue never overflows.
         ping.data = bytearray(7) + b"\x01"
         begun, blocks = time.perf_counter(), 100
         for _ in range(blocks):
@@ -213,7 +213,7 @@ def bare(settings: dict[str, Any], cycles: int) -> tuple[list[float], float]:
 
 @contextlib.contextmanager
 def gateway(arguments: list[str]) -> Iterator[None]:
-    """A gateway in a process of its own."""
+    """Run a gateway in a separate process."""
     command = [sys.executable, "-m", "scenarios.cli", "gateway", *arguments]
     process = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.DEVNULL)
     try:
@@ -224,13 +224,13 @@ def gateway(arguments: list[str]) -> Iterator[None]:
 
 
 def _in_ms(times: list[float]) -> str:
-    """Return two percentiles, with two digits each."""
+    """Return two percentiles with two digits each."""
     p50, p99 = np.percentile(times, [50, 99]) * 1e3
     return f"{p50:.2g} / {p99:.2g} ms"
 
 
 def _highest(bench: Bench, seconds: float) -> float:
-    """Return the highest rate that is held; a rate has some tries, since computers are shared."""
+    """Return the highest rate held; a rate gets several tries, because computers are shared."""
     best, lost = 0.0, 0
     for rate in RATES:
         for _ in range(TRIES):
@@ -256,7 +256,7 @@ def _recover(bench: Bench) -> None:
 
 
 def measured(bus: list[str], args: argparse.Namespace) -> dict[str, Any]:
-    """Return the cells of a column of the table, and the cycles a second."""
+    """Return a column of the table, and the cycles per second."""
     interface, channel, *options = bus
     settings = {"interface": interface, "channel": channel, **options_of(options)}
     given = ["--interface", interface, "--channel", channel]
@@ -274,7 +274,7 @@ def measured(bus: list[str], args: argparse.Namespace) -> dict[str, Any]:
 
 
 def in_guest(bus: list[str], args: argparse.Namespace) -> dict[str, Any]:
-    """Return the same of a bus of the kernel, in user-mode-linux where this kernel has none."""
+    """Return the same for a kernel bus, in user-mode Linux if this kernel has none."""
     command = [sys.executable, str(ROOT / "tests" / "gateway" / "on_vcan.py"), sys.executable]
     command += ["-m", "benchmarks.gateway_latency", "--bus", *bus, "--fmu-dir", args.fmu_dir]
     command += ["--cycles", str(args.cycles), "--seconds", str(args.seconds)]

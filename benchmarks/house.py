@@ -1,7 +1,7 @@
-"""How large the house is, and how much of it three common walks visit.
+"""How large the project is, and how much of it three common operations run.
 
-Code lines come without blanks, comments and docstrings, as pygments tells them apart. A walk counts
-the files and functions of this project that run, not those that are only imported.
+Code lines exclude blanks, comments and docstrings, which pygments recognises. A walk counts the
+files and functions of this project that run, not those that are only imported.
 ``python -m benchmarks.house``
 """
 
@@ -28,17 +28,17 @@ from plant_model.effects import catalogue
 
 ROOT = Path(__file__).resolve().parents[1]
 BESIDE = ("benchmarks", "tests", "docs")
-"""Folders of Python that no wheel holds, after the rooms of the product."""
+"""Folders of Python code that are not in the wheel, listed after the product's rooms."""
 MOST_COMPLEX = 15
-"""Above it ruff's C901 counts a function as too complex."""
+"""Complexity above which ruff's C901 reports a function."""
 GIVEN = "given by"
-"""What the docstring of a number says that physics, a standard or a format sets."""
+"""Phrase in the docstring of a number that physics, a standard or a format sets."""
 MADE = re.compile(r"<!-- begin (\w+).*?<!-- end \1 -->", re.DOTALL)
-"""What a command writes into a page."""
+"""A part of a page that a command writes."""
 BETWEEN = (Whitespace, Comment, String.Doc)
 SEPARATE_RUNS = ("training_down", "training_random", "stop_and_go", "training_stops")
 EVERY_S = 120.0
-"""Runs of the walks: as short as they may be, since only the way counts."""
+"""Length of the walks' runs: as short as possible, because only the code that runs counts [s]."""
 
 
 @cache
@@ -60,12 +60,12 @@ def room(file: Path) -> str:
 
 
 def code_lines(file: Path) -> int:
-    """Return the lines that hold anything but white space, comments and docstrings."""
+    """Return the number of lines with anything but white space, comments and docstrings."""
     lexer = PythonLexer() if file.suffix == ".py" else CLexer()
     text = (ROOT / file).read_text(encoding="utf-8")
     lines, line = set(), 1
     for kind, value in lexer.get_tokens(text):
-        # A preprocessor's line is a kind of comment to pygments, and code to us.
+        # pygments counts preprocessor lines as comments; here they are code.
         says = kind in Comment.Preproc or kind in Comment.PreprocFile
         if value.strip() and (says or not any(kind in other for other in BETWEEN)):
             lines.update(line + i for i in range(value.rstrip("\n").count("\n") + 1))
@@ -84,7 +84,7 @@ def too_complex() -> dict[str, int]:
 
 
 def is_number(node: ast.AST | None) -> bool:
-    """Return whether an expression consists of numbers alone, in a tuple or not."""
+    """Return whether an expression consists only of numbers, possibly in a tuple."""
     if isinstance(node, ast.Constant):
         return isinstance(node.value, int | float) and not isinstance(node.value, bool)
     if isinstance(node, ast.UnaryOp | ast.BinOp | ast.Tuple):
@@ -94,9 +94,9 @@ def is_number(node: ast.AST | None) -> bool:
 
 
 def numbers(file: Path) -> dict[str, str]:
-    """Return the names of a module that are bound to numbers, and what is said of them.
+    """Return the names in a module that are bound to numbers, and their docstrings.
 
-    A docstring is that of all names that stand right above it.
+    A docstring belongs to all the names directly above it.
     """
     body = ast.parse((ROOT / file).read_text(encoding="utf-8")).body
     told: dict[str, str] = {}
@@ -113,18 +113,18 @@ def numbers(file: Path) -> dict[str, str]:
 
 
 def judged(file: Path) -> int:
-    """Return how many of these numbers are not `GIVEN`: what is silent counts as a judgement."""
+    """Return how many of a module's numbers are not `GIVEN`, and so set by judgement."""
     return sum(GIVEN not in said.lower() for said in numbers(file).values())
 
 
 def words() -> int:
-    """Return the words of README and docs, without the tables that commands make."""
+    """Return the number of words in README and docs, without the parts that commands write."""
     pages = [page for page in files(".md") if page.parts[0] in ("README.md", "docs")]
     return sum(len(MADE.sub("", (ROOT / page).read_text("utf-8")).split()) for page in pages)
 
 
 def walked(do: Callable[[], object]) -> tuple[int, int]:
-    """Return how many files and functions of this project run."""
+    """Return how many files and functions of this project a call runs."""
     seen: set[tuple[str, int]] = set()
 
     def note(frame: FrameType, event: str, argument: object) -> None:
@@ -142,7 +142,7 @@ def walked(do: Callable[[], object]) -> tuple[int, int]:
 
 
 def walks() -> Iterator[tuple[str, tuple[int, int]]]:
-    """Yield each walk with the files and functions that it visits."""
+    """Yield each walk with its numbers of files and functions."""
     runs = [
         sd.simulate("jig_borer_lumps", name, every_s=EVERY_S, noise_seed=seed)
         for seed, name in enumerate(SEPARATE_RUNS)

@@ -1,14 +1,14 @@
-"""Error models on thirty measured runs of a lathe, each predicted by a model of the other 29.
+"""Error models on thirty measured runs of a lathe, each predicted from the other 29.
 
     python -m benchmarks.lathe DATA [--models mlr,thermal_states] [--jobs 2] [--write]
 
 DATA holds the run files. Two protocols:
 
-- *unseen run*: nothing of the run's displacement is known;
+- *unseen run*: none of the run's displacement is known;
 - *first 100 given*: the first 100 samples of the run's displacement are known, the rest is judged.
 
-A choice within a model (points, lags, penalties) is made anew for each left-out run, from the other
-29 alone. Frozen and saturated displacement is left out of fitting and judging.
+Choices within a model (points, lags, penalties) are made again for each left-out run, from the
+other 29 only. Frozen and saturated displacement is left out of fitting and judging.
 """
 
 from __future__ import annotations
@@ -35,15 +35,15 @@ from studies.fit.lagged import THIN_S, thinned
 
 GIVEN = 100
 PLAIN = "plain_ridge"
-"""The like-for-like reference: ridge regression on the rises of all temperatures, without memory,
-on the same cleaned runs and the same splits."""
+"""The reference: ridge regression on the rises of all temperatures, without memory, on the same
+cleaned runs and splits."""
 PENALTIES = tuple(10.0**power for power in range(-6, 1))
 BASELINES = ("no_model", "persistence", PLAIN)
 
 
 @cache
 def runs_in(folder: Path) -> tuple[Run, ...]:
-    """Return the folder's runs in order of their names, which are dates."""
+    """Return the folder's runs in the order of their names, which are dates."""
     return tuple(looked_over(lathe_runs(folder)))
 
 
@@ -75,9 +75,9 @@ def judge(folder: Path, name: str, index: int) -> dict[str, Any]:
 
 
 def informed_prediction(fitted: Any, rows: Any, given: Any, free: Any, known: Any) -> Any:
-    """Return what a model predicts once the first samples are known.
+    """Return a model's prediction given the first samples of the drift.
 
-    A model that cannot use measurements is shifted by what it missed at the last ones given.
+    A model that cannot use measurements is shifted by its mean residual at the last given samples.
     """
     if fitted.uses_measured:
         return fitted.predict(rows, given)
@@ -86,7 +86,7 @@ def informed_prediction(fitted: Any, rows: Any, given: Any, free: Any, known: An
 
 
 class PlainRidge:
-    """Ridge regression on the temperatures of one instant; the penalty predicts runs left out."""
+    """Ridge regression on the present temperatures, with its penalty chosen on left-out runs."""
 
     uses_measured = False
 

@@ -1,16 +1,16 @@
-"""What the lathe's X follows: lags of speed, feed and hall, each run predicted from the others.
+"""What the lathe's X depends on: lagged speed, feed and hall, each run predicted from the others.
 
     python -m benchmarks.lathe_x DATA [--without 20200929 20200821]
 
-No model of heat takes part. X is put together from
+It uses no thermal model. X is a sum of
 
-- speed behind two lags in a row, as bearing seats warm behind the bearings;
-- speed behind one long lag, as what lies behind the seats warms;
-- feed behind a long lag, as slides and bed warm;
-- the hall behind a short and behind a long lag.
+- speed through two lags in series, like the bearing seats, which warm after the bearings;
+- speed through one long lag, like the parts behind the seats;
+- feed through a long lag, like the slides and the bed;
+- the hall temperature through a short and through a long lag.
 
-Every recording's zero is unknown, so each run's mean is taken out of both sides. Lags are chosen
-and factors fitted anew for each left-out run, from the others alone. Frozen and saturated
+The zero of each recording is unknown, so each run's mean is subtracted from both sides. Lags are
+chosen and factors fitted for each left-out run from the others only. Frozen and saturated
 displacement is left out.
 """
 
@@ -47,7 +47,7 @@ TARGET = "disp_x_um"
 
 @dataclass(frozen=True)
 class Moments:
-    """What least squares needs of one run.
+    """One run's contribution to the normal equations of least squares.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class Moments:
     square: float
 
     def missed(self, factors: Array, columns: Sequence[int]) -> float:
-        """Return the mean square of what these factors leave [um2]."""
+        """Return the mean squared residual with these factors [um2]."""
         own, right = self.matrix[np.ix_(columns, columns)], self.right[list(columns)]
         return max(float(self.square - 2.0 * factors @ right + factors @ own @ factors), 0.0)
 
@@ -77,7 +77,7 @@ def regressors(run: Run) -> Array:
     drives = {
         "speed": frame["speed_rpm"].to_numpy(dtype=np.float64) / 1e3,
         "feed": frame["feed_mm_min"].to_numpy(dtype=np.float64) / 1e3,
-        # From its first minutes on: a cabinet's control makes single readings swing by 1 K.
+        # Relative to its first minutes: a cabinet's control makes single readings swing by 1 K.
         "hall": hall - hall[run.time_s < run.time_s[0] + 300.0].mean(),
     }
     columns = []
@@ -92,7 +92,7 @@ def regressors(run: Run) -> Array:
 
 
 def moments(run: Run) -> Moments:
-    """Return the moments of a run's moving X, its mean taken out."""
+    """Return the moments of a run's X while the spindle turns, about their means."""
     target = run.frame[TARGET].to_numpy(dtype=np.float64)
     rows = np.isfinite(target) & (run.frame["speed_rpm"].to_numpy() > 0.0)
     left = regressors(run)[rows]
@@ -109,7 +109,7 @@ def choices() -> list[tuple[int, ...]]:
 
 
 def fitted(runs: Sequence[Moments], columns: Sequence[int]) -> tuple[Array, float]:
-    """Return the factors and the mean square that they leave, every run counting the same."""
+    """Return the factors and the mean squared residual, with equal weight for every run."""
     matrix = np.sum([one.matrix for one in runs], axis=0)
     right = np.sum([one.right for one in runs], axis=0)
     factors = np.linalg.solve(matrix[np.ix_(columns, columns)], right[list(columns)])
@@ -117,7 +117,7 @@ def fitted(runs: Sequence[Moments], columns: Sequence[int]) -> tuple[Array, floa
 
 
 def chosen(runs: Sequence[Moments]) -> tuple[int, ...]:
-    """Return the lags that leave the least."""
+    """Return the columns of the lags with the smallest residual."""
     return min(choices(), key=lambda columns: fitted(runs, columns)[1])
 
 

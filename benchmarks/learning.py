@@ -1,4 +1,4 @@
-"""An error model by itself: fitted on some runs, with others prepared for it."""
+"""Fits an error model by itself to some runs, and prepares others for it."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from measurement.runs import Run
 def learnt(
     recipe: Recipe | None, runs: Sequence[Run], judged: Sequence[Run], rig: Rig
 ) -> tuple[Prepared, list[PreparedRun], Any, list[int]]:
-    """Return both kinds of runs prepared, the fitted model, and which of their inputs it takes.
+    """Return both sets of runs prepared, the fitted model, and the inputs that it uses.
 
-    Without a recipe there is no model, and no input.
+    Without a recipe there is no model and no input.
     """
     form = recipe.input_form if recipe else "rise"
     train = prepare(runs, rig, form)

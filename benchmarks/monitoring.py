@@ -1,11 +1,12 @@
-"""How often `monitor` raises a false alarm, and how often it finds what was planted.
+"""How often `monitor` raises a false alarm, and how often it finds simulated faults.
 
     python -m benchmarks.monitoring DATA [--model gaussian] [--write]
 
-DATA is the folder that holds ``lathe/`` and ``electric_spindle/``; what is missing is left out.
-Each compensator is fitted to the training runs of a split; the runs left out are then its log, one
-report a split. Like runs ask for false alarms; in copies of them a thermometer goes astray, or the
-machine moves further than it did. Unlike runs show what is said of other conditions and machines.
+DATA is the folder with ``lathe/`` and ``electric_spindle/``; a missing one is left out. Each
+compensator is fitted to the training runs of a split; the left-out runs are then its log, with one
+report per split. Runs like the training test for false alarms; in copies of them a thermometer
+drifts, or the machine moves by another factor. Runs unlike the training show the verdicts on other
+conditions and machines.
 """
 
 from __future__ import annotations
@@ -31,12 +32,12 @@ FOLDS = 5
 WANDERS_K = (2.0, 5.0, 10.0)
 MOVES = (0.7, 1.3, 1.6)
 TOLD = tuple(verdict for verdict in VERDICTS if verdict != LEARNT)
-"""Verdicts on a run that was left out."""
+"""Verdicts on a left-out run."""
 
 
 @dataclass(frozen=True)
 class Answer:
-    """A split, and what was said of its log."""
+    """A split, and the results of monitoring its log."""
 
     question: Question
     report: Report
@@ -45,7 +46,7 @@ class Answer:
 
 
 def logs(folder: Path) -> Iterator[Question]:
-    """Yield splits like the training first, each run judged once, then unlike ones."""
+    """Yield splits like the training, each run judged once, then splits unlike the training."""
     for data, some in groupby(questions(folder), key=lambda one: one.data):
         group = list(some)
         like = [one for one in group if not one.unlike]
@@ -65,7 +66,7 @@ def logs(folder: Path) -> Iterator[Question]:
 
 
 def ask(question: Question, kind: str) -> Answer:
-    """Fit, monitor the log as it is, and with what is planted."""
+    """Fit a model and monitor the log, as it is and with simulated faults."""
     model = fitted(question, kind)
     report = monitor(model, question.judged, question.rig)
     if question.unlike:
@@ -89,7 +90,7 @@ def ask(question: Question, kind: str) -> Answer:
 def _found(
     model: Model, runs: Sequence[Run], question: Question, size: float
 ) -> tuple[int, int, int]:
-    """Return in how many runs a thermometer that wanders is found, named right, and named wrong."""
+    """Return in how many runs a drifting thermometer is found, named correctly, and misnamed."""
     names = [model.sensors[index].name for index in model.chosen]
     wandering, astray = [], []
     for run in runs:
@@ -109,7 +110,7 @@ def _found(
 
 
 def _moved(run: Run, question: Question, factor: float) -> Run:
-    """Return the run on a machine that moves so many times as far."""
+    """Return the run with all displacements scaled by a factor."""
     frame = run.frame.copy()
     for name in question.rig.columns:
         first = frame[name].dropna().iloc[0]
@@ -151,7 +152,7 @@ def page(answers: Sequence[Answer]) -> str:
 
 
 def main() -> int:
-    """Ask, print the tables, and write them into a page."""
+    """Run the benchmark, print the tables, and optionally write them into the page."""
     parser = parser_of(__doc__)
     parser.add_argument("folder", type=Path, metavar="DATA")
     parser.add_argument("--model", default="gaussian")

@@ -1,12 +1,12 @@
 """Whether Python and C agree: random machines and compensators, every effect, faulty inputs.
 
-The plant: four machines, one of them a page, with every effect in force, each number within 10 % of
-its nominal one, random inputs, step lengths, tools and offsets. A case has a share of the effects
-on, and as many steps as it can afford: with all effects a step of the plant in Python takes up to
-30 ms. The compensator: random files of every error model, readings that are missing, infinite,
-absurd, jumped and stale, a clock that jumps, tools and speeds that cannot be; under the address and
-undefined-behaviour sanitizers. The machines, files and faults are those of the tests, with other
-random numbers.
+The plant: four machines, one of them a drawing page, with every effect, each parameter within 10 %
+of its nominal value, and random inputs, step lengths, tools and offsets. In each case a share of
+the effects is on; the more effects, the fewer steps, because with all of them a step of the plant
+in Python takes up to 30 ms. The compensator: random files of every error model, readings that are
+missing, infinite, absurd, stale or jump, a clock that jumps, impossible tools and speeds; under the
+address and undefined-behaviour sanitizers. The machines, files and faults are those of the tests,
+with other random numbers.
 ``python -m benchmarks.native_agreement``
 """
 
@@ -45,18 +45,18 @@ from tests.plant_model.native.test_twin import (
 
 CLOSE = 1e-8
 SHARES = {0.05: 8000, 0.1: 4000, 0.2: 1500, 0.4: 400, 1.0: 60}
-"""Steps of a case, by the share of the effects that are on."""
+"""Number of steps of a case, by the share of the effects that are on."""
 SEED = 2026
 
 NO_MACHINE = 1000.0
-"""Random effects may heat without cooling; hotter than this a case is left off [degC]. There
-displacements are small differences of large growths, and rounding shows."""
+"""Temperature above which a case is stopped, because random effects may heat without cooling
+[degC]. There, displacements are small differences of large growths, and rounding shows."""
 
 
 class Case(NamedTuple):
-    """What a case came to: the largest difference, and whether both sides ended it with a refusal.
+    """The result of a case: the largest difference, and whether both sides refused to go on.
 
-    It was *burnt* where a lump got too hot to compare.
+    It is *burnt* if a lump got too hot to compare.
     """
 
     of: str
@@ -68,7 +68,7 @@ class Case(NamedTuple):
 
 
 def numbers_of(machine: Machine, rng: np.random.Generator, share_on: float) -> dict[str, float]:
-    """Return random numbers for all of a machine: values, and which effects are on."""
+    """Return random values for all parameters of a machine, and which effects are on."""
     known = machine.parameters
     found = {}
     for name, entry in known.items():
@@ -80,7 +80,7 @@ def numbers_of(machine: Machine, rng: np.random.Generator, share_on: float) -> d
 
 
 def plants(steps: int, folder: Path, effects: Counter[str]) -> Iterator[Case]:
-    """Compare plants until there are enough steps, and count in how many cases an effect was on."""
+    """Compare plants until there are enough steps; count the cases in which each effect was on."""
     machines = [with_all_effects(machine) for machine in MACHINES]
     for machine in machines:
         (folder / machine.name).mkdir()
@@ -108,7 +108,7 @@ def plants(steps: int, folder: Path, effects: Counter[str]) -> Iterator[Case]:
 
 
 def hottest(plant: PlantStepper) -> float:
-    """Return the largest temperature of a plant's lumps, without sign [degC]."""
+    """Return the largest absolute temperature of a plant's lumps [degC]."""
     state = plant.state()
     return max(map(abs, state["state"][: len(state["start"])]))
 
@@ -125,13 +125,13 @@ def compensators(steps: int, folder: Path) -> Iterator[Case]:
     compile_program(command, compiled)
     driver_of = drivers(command, compiled, folder)
     for turn in range(-(-steps // (SAMPLES * len(MADE)))):
-        seed = 1000 + turn  # beyond those of the tests
+        seed = 1000 + turn  # above the seeds of the tests
         for kind in sorted(MADE):
             yield Case(kind, f"{kind} {seed}", SAMPLES, compared(kind, seed, driver_of))
 
 
 def compared(kind: str, seed: int, driver_of: Callable[[Model], Driver]) -> float:
-    """Return the largest difference of any output of a random compensator."""
+    """Return the largest difference in any output of a random compensator."""
     model = made_model(kind, seed)
     compensator, samples = RunningCompensator(model), Samples(model, seed)
     lines: list[str] = []
@@ -147,7 +147,7 @@ def compared(kind: str, seed: int, driver_of: Callable[[Model], Driver]) -> floa
 
 
 def apart(parts: list[str], output: tuple[object, ...]) -> float:
-    """Return the largest difference of an output; above 1 um or urad, relative to it."""
+    """Return the largest difference in an output, relative to it if it is above 1 um or urad."""
     numbers = [float.fromhex(value) for value in parts[1].split()]
     worst = 0.0 if parts[-1] == output[-1] else nan
     for one, other in zip(numbers, map(float, output[:-1]), strict=True):  # type: ignore[arg-type]
@@ -159,7 +159,7 @@ def apart(parts: list[str], output: tuple[object, ...]) -> float:
 
 
 def show(title: str, cases: Iterator[Case]) -> bool:
-    """Print a table; return whether everything agreed."""
+    """Print a table; return whether all cases agreed."""
     found = pd.DataFrame(cases)
     beyond = found[~(found.largest < CLOSE)]
     sums = {column: (column, "sum") for column in ("steps", "refused", "burnt")}

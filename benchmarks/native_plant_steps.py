@@ -1,8 +1,8 @@
-"""What each step of the plant in C costs by itself, and the worst beside the median.
+"""The time of each step of the plant in C, and the worst step compared with the median.
 
-A speed that stays, another that stays, then another in every step. A step's cost is the least of
-many runs. The empty FMU has the same variables, and its step does nothing. Below the table stands
-which target is met.
+The speed is constant, then constant at another value, then different in every step. The time of a
+step is the minimum over many runs. The empty FMU has the same variables, but its step does nothing.
+Below the table it states which targets are met.
 ``python -m benchmarks.native_plant_steps``
 """
 
@@ -31,14 +31,15 @@ EMPTY = Path(__file__).resolve().parent / "empty_plant.c"
 STAYS, CHANGES = 20, 20
 SPEEDS = [*[3000.0] * STAYS, *[9000.0] * STAYS, *(5000.0 + 137.0 * k for k in range(CHANGES))]
 PROCESSES = 6
-"""That share the runs: where its memory lies makes a process slower by up to 8 %."""
+"""Number of processes that share the runs: the location of its memory can make a process up to 8 %
+slower."""
 
 STEPS_S = (0.001, 0.01, 0.1, 1.0, 10.0)
 MOST_TIMES_MEDIAN = 3.0
-"""Target of the worst step, times the median, at any length of step."""
+"""Target for the worst step, as a multiple of the median, at any step length."""
 
 MOST_TIMES_EMPTY = {"page of 95": 60.0, "24 lumps, 3 effects": 100.0}
-"""Targets of a step at another speed, times an empty one, at any length of step."""
+"""Targets for a step with a changed speed, as a multiple of an empty step, at any step length."""
 
 HEAD = (
     *("machine", "step", "speed stays [us]", "changes [us]", "worst [us]"),
@@ -48,7 +49,7 @@ EFFECTS = ("natural_convection", "radiation", "viscosity_temperature")
 
 
 def machines() -> dict[str, Machine]:
-    """Return the machines to be measured, by what the table calls them."""
+    """Return the machines to measure, by their names in the table."""
     lumps, page = read_machine("jig_borer_lumps"), read_machine("jig_borer")
     return {
         "24 lumps": lumps,
@@ -65,14 +66,14 @@ def _with(machine: Machine, names: Sequence[str]) -> Machine:
 
 @dataclass(frozen=True)
 class Found:
-    """What steps of an FMU cost [ns].
+    """Times of an FMU's steps [ns].
 
     Attributes
     ----------
     each : list of float
-        At SPEEDS, each by itself.
+        Each step at SPEEDS, timed separately.
     held : float
-        One of many that are timed together, the speed held.
+        Mean of many steps timed together, at constant speed.
     """
 
     each: list[float]
@@ -80,12 +81,12 @@ class Found:
 
     @property
     def times_median(self) -> float:
-        """The worst beside the median."""
+        """The worst step as a multiple of the median."""
         return max(self.each) / statistics.median(self.each)
 
 
 def measured(folder: Path, machine: Machine, empty: bool) -> Callable[[float, int], Found]:
-    """Return what measures the steps of a machine's FMU, given their length and the runs."""
+    """Return a function that times a machine's FMU, given the step length and number of runs."""
     recipe, _ = build_fmu.plant_recipe(machine, "plant_native")
     native = native_plant(recipe)
     if empty:

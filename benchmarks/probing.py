@@ -1,10 +1,10 @@
-"""What probe cycles bring: error against probes a run, on runs that a compensator never saw.
+"""How much probe cycles help: error against probes per run, on unseen runs.
 
     python -m benchmarks.probing DATA [--model gaussian] [--write]
 
 DATA holds ``lathe`` and ``electric_spindle``. A compensator is fitted to some runs and driven
-through the others; at a probe it is given the run's own measured drift, with 0.5 um of noise.
-Beside it stand no compensation, the compensator without probes, and the last probe held, without
+through the others; at a probe it is given the run's own measured drift, with 0.5 um of noise. It is
+compared with no compensation, the compensator without probes, and holding the last probe without
 any model. Nothing is fitted or chosen on the judged runs; a limit comes from the uncertainty in the
 *training* runs.
 """
@@ -35,22 +35,22 @@ from measurement.runs import Run
 from scenarios.probing import ProbedRun, Probing
 
 STEP_S = 60.0
-"""Rows closer together are left out: a compensator's step is not what is judged here [s]."""
+"""Rows closer together than this are left out, because the step length is not judged here [s]."""
 COUNTS = (1, 2, 4, 8)
 WHEN = 0.65
-"""Limit, over the mean half width in the training runs [1]."""
+"""Limit, relative to the mean half width in the training runs [1]."""
 TITLES = {
     "August to October, from June and July": "lathe, August to October, from June and July",
     "June and July, from the rest": "lathe, June and July, from August to October",
     "the second half": "electric spindle, second half, from the first",
     "the first half": "electric spindle, first half, from the second",
 }
-"""The splits that are asked, and what the page calls them."""
+"""The splits used, and their names on the page."""
 
 
 @dataclass(frozen=True)
 class Driven:
-    """What one run came to.
+    """The result of one run.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class Driven:
 
 
 def table_of(split: Question, kind: str) -> str:
-    """Return a split's table, in Markdown: a line for every way to probe."""
+    """Return a split's table in Markdown, with a line for each way to probe."""
     model = fitted(split, kind, limits=NO_SLEW)
     plain = Probing(most=0)
     judged, train = (_judgeable(runs) for runs in (split.judged, split.train))
@@ -103,7 +103,7 @@ def table_of(split: Question, kind: str) -> str:
 
 
 def _judgeable(runs: Sequence[Run]) -> list[Run]:
-    """Return runs a minute a row, their broken displacements left out."""
+    """Return the runs with one row per minute, without broken displacements."""
     found = cleaned(runs, find_faults(runs), GROSS)
     thinned = []
     for shown, whole in zip(found, runs, strict=True):
@@ -119,7 +119,7 @@ def _judgeable(runs: Sequence[Run]) -> list[Run]:
 
 
 def driven(run: Run, rig: Rig, model: Model, probing: Probing) -> Driven | None:
-    """Drive a compensator through a run with probes; return nothing where it does not start."""
+    """Drive a compensator through a run with probes; return None if it does not start."""
     compensator, probed = RunningCompensator(model), ProbedRun(probing, model, run, rig, 0.0)
     readings = run.frame[[f"{sensor.name}_degC" for sensor in model.sensors]].to_numpy(float)
     speed = run.frame["speed_rpm"].to_numpy(float) if "speed_rpm" in run.frame else None
@@ -158,7 +158,7 @@ def _rms(values: np.ndarray) -> float:
 
 
 def main() -> int:
-    """Run the benchmark, print its tables, and put them into the page."""
+    """Run the benchmark, print its tables, and optionally write them into the page."""
     parser = parser_of(__doc__)
     parser.add_argument("data", type=Path)
     parser.add_argument("--model", default="gaussian")

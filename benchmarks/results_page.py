@@ -1,4 +1,4 @@
-"""Pages: a measured table stands between marks that name the command that makes it."""
+"""Writes measured tables into pages, between marks that name the command."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ BLOCK = re.compile(r"(<!-- begin (\w+): ([^\n]*) -->\n).*?(<!-- end \2 -->)", re
 
 
 def put(name: str, text: str, path: Path | None = None) -> None:
-    """Put what a command has measured between its marks on docs/results.md, or another page."""
+    """Write a command's table between its marks on docs/results.md or another page."""
     path = path or PAGE
     page = path.read_text(encoding="utf-8")
     if [found[1] for found in BLOCK.findall(page)].count(name) != 1:
@@ -27,20 +27,20 @@ def put(name: str, text: str, path: Path | None = None) -> None:
 
 
 def parser_of(doc: str, prog: str | None = None) -> argparse.ArgumentParser:
-    """Return the parser of a command that `tell` says the result of; *doc* is its module's."""
+    """Return the parser of a benchmark that reports by `tell`; *doc* is its module's docstring."""
     parser = argparse.ArgumentParser(prog, description=doc.splitlines()[0])
     parser.add_argument("--write", action="store_true", help="also write it into docs")
     return parser
 
 
 def tell(name: str, text: str, *, write: bool) -> None:
-    """Print what a command has measured; with *write* also put it on docs/results.md."""
+    """Print a command's table; with *write* also write it into docs/results.md."""
     print(text)
     if write:
         put(name, text)
 
 
 def as_table(head: Sequence[str], rows: Iterable[Sequence[str]], *, flush: str = "---") -> str:
-    """Return a Markdown table; *flush* are the marks under all heads but the first."""
+    """Return a Markdown table; *flush* is the alignment mark of all columns except the first."""
     lines = [head, ["---", *[flush] * (len(head) - 1)], *rows]
     return "\n".join(f"| {' | '.join(row)} |" for row in lines)
