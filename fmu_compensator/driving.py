@@ -26,13 +26,13 @@ class Driven:
     Attributes
     ----------
     time_s : array (n,)
-        Of the rows looked at [s].
+        Times of the rows used [s].
     outputs : list of Output
-        One per row: what is sent after it.
+        Output after each row.
     drift : array (n, 3)
-        Measured drift of the tool tip along X, Y, Z; NaN where it was not measured [um].
+        Measured drift of the tool tip along X, Y, Z; NaN if not measured [um].
     input_form : str
-        What the drift counts from: see `measurement.drift.counted`.
+        Determines the reference of the drift: see `measurement.drift.counted`.
     """
 
     time_s: Array
@@ -47,23 +47,23 @@ class Driven:
 
     @property
     def started(self) -> NDArray[np.bool_]:
-        """Whether the offsets are the model's, row by row."""
+        """Whether the compensator has started, row by row."""
         return np.asarray(self.status != WAITING)
 
     @property
     def error(self) -> Array:
-        """What is left of the drift, shape (n, 3); NaN where that is not known [um]."""
+        """Remaining drift, shape (n, 3); NaN if unknown [um]."""
         return np.where(self.started[:, None], self.drift - self.predicted, np.nan)
 
     @property
     def predicted(self) -> Array:
-        """The drift that the offsets stand for, shape (n, 3) [um]."""
+        """The drift that the offsets compensate, shape (n, 3) [um]."""
         sent = np.array([output[:3] for output in self.outputs])
         return predicted_drift(sent, self.drift, self.input_form)
 
     @property
     def half_width(self) -> Array:
-        """Of the interval, shape (n, 3); NaN where it is not known [um]."""
+        """Half width of the interval, shape (n, 3); NaN if unknown [um]."""
         width = np.array([output[6:9] for output in self.outputs])
         return np.where(width >= 0.0, width, np.nan)
 
@@ -83,21 +83,21 @@ def drive(
     ----------
     model : Model
     run : Run
-        With the thermometers that the model uses, which it gets as they read.
+        With the thermometers that the model uses; it gets their raw readings.
     left : Run
-        The same without what is broken: what the drift is taken from.
+        The same run without broken readings, for the measured drift.
     rig : Rig, optional
-        What the displacements mean; without it, or without its columns in the run, no drift is
-        known.
+        Meaning of the displacements; without it, or without its columns in the run, the drift is
+        unknown.
     tool_length_mm : float
-        At which the drift is taken.
+        Tool length at which the drift is taken.
     probe_every_s : float, optional
-        Give it the run's own targets this often, as a probe without noise would [s].
+        Pass the run's own targets this often, like a probe without noise [s].
 
     Raises
     ------
     BadInput
-        If a thermometer that the model uses is not there.
+        If a thermometer that the model uses is missing.
     """
     rows = grid_rows(run.time_s)
     time_s = run.time_s[rows]
@@ -110,7 +110,7 @@ def drive(
 
 
 def inputs_of(model: Model, run: Run) -> tuple[Array, Array]:
-    """Return what a run's rows show a compensator.
+    """Return the inputs of a compensator from a run's rows.
 
     Parameters
     ----------
@@ -121,14 +121,14 @@ def inputs_of(model: Model, run: Run) -> tuple[Array, Array]:
     Returns
     -------
     readings : array (n, k)
-        Of its thermometers, as a control sees them [degC]: `held`. NaN where there is none.
+        Readings of its thermometers, `held` as a control does [degC]. NaN if missing.
     speed : array (n,)
-        [rpm]; NaN where it was not recorded.
+        [rpm]; NaN if not recorded.
 
     Raises
     ------
     BadInput
-        If a thermometer that the model uses is not there.
+        If a thermometer that the model uses is missing.
     """
     refuse_lacking(model, run)
     nothing = np.full(len(run.time_s), np.nan)
@@ -152,7 +152,7 @@ def refuse_lacking(model: Model, run: Run) -> None:
     Raises
     ------
     BadInput
-        Naming the first.
+        Names the first missing one.
     """
     used = [model.sensors[index].name for index in model.chosen]
     lost = next((name for name in used if f"{name}_degC" not in run.frame), None)
@@ -163,22 +163,22 @@ def refuse_lacking(model: Model, run: Run) -> None:
 
 
 def held(time_s: Array, values: Array) -> Array:
-    """Return what a control sees of a column: one that is read rarely shows its last reading.
+    """Return a column as a control sees it: a slowly sampled sensor holds its last reading.
 
-    No longer than five of its own usual intervals; one that is read as often as the rest and is
-    missing is missing.
+    It holds for at most five of its usual intervals. Missing values of a sensor that is sampled in
+    most rows stay missing.
 
     Parameters
     ----------
     time_s : array (n,)
         Increasing [s].
     values : array (n,)
-        NaN is missing.
+        NaN: missing.
     """
     there = np.flatnonzero(np.isfinite(values))
     if len(there) < 2:
         return values
-    if np.median(np.diff(there)) < 2:  # most of its readings stand in the very next row
+    if np.median(np.diff(there)) < 2:  # most readings are in consecutive rows
         return values
     usual = float(np.median(np.diff(time_s[there])))
     last = np.maximum.accumulate(np.where(np.isfinite(values), np.arange(len(values)), 0))
@@ -190,10 +190,10 @@ def answers(
     inputs: Iterable[tuple[float, Array, float, Sequence[float] | None]],
     tool_length_mm: float,
 ) -> Iterator[Output]:
-    """Drive a compensator, step by step.
+    """Drive a compensator step by step.
 
-    A row's offsets have moved since the row before it, as a control's have by then, which looks
-    more often; those of the first have for `GRID_S`.
+    At each row the offsets move for the time since the previous row, because a control samples more
+    often; at the first row they move for `GRID_S`.
 
     Parameters
     ----------
@@ -205,7 +205,7 @@ def answers(
     Returns
     -------
     iterator of Output
-        What is sent after each step; of what was measured the next one knows first.
+        Output of each step; measured targets take effect at the next one.
     """
     compensator, last = RunningCompensator(model), nan
     for time, readings, speed, probe in inputs:
@@ -220,7 +220,7 @@ def answers(
 def _probes(
     model: Model, run: Run, rig: Rig | None, rows: Sequence[int], every_s: float | None
 ) -> list[list[float] | None]:
-    """Return the targets as a probe shows them, row by row; None where there is none."""
+    """Return the targets that a probe measures, row by row; None for rows without a probe."""
     found: list[list[float] | None] = [None] * len(rows)
     if every_s is None or rig is None or begins_late(model, run, rig):
         return found
@@ -234,13 +234,13 @@ def _probes(
 
 
 def begins_late(model: Model, run: Run, rig: Rig) -> bool:
-    """Whether a run was measured too late to say what a probe would show from its start."""
+    """Whether displacements begin too late to know what a probe would measure from the start."""
     measured = rig.targets(run).to_numpy(float)
     return late_by(run.time_s, measured, model.input_form) > GRID_S
 
 
 def grid_rows(time_s: Array) -> list[int]:
-    """Return the rows that count, none closer than `GRID_S` to the one before."""
+    """Return the rows to use, each at least about `GRID_S` after the previous one."""
     kept, last = [], -np.inf
     for row, time in enumerate(time_s):
         if time - last >= GRID_S * 0.99:
@@ -250,7 +250,7 @@ def grid_rows(time_s: Array) -> list[int]:
 
 
 def _drift(model: Model, run: Run, rig: Rig | None, tool_length_mm: float) -> Array:
-    """Return the measured drift; NaN where there is none."""
+    """Return the measured drift; NaN if there is none."""
     found = np.full((len(run.time_s), 3), np.nan)
     if rig is None or any(name not in run.frame for name in rig.columns):
         return found

@@ -1,4 +1,4 @@
-"""What to do after a compensator was tried on runs: measure one of them, or probe."""
+"""Advice after a compensator was tried on runs: which run to measure, or to probe."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ from measurement.runs import Run
 def advice(
     model: Model, runs: Sequence[Run], left: Sequence[Run], rig: Rig, tool_length_mm: float
 ) -> list[str]:
-    """Return up to three lines: where the error came from, what to measure, what a probe would do.
+    """Return up to three lines: source of the error, what to measure, effect of a probe.
 
     Parameters
     ----------
     model : Model
         The compensator that was tried.
     runs : sequence of Run
-        On these runs.
+        Runs that it was tried on.
     left : sequence of Run
-        The same without what is broken.
+        The same runs without broken readings.
     rig : Rig
-        What the displacements mean.
+        Meaning of the displacements.
     tool_length_mm : float
-        At which the drift is taken.
+        Tool length at which the drift is taken.
     """
     pairs = list(zip(runs, left, strict=True))
     driven = [drive(model, run, clean, rig, tool_length_mm) for run, clean in pairs]
@@ -67,7 +67,7 @@ def advice(
 
 
 def _most_telling(model: Model, runs: Sequence[Run], rig: Rig) -> str | None:
-    """Return which of the runs would make the others surest, had it been learnt from."""
+    """Return the run that would reduce the uncertainty of the others most if used for training."""
     if len(runs) < 2:
         return None
     names = [sensor.name for sensor in model.sensors]
@@ -102,7 +102,7 @@ def _most_telling(model: Model, runs: Sequence[Run], rig: Rig) -> str | None:
 
 
 def _uncertainty(samples: Sequence[Sample], model: Gaussian) -> float:
-    """Return the mean deviation that the weights bring, over that of the noise [1]."""
+    """Return the mean standard deviation due to the weights, over that of the noise [1]."""
     parts = [
         np.sqrt(model.novelty(sample.features)).mean() for sample in samples if len(sample.hours)
     ]

@@ -1,12 +1,12 @@
-r"""Grouping of alike temperatures: hierarchical clustering, and fuzzy c-means.
+r"""Grouping of similar temperatures: hierarchical clustering and fuzzy c-means.
 
 A time-series study of a jig borer groups its temperatures by "fuzzy clustering" and describes
-hierarchical clustering with the Euclidean distance. Both are here: `hierarchical` does what it
-describes, `fuzzy_c_means` what the name promises.
+hierarchical clustering with the Euclidean distance. Both are here: `hierarchical` is the described
+method, `fuzzy_c_means` the named one.
 
-Series are the columns of an array, rows are samples. Distances go by the size of the series: a
-sensor that moves twice as much is far from one that moves alike. Scale the columns first where
-only the shape counts.
+Series are the columns of an array, rows are samples. Distances depend on the size of the series: a
+sensor that moves twice as much is far from one with the same shape. Scale the columns first if
+only the shape matters.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def centroid_linkage(series: Array) -> Array:
     Returns
     -------
     array (m - 1, 4)
-        Which two clusters merge, at what distance, and how many series they hold then.
+        The two clusters of each merge, their distance, and the number of series together.
     """
     if series.ndim != 2 or series.shape[1] < 2:
         raise ValueError(f"at least 2 series in columns are needed, not shape {series.shape}")
@@ -39,7 +39,7 @@ def centroid_linkage(series: Array) -> Array:
 
 
 def hierarchical(series: Array, clusters: int) -> list[list[int]]:
-    """Return the columns in (at most) so many groups, in the order of their first column."""
+    """Return the columns in at most *clusters* groups, in the order of their first column."""
     if clusters < 1:
         raise ValueError(f"{clusters} clusters are not allowed: at least 1")
     if series.shape[1] == 1:
@@ -49,7 +49,7 @@ def hierarchical(series: Array, clusters: int) -> list[list[int]]:
 
 
 def _monotonic(tree: Array) -> Array:
-    """Lift merges that lie below an earlier one: centroid linkage may invert, a cut may not."""
+    """Raise merges below an earlier one: centroid linkage may be non-monotonic, a cut must not."""
     lifted = tree.copy()
     lifted[:, 2] = np.maximum.accumulate(tree[:, 2])
     return lifted
@@ -62,7 +62,7 @@ class FuzzyClusters:
     Attributes
     ----------
     membership : array (m, clusters)
-        How much each series belongs to each cluster; rows sum to 1 [1].
+        Degree to which each series belongs to each cluster; rows sum to 1 [1].
     centres : array (clusters, n)
         The clusters' centres.
     """
@@ -72,7 +72,7 @@ class FuzzyClusters:
 
     @property
     def groups(self) -> list[list[int]]:
-        """The columns grouped by their largest membership; clusters without any are left out."""
+        """The columns grouped by their largest membership, without empty clusters."""
         return grouped(self.membership.argmax(axis=1))
 
 
@@ -85,8 +85,8 @@ def fuzzy_c_means(
         u_{ic} = \Big( \sum_k (d_{ic} / d_{ik})^{2/(m-1)} \Big)^{-1}, \quad
         v_c = \frac{\sum_i u_{ic}^m x_i}{\sum_i u_{ic}^m}
 
-    After Bezdek (1981), doi:10.1007/978-1-4757-0450-1. These equations have several solutions; the
-    best of those is taken that are reached from each series as the first centre.
+    After Bezdek (1981), doi:10.1007/978-1-4757-0450-1. These equations have several solutions;
+    the result is the best of those reached with each series as the first centre.
 
     Parameters
     ----------
@@ -95,15 +95,15 @@ def fuzzy_c_means(
     clusters : int
         From 1 to the number of series.
     fuzziness : float
-        m in the equation, above 1; towards 1 the partition gets hard.
+        m in the equation, above 1; near 1 the partition becomes hard.
     rounds : int
-        At most; it is done when nothing changes.
+        Maximum number of iterations; stops earlier when nothing changes.
     """
     if not 1 <= clusters <= series.shape[1]:
         raise ValueError(f"{clusters} clusters are not allowed: 1 to {series.shape[1]}")
     if not fuzziness > 1.0:
         raise ValueError(f"fuzziness {fuzziness:g} is not allowed: above 1")
-    # Rotated into as many coordinates as there are series, they are as far apart as before.
+    # Rotating them into as many coordinates as there are series keeps all distances.
     points = np.asarray(np.linalg.qr(series, mode="r")).T
     solutions = [
         _solution(points, _far_apart(points, first, clusters), fuzziness, rounds)
@@ -114,7 +114,7 @@ def fuzzy_c_means(
 
 
 def _far_apart(points: Array, first: int, clusters: int) -> Array:
-    """Return as many points as clusters, each the furthest from all before it."""
+    """Return one point per cluster, each the furthest from all previous ones."""
     chosen = [first]
     while len(chosen) < clusters:
         away = np.min([np.linalg.norm(points - points[c], axis=1) for c in chosen], axis=0)
@@ -123,11 +123,11 @@ def _far_apart(points: Array, first: int, clusters: int) -> Array:
 
 
 def _solution(points: Array, centres: Array, fuzziness: float, rounds: int) -> tuple[float, Array]:
-    """Return the sum of u^m d^2, and u, where the equations lead from some centres."""
+    """Return the sum of u^m d^2, and u, after iterating from some centres."""
     membership = np.zeros((len(points), len(centres)))
     for _ in range(rounds):
         distance = np.linalg.norm(points[:, None, :] - centres[None, :, :], axis=2)
-        # A point on a centre belongs there alone; the floor keeps the quotients finite.
+        # A point on a centre belongs only to it; the floor keeps the quotients finite.
         closeness = np.maximum(distance, 1e-12) ** (-2.0 / (fuzziness - 1.0))
         updated = closeness / closeness.sum(axis=1, keepdims=True)
         weights = updated**fuzziness
@@ -148,7 +148,7 @@ def grouped(label: NDArray[np.integer]) -> list[list[int]]:
     Parameters
     ----------
     label : array of int, shape (m,)
-        One a column.
+        One per column.
     """
     found: dict[int, list[int]] = {}
     for column, group in enumerate(label.tolist()):

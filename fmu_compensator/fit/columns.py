@@ -1,4 +1,4 @@
-"""Targets of runs whose displacement columns need not say which axis they measure."""
+"""Targets of runs whose displacement columns need not be assigned to axes."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from measurement.rig import FivePointRig, Rig, rig_from_table
 from measurement.runs import Run
 
 NOT_READINGS = ("offset_", "error_", "drift_")
-"""What a simulation adds to its sensors' readings."""
+"""Prefixes of the columns that a simulation adds to its sensors' readings."""
 
 
 @dataclass(frozen=True)
 class MeasuredColumns:
-    """Displacement columns, each a target for itself.
+    """Displacement columns, each of which is a target.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class MeasuredColumns:
         Raises
         ------
         BadInput
-            If one is not there.
+            If one is missing.
         """
         for name in self.columns:
             if name not in run.frame.columns:
@@ -43,15 +43,15 @@ class MeasuredColumns:
 
 
 def targets_of(runs: Sequence[Run], machine_rig: Mapping[str, Any] | None) -> Rig | MeasuredColumns:
-    """Return what the displacement columns of runs mean, as far as it matters for models.
+    """Return the meaning of the displacement columns of runs, as needed by models.
 
     Parameters
     ----------
     runs : sequence of Run
         All runs to be compared.
     machine_rig : mapping, optional
-        A machine file's rig. It counts where the runs have its columns; otherwise every
-        displacement column that all runs share is a target.
+        A machine file's rig. It is used if the runs have its columns; otherwise every
+        displacement column shared by all runs is a target.
 
     Raises
     ------
@@ -74,10 +74,10 @@ def targets_of(runs: Sequence[Run], machine_rig: Mapping[str, Any] | None) -> Ri
 
 
 def shown_targets(rig: Rig | MeasuredColumns, targets: Sequence[str]) -> dict[str, int]:
-    """Return which targets a comparison shows, by the name it shows: place among *targets*.
+    """Return the targets that a comparison shows: place among *targets*, by displayed name.
 
-    Those of a five-point rig are elongation, yaw and pitch (the near radial drifts are fitted
-    too, but only serve the offsets); others go by the name of their column.
+    Those of a five-point rig are elongation, yaw and pitch (the near radial drifts are also fitted,
+    but only for the offsets); others have the names of their columns.
     """
     if isinstance(rig, FivePointRig):
         return {name: targets.index(name) for name in ("elongation", "yaw", "pitch")}

@@ -1,7 +1,7 @@
-"""All error models on the same runs: how they fit, and how they predict runs that they never saw.
+"""Comparison of all error models on the same runs: fit, and prediction of unseen runs.
 
-Splits are by run or by condition, never by row: rows of one run are so alike that a model which
-has seen half of them at random knows the other half.
+Splits are by run or by condition, never by row: rows of one run are so similar that a model trained
+on a random half of them knows the other half.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from measurement.warm import cold_starts, named_warm
 
 @dataclass(frozen=True)
 class Judged:
-    """One run as a contestant saw it.
+    """One run and a contestant's prediction of it.
 
     Attributes
     ----------
@@ -38,9 +38,9 @@ class Judged:
     time_s : array (n,)
         Rows with targets [s].
     measured, predicted : arrays (n, m)
-        The targets shown, in their order [um, urad].
+        The displayed targets, in their order [um, urad].
     half_width : array (n, m) or None
-        Of the prediction interval [um, urad].
+        Half width of the prediction interval [um, urad].
     """
 
     run: str
@@ -59,8 +59,8 @@ class Row:
     name, title : str
         Of the contestant.
     uses_displacement : bool
-        Whether it was given what was measured one sample before: such a score says nothing of a
-        machine that measures no displacement while it cuts.
+        Whether it was given the measurement one sample before. The score then does not apply to a
+        machine that measures no displacement while cutting.
     train, validate : list of Judged
         By run; a run may be in *train* several times, once per split.
     report : dict
@@ -68,11 +68,12 @@ class Row:
     chosen : list of str
         Temperatures of the last fit.
     coverage : list of float
-        Wanted coverage of the prediction interval, then measured per target; empty without one.
+        Nominal coverage of the prediction interval, then measured per target; empty without one.
     alone : list of Judged
-        The judged runs by the error model alone; empty where there is none, or no Gaussian on it.
+        The judged runs predicted by the error model alone; empty if there is no error model or no
+        Gaussian.
     counts : list of array (m,)
-        In each split, the share of the error model's prediction that counts [1].
+        In each split, the weight of the error model's prediction [1].
     """
 
     name: str
@@ -87,7 +88,7 @@ class Row:
     counts: list[Array] = field(default_factory=list)
 
     def score(self) -> float:
-        """Return the unseen error over that of no model, mean over the targets [1]."""
+        """Return the error on unseen runs over that of no model, mean over the targets [1]."""
         measured = np.concatenate([run.measured for run in self.validate])
         missed = measured - np.concatenate([run.predicted for run in self.validate])
         raw = np.sqrt(np.mean(measured**2, axis=0))
@@ -102,13 +103,13 @@ class Comparison:
     Attributes
     ----------
     targets : list of str
-        Names of the targets shown.
+        Names of the displayed targets.
     units : list of str
         Their units.
     rows : list of Row
-        Ranked by unseen error; rows that use displacement come after all others.
+        Ranked by error on unseen runs; rows that use displacement come last.
     left_out : dict of str to str
-        Models that the runs cannot carry, and why.
+        Models that cannot be fitted to the runs, and why.
     notes : list of str
         What was left out of the data, and what looks odd in it.
     """
@@ -120,7 +121,7 @@ class Comparison:
     notes: list[str]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything as JSON can carry it: what is undefined is null."""
+        """Return everything in JSON types; undefined values are null."""
         return {
             "targets": dict(zip(self.targets, self.units, strict=True)),
             "models": [self._row(row) for row in self.rows],
@@ -153,11 +154,11 @@ class Comparison:
         return plain
 
     def counted(self, row: Row) -> dict[str, float]:
-        """Return how much of the error model counts, by target, mean over the splits [1]."""
+        """Return the weight of the error model by target, mean over the splits [1]."""
         return dict(zip(self.targets, np.mean(row.counts, axis=0), strict=True))
 
     def figures(self, judged: Sequence[Judged]) -> dict[str, dict[str, float]]:
-        """Return the figures of merit of each target, over all rows of some runs.
+        """Return the figures of merit of each target over all rows of some runs.
 
         Parameters
         ----------
@@ -185,24 +186,24 @@ def compare(
     *,
     on_step: Callable[[str], None] = lambda label: None,
 ) -> Comparison:
-    """Return how every contestant does on every split.
+    """Return the results of every contestant on every split.
 
     Parameters
     ----------
     splits : sequence of Split
-        Results of all splits are put together.
+        Results of all splits are combined.
     rig : rig or MeasuredColumns
-        What the displacement columns mean.
+        Meaning of the displacement columns.
     entrants : sequence of Contestant
         See `contestants`.
     on_step : callable
-        Told the label of each piece of work as it begins: one per split and contestant.
+        Called with the label of each piece of work as it begins: one per split and contestant.
 
     Raises
     ------
     BadInput
-        If no run can be used, or no model can be fitted at all; one that cannot is left out with
-        the reason.
+        If no run can be used, or no model at all can be fitted; a single model that cannot be
+        fitted is left out with the reason.
     """
     warm = [_warm_note(split) for split in splits]
     splits = [replace(split, train=cold_starts(split.train)[0]) for split in splits]
@@ -223,10 +224,10 @@ def compare(
             left_out[entrant.name] = str(refusal)
             last = refusal
             continue
-        # A model that can use measurements may turn out not to (a hybrid of such that cannot).
+        # A model that could use measurements may not do so (a hybrid whose parts cannot).
         rows += [row for row in rows_here if row.validate]
     if last is not None and not any(row.chosen for row in rows):
-        raise last  # no model can be fitted at all
+        raise last  # no model at all can be fitted
     _measure_coverage(rows)
     rows.sort(key=lambda row: (row.uses_displacement, row.score()))
     notes = list(dict.fromkeys(note for split_bench in bench for note in split_bench.notes()))
@@ -246,7 +247,7 @@ def _rows_of(entrant: Contestant) -> list[Row]:
 
 
 def _warm_note(split: Split) -> str:
-    """Return what must be known of runs in a split that began warm; empty if none did."""
+    """Return a note about the runs of a split that began warm; empty if none did."""
     _, learnt = cold_starts(split.train)
     judged = named_warm(split.validate)
     told = [f"{split.name}: {learnt}"] if learnt else []
@@ -263,7 +264,7 @@ class _Bench:
         self._prepared: dict[str, tuple[Prepared, Prepared]] = {}
 
     def of(self, form: str) -> tuple[Prepared, Prepared]:
-        """Return training and judged runs in an input form."""
+        """Return the training and judged runs in an input form."""
         if form not in self._prepared:
             train = prepare(self.split.train, self._rig, form)
             validate = prepare(self.split.validate, self._rig, form, sensors=train.sensors)
@@ -279,7 +280,7 @@ class _Bench:
         return self._prepared[form]
 
     def notes(self) -> list[str]:
-        """Return what was noted on the data."""
+        """Return the notes on the data."""
         return [
             note
             for train, validate in self._prepared.values()
@@ -287,10 +288,10 @@ class _Bench:
         ]
 
     def judge(self, entrant: Contestant, rows: Sequence[Row], places: list[int]) -> None:
-        """Fit a contestant and add what it predicts to its rows.
+        """Fit a contestant and add its predictions to its rows.
 
-        Judged is what `fit` would install, the Gaussian included; beside it, and one step ahead,
-        the error model alone, as the studies do it.
+        The prediction judged is that of what `fit` would install, including the Gaussian. In
+        addition, and one step ahead, the error model alone is judged, as in the studies.
         """
         if entrant.recipe is None:
             self._baseline(rows, places)

@@ -1,4 +1,4 @@
-"""Which training runs are left out together: like the rest, or unlike it."""
+"""Which training runs are left out together: similar to the rest, or different from it."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from fmu_compensator.fit.run_conditions import conditions_in
 
 LIKE, UNLIKE = "like", "unlike"
 FOLDS = 5
-"""Parts of the runs that are left out in turn, each like the rest: as is usual, set on no data."""
+"""Number of like folds, left out in turn: the usual number, set on no data."""
 THIRDS = 3
-"""Parts of the runs along a condition, of which the first and the last are left out in turn; with
-fewer runs nothing is left to learn from and to judge on: given by two ends and a middle."""
+"""Parts of the runs along a condition; the first and the last are left out in turn. Fewer runs do
+not suffice for training and judging: given by two ends and a middle."""
 
 
 @dataclass(frozen=True)
@@ -25,9 +25,9 @@ class Fold:
     Attributes
     ----------
     name : str
-        What sets them apart.
+        What distinguishes them.
     kind : {"like", "unlike"}
-        Whether the runs kept are of the same conditions.
+        Whether the remaining runs cover the same conditions.
     out : tuple of int
         Their places among the runs.
     """
@@ -38,11 +38,11 @@ class Fold:
 
 
 def folds_of(runs: Sequence[PreparedRun]) -> list[Fold]:
-    """Return the ways to leave runs out; none with fewer than three runs.
+    """Return the folds; none with fewer than three runs.
 
-    Like folds take every so-many-th run. Unlike ones take the third of the runs at either end of
-    a condition, so that the model must go beyond what it saw: temperature at the start, spindle
-    speed, rise of temperature, and the order in which the runs are given.
+    A like fold takes every n-th run. An unlike fold takes the third of the runs at either end of a
+    condition, so that the model must extrapolate: temperature at the start, spindle speed, rise of
+    temperature, and the order in which the runs are given.
     """
     count = len(runs)
     if count < THIRDS:
@@ -68,7 +68,7 @@ def folds_of(runs: Sequence[PreparedRun]) -> list[Fold]:
 
 
 def _conditions(runs: Sequence[PreparedRun]) -> list[tuple[str, str, np.ndarray]]:
-    """Return what tells runs apart: names of the low and the high end, and a value per run."""
+    """Return the conditions: names of the low and the high end, and a value per run."""
     values = [conditions_in(run.temperatures, run.speed, run.time_s) for run in runs]
     start, rise, speed, _ = np.array(values).T
     return [

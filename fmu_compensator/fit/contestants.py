@@ -1,4 +1,4 @@
-"""Who takes part in a comparison: error models by name, variants, and the two that know nothing."""
+"""The contestants of a comparison: error models by name, their variants, and two baselines."""
 
 from __future__ import annotations
 
@@ -43,31 +43,31 @@ def contestants(
     grey: Mapping[str, Any] | None = None,
     options: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> list[Contestant]:
-    """Return the baselines and the models named; all models and variants without names.
+    """Return the baselines and the named models; by default all models and variants.
 
     Parameters
     ----------
     names : sequence of str, optional
         Kinds of error models, or names of their variants.
     points : str
-        The points for all of them; empty: each its usual ones.
+        The points for all of them; empty: the usual ones of each.
     seed : int, optional
-        For those that start at random.
+        For models that start at random.
     grey : mapping, optional
         Options of the choice of points.
     options : mapping of str to mapping, optional
-        Of the models, by the names above.
+        Options of the models, by the names above.
 
     Raises
     ------
     BadInput
-        For a name that is not known, or given twice.
+        For a name that is unknown or given twice.
     """
     known: dict[str, tuple[str, str, Mapping[str, Any]]] = {
         name: (name, kind.title or name, {}) for name, kind in fitted_models().items()
     }
     for kind, model in fitted_models().items():
-        variants = vars(model).get("variants", {})  # its own, not those that it inherits
+        variants = vars(model).get("variants", {})  # its own, not the inherited ones
         known |= {name: (kind, title, more) for name, (title, more) in variants.items()}
     chosen = list(known) if names is None else [name for name in names if name not in BASELINES]
     found = [Contestant(name, title, None) for name, title in BASELINES.items()]
@@ -90,7 +90,7 @@ def contestants(
 
 
 def held(run: TrainingRun, measured: Array | None) -> Array:
-    """Return persistence's prediction: what was measured last, zero before."""
+    """Return the prediction of persistence: the last measurement, zero before the first."""
     predicted = np.zeros_like(run.targets)
     if measured is None:
         return predicted

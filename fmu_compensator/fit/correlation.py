@@ -1,4 +1,4 @@
-"""Correlation of temperatures with the error: one by one, and together."""
+"""Correlation of temperatures with the error, individually and in subsets."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 MOST_CANDIDATES = 12
-"""Inputs of which all subsets are tried: 4095 take a second. Set on no data."""
+"""Most inputs of which all subsets are tried: 4095 take a second. Set on no data."""
 
 
 def pearson(series: Array, error: Array) -> Array:
-    """Return Pearson's r between each column and the error; NaN where one is constant.
+    """Return Pearson's r between each column and the error; NaN if either is constant.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def pearson(series: Array, error: Array) -> Array:
 
 @dataclass(frozen=True)
 class Subset:
-    """What one combination of temperatures explains of an error.
+    """How well one combination of temperatures explains an error.
 
     Attributes
     ----------
@@ -39,9 +39,9 @@ class Subset:
         The temperatures.
     multiple_r : float
         R = sqrt(1 - SSE/SST) of the regression with a constant [1]. It never falls when a
-        temperature is added, so it cannot choose.
+        temperature is added, so it cannot be used to choose.
     r2_adjusted : float
-        R2 with a price on every temperature [1].
+        R2 with a penalty on every temperature [1].
     held_out_rmse : float
         RMS error of runs predicted by a regression on the other runs; NaN with one run [um, urad].
     """

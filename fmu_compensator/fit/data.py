@@ -1,4 +1,4 @@
-"""From run files and a rig to arrays: which sensors can be used, which rows are fit for use."""
+"""From run files and a rig to arrays: which sensors and which rows can be used."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from measurement.units import column, split_column
 
 @dataclass(frozen=True)
 class PreparedRun:
-    """One run's columns, gaps and all.
+    """One run's columns, including gaps.
 
     Attributes
     ----------
@@ -44,20 +44,20 @@ class PreparedRun:
     time_s : array (n,)
         Time [s].
     temperatures : array (n, k)
-        Readings of all usable sensors [degC]; NaN where missing or broken. Between two readings of
-        a sensor that is sampled more rarely than the rest lies a straight line.
+        Readings of all usable sensors [degC]; NaN if missing or broken. Readings of a sensor that
+        is sampled less often than the rest are interpolated linearly.
     inputs : array (n, k)
         The same in the input form [degC or K].
     targets : array (n, m)
         Measured targets, relative to their start in the rise form [um, urad].
     speed : array (n,)
-        Spindle speed [rpm]; NaN where not recorded.
+        Spindle speed [rpm]; NaN if not recorded.
     usable : array (n,)
-        False where a displacement is not to be used: frozen, saturated, a spike, a step.
+        False where a displacement cannot be used: frozen, saturated, a spike, a step.
     readings : array (n, k)
-        The temperatures without the straight lines: NaN between the readings of a slow sensor.
+        The temperatures without interpolation: NaN between the readings of a slow sensor.
     late_s : float
-        How long after the start its drift begins to count [s].
+        Time from the start until its drift begins to count [s].
     """
 
     name: str
@@ -71,15 +71,15 @@ class PreparedRun:
     late_s: float
 
     def complete(self, columns: Sequence[int]) -> TrainingRun:
-        """Return the rows in which the targets and some of the inputs are all there."""
+        """Return the rows in which the targets and the given inputs are complete."""
         run = self.history(columns)
         return run.at(run.known)
 
     def history(self, columns: Sequence[int]) -> TrainingRun:
-        """Return the rows in which some of the inputs are all there, with the targets or not.
+        """Return the rows in which the given inputs are complete, with or without targets.
 
-        A model that remembers earlier samples needs the temperatures of a stop, too, in which the
-        displacement was frozen.
+        A model that remembers earlier samples also needs the temperatures of a stop during which
+        the displacement was frozen.
         """
         inputs = self.inputs[:, list(columns)]
         rows = np.asarray(np.isfinite(inputs).all(axis=1))
@@ -99,7 +99,7 @@ class PreparedRun:
 
 @dataclass(frozen=True)
 class Prepared:
-    """All runs made ready.
+    """All runs, prepared.
 
     Attributes
     ----------
@@ -108,7 +108,7 @@ class Prepared:
     sensors : tuple of str
         Signal names of the temperatures that every run has, in the first run's order.
     candidates : tuple of int
-        Indices of those that a choice may be made from.
+        Indices of the sensors that may be chosen.
     targets : tuple of str
         Signal names of the targets.
     notes : tuple of str
@@ -122,12 +122,12 @@ class Prepared:
     notes: tuple[str, ...]
 
     def readable(self, chosen: list[int]) -> list[int]:
-        """Return the indices of sensors, each of which has a usable reading in every run.
+        """Return the chosen sensors after checking that each has a usable reading in every run.
 
         Raises
         ------
         BadInput
-            Naming the first sensor and the run in which it has none.
+            Names the first sensor without one, and the run.
         """
         for index, run in product(chosen, self.runs):
             if not np.isfinite(run.temperatures[:, index]).any():
@@ -151,21 +151,21 @@ def prepare(
     runs : sequence of Run
         Run files.
     rig : rig of `measurement.rig`
-        What the displacement columns mean.
+        Meaning of the displacement columns.
     input_form : {"rise", "absolute", "level"}
         ``rise``: temperatures and targets are relative to their first valid sample in each run.
         ``level``: temperatures are as read and targets relative. A sensor whose level is wrong
-        in some run is no candidate, except in the rise form.
+        in some run is not a candidate, except in the rise form.
     sensors : sequence of str, optional
-        Signal names of the temperatures to look at; by default all that the runs have.
+        Signal names of the temperatures to consider; by default all that the runs have.
     leave_out_frozen : bool
-        Do not use rows in which a displacement is frozen or saturated.
+        Leave out rows in which a displacement is frozen or saturated.
 
     Raises
     ------
     BadInput
         If there is no run, one is given twice, no sensor is in all of them, or a sensor's name
-        cannot be the name of a signal.
+        is not a valid signal name.
     """
     if not runs:
         raise BadInput("training runs", "", "at least one run is needed")
@@ -198,12 +198,12 @@ def prepare(
 
 
 def left_out(frozen: bool) -> tuple[str, ...]:
-    """Return the kinds of faults whose readings are not used, those of standing sensors or not."""
+    """Return the kinds of faults whose readings are not used, with or without standing sensors."""
     return tuple(kind for kind in GROSS if frozen or kind not in STANDING)
 
 
 def _of_interest(faults: Sequence[Fault], rig: Rig | MeasuredColumns) -> list[Fault]:
-    """Return the faults that change what a fit is given."""
+    """Return the faults that affect a fit."""
     return [
         fault
         for fault in faults
@@ -258,17 +258,17 @@ def _mostly_there(run: Run, name: str) -> bool:
 
 
 def bridged(time_s: Array, values: Array) -> Array:
-    """Return a reading with straight lines over gaps of up to five of its own usual intervals.
+    """Interpolate readings linearly over gaps of up to five of their usual intervals.
 
-    At either end the nearest reading holds for one usual interval: a sensor that is sampled rarely
-    need not be read in the first row.
+    At either end the nearest reading holds for one usual interval, because a slowly sampled sensor
+    need not have a reading in the first row.
 
     Parameters
     ----------
     time_s : array, shape (n,)
         Increasing [s].
     values : array, shape (n,)
-        NaN is missing. With fewer than two readings it is returned as it is.
+        NaN: missing. With fewer than two readings they are returned unchanged.
     """
     there = np.flatnonzero(np.isfinite(values))
     if len(there) < 2:
@@ -284,10 +284,10 @@ def bridged(time_s: Array, values: Array) -> Array:
 
 
 def moved_by(rises: Array) -> Array:
-    """Return by how much temperatures on an even grid move at most, noise left out, shape (m,) [K].
+    """Return the range of temperatures on an even grid without noise, shape (m,) [K].
 
-    The range of running medians over the shortest lag of the Gaussian: a warm-up counts that lasts
-    a while, however long the machine stands before and after it.
+    It is the range of running medians over the shortest lag of the Gaussian, so any longer warm-up
+    counts, regardless of how long the machine stands before and after it.
 
     Parameters
     ----------
@@ -319,7 +319,7 @@ def _prepared_run(run: Run, targets: Array, sensors: Sequence[str], input_form: 
 
 
 def first_valid(columns: Array) -> Array:
-    """Return the first finite value of each column, shape (k,); NaN where there is none.
+    """Return the first finite value of each column, shape (k,); NaN if there is none.
 
     Parameters
     ----------
@@ -330,7 +330,7 @@ def first_valid(columns: Array) -> Array:
 
 
 def _live(run: Run, left: Run, rig: Rig | MeasuredColumns) -> NDArray[np.bool_]:
-    """Return which rows have no displacement that was taken out."""
+    """Return the rows in which no displacement was removed."""
     out = [left.frame[name].isna() & run.frame[name].notna() for name in rig.columns]
     return ~np.asarray(np.any(out, axis=0))
 
@@ -342,7 +342,7 @@ def _candidates(
     faults: Sequence[Fault],
     notes: list[str],
 ) -> tuple[int, ...]:
-    """Return the sensors that a choice may be made from, and note why others are none."""
+    """Return the sensors that may be chosen, and note why others may not."""
     wrong = {fault.column for fault in faults if fault.kind in LEVELS}
     broken = {(fault.place, fault.column) for fault in faults if fault.is_gross}
     candidates = []
@@ -367,15 +367,15 @@ def _candidates(
 
 
 def moves(runs: Sequence[PreparedRun], index: int) -> bool:
-    """Return whether a temperature moves in most of some runs: it moves then without a fifth of
-    them, too.
+    """Return whether a temperature moves in most runs, so that it also does without a fifth of
+    them.
     """
     readings = [run.temperatures[:, index] for run in runs]
     return 2 * sum(len(np.unique(here[np.isfinite(here)])) > 1 for here in readings) > len(runs)
 
 
 def _unfit(values: Array, is_broken: bool, input_form: str) -> str:
-    """Return why a sensor cannot be chosen because of one run; nothing where it can."""
+    """Return why one run rules a sensor out; empty if it does not."""
     there = np.isfinite(values)
     if is_broken and there.mean() <= 0.5:
         return "broken for most of"

@@ -61,33 +61,33 @@ def fit_compensator(
     Parameters
     ----------
     runs : sequence of Run
-        The training runs. A run counts by its duration, whatever its sampling.
+        The training runs. A run is weighted by its duration, whatever its sampling.
     rig : rig of `measurement.rig`
-        What the displacement columns mean.
+        Meaning of the displacement columns.
     model : str, optional
         Kind of error model: a file in `fmu_compensator.fit.error_models`, the mean function of the
-        Gaussian. By default there is none: `fmu_compensator.fit.gaussian` does it all.
+        Gaussian. By default there is none: `fmu_compensator.fit.gaussian` predicts alone.
     points : {"grey", "hierarchical", "fuzzy", "all"} or names, optional
         The temperatures to use: one per group of the grey, hierarchical or fuzzy clustering, every
         one that moves in most runs, or those named; the default depends on the model.
     input_form : {"rise", "absolute", "level"}, optional
-        ``rise``: temperatures and displacements are relative to their first valid sample. A
-        sensor whose level jumps between runs then does no harm. ``absolute``: as read. ``level``:
+        ``rise``: temperatures and displacements are relative to their first valid sample, so that a
+        sensor whose level jumps between runs does no harm. ``absolute``: as read. ``level``:
         temperatures as read, displacements relative. The default depends on the model.
     grey : mapping, optional
-        Options of `choose_points`: threshold, theta, image, absolute_image, score, and target by
-        its name.
+        Options of `choose_points`: threshold, theta, image, absolute_image, score, and the name of
+        the target.
     sensors : sequence of str, optional
         The temperature inputs of the compensator; by default every temperature in the runs.
     geometry_form : {"rigid", "pure_rotation"}
         How a five-point rig's tilt moves the tool tip.
     tool_length_mm : tuple of float, optional
-        Tools that the compensator may be used with, the shortest and the longest [mm].
+        Shortest and longest tool that the compensator may be used with [mm].
     limits : mapping of str to float, optional
-        ``offset_um``, ``slew_um_per_s``, ``hold_s``, ``recover_s``, ``share`` where the defaults do
-        not suit.
+        ``offset_um``, ``slew_um_per_s``, ``hold_s``, ``recover_s``, ``share`` to replace the
+        defaults.
     leave_out_frozen : bool
-        Do not use rows in which a displacement is frozen or saturated.
+        Leave out rows in which a displacement is frozen or saturated.
     name : str, optional
         Name in the file.
     title : str, optional
@@ -95,28 +95,28 @@ def fit_compensator(
     created : str, optional
         Date in the file (YYYY-MM-DD); none by default, because no clock is read.
     judge : bool
-        Leave runs and conditions out, to promise what the compensator leaves there.
+        Leave runs and conditions out, to promise the remaining error there.
     jobs : int
-        Processes that fit without some of the runs side by side; the file is the same.
+        Number of processes for the fits without some of the runs; the file does not depend on it.
     on_step : callable
-        Told a model after each of its fits, and which share of the work is done [1].
+        Called after each fit with the model and the share of the work done [1].
     **model_options
         Options of the error model.
 
     Returns
     -------
     dict
-        The compensator file's content, checked; `compensator_text` makes the file's text of it.
+        The compensator file's content, checked; `compensator_text` converts it to the file's text.
         Equal arguments give equal content.
 
     Raises
     ------
     BadInput
-        One line that says what the data or the options lack.
+        One line that says what is wrong with the data or the options.
 
     Notes
     -----
-    Runs that are marked as begun warm are left out, unless all are, and a note says so.
+    Runs that began warm are left out, unless all did, and a note says so.
     """
     runs, warm = cold_starts(runs)
     if points is not None and not len(points):
@@ -189,7 +189,7 @@ def fit_compensator(
 
 @dataclass(frozen=True)
 class _Bench:
-    """Runs made ready, from which compensators are made with all of them or with some."""
+    """Prepared runs, for fitting compensators to all of them or to some."""
 
     runs: list[Run]
     prepared: Prepared
@@ -201,7 +201,7 @@ class _Bench:
     leave_out_frozen: bool
 
     def table(self, places: Sequence[int]) -> tuple[Installed, dict[str, Any]]:
-        """Return what is installed after some of the runs, and its file without a provenance."""
+        """Return what is installed after fitting some runs, and its file without provenance."""
         prepared = self.prepared
         runs = [prepared.runs[place] for place in places]
         installed = Installed.fit(self.recipe, prepared, runs)
@@ -235,14 +235,14 @@ class _Bench:
 
     @cached_property
     def left(self) -> list[Run]:
-        """The runs without what is broken in them."""
+        """The runs without their broken readings."""
         faults = find_faults(self.runs)
         return cleaned(self.runs, faults, left_out(self.leave_out_frozen))
 
     def left_out(
         self, folds: Sequence[Fold], on_step: Callable[[float], None], pool: Executor | None
     ) -> list[RunLeft]:
-        """Return what compensators leave of the runs that they were fitted without."""
+        """Return the remaining drift of left-out runs."""
         if folds:
             _ = self.left  # once, and not in each process
         different = list({fold.out: fold for fold in folds}.values())
@@ -254,12 +254,12 @@ class _Bench:
         return [replace(record, fold=fold) for fold in folds for record in answers[fold.out]]
 
     def of_fold(self, out: Sequence[int]) -> list[RunLeft]:
-        """Return what a compensator of the other runs leaves of these."""
+        """Return the remaining drift of these runs with a compensator fitted to the others."""
         kept = [place for place in range(len(self.runs)) if place not in out]
         return self.judged(self.table(kept)[1], out)
 
     def judged(self, table: dict[str, Any], places: Sequence[int]) -> list[RunLeft]:
-        """Return what a compensator leaves of some of the runs."""
+        """Return the remaining drift of some runs with a compensator."""
         model = parse_model(compensator_text(table), "fit")
         pairs = ((self.runs[place], self.left[place]) for place in places)
         return judge_runs(model, pairs, self.rig, model.limits.judged_tool())
@@ -271,7 +271,7 @@ def compensator_text(table: dict[str, Any]) -> str:
     Parameters
     ----------
     table : dict
-        The file's content, of numbers, texts, lists and tables only.
+        The file's content: numbers, texts, lists and tables only.
 
     Raises
     ------
@@ -285,12 +285,12 @@ def compensator_text(table: dict[str, Any]) -> str:
 
 
 def as_json(value: Any) -> Any:
-    """Return a value as JSON carries it: figures at 6 digits, what is undefined as null.
+    """Return a value in JSON types, with numbers of 6 digits and null for undefined ones.
 
     Parameters
     ----------
     value : object
-        Of tables, lists and tuples of such, numbers and texts.
+        Number, text, or nested tables, lists and tuples of them.
     """
     if isinstance(value, Mapping):
         return {str(key): as_json(entry) for key, entry in value.items()}
@@ -311,7 +311,7 @@ def _dropped(prepared: Prepared, rows: Sequence[TrainingRun]) -> list[str]:
 
 
 def _beyond(prepared: Prepared, rig: Rig) -> list[str]:
-    """Return what pure rotation cannot tell of the runs: the radial drift at the gauge line."""
+    """Return a note on what pure rotation neglects: the radial drift at the gauge line."""
     if not isinstance(rig, FivePointRig):
         return []
     rigid = FivePoint("rigid", rig.near_to_gauge_mm, rig.spacing_mm)

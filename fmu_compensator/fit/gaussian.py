@@ -1,15 +1,15 @@
-r"""The one Gaussian model of drift: its scales by marginal likelihood, its weights by conditioning.
+r"""The Gaussian model of drift: scales from the marginal likelihood, weights by conditioning.
 
 .. math::
     y(t) = a\,m(t) + \Phi(t) w + b(t) + e, \qquad
     w \sim N(0, g_k \Sigma), \quad b \sim \text{random walk}, \quad e \sim N(0, \Sigma)
 
-m is the mean function (an error model, or nothing) and a the share of it that runs which it was not
-fitted to bear out, between 0 and 1 for each target. Phi holds the rises of the thermometers and
-their first-order lags, b starts at zero and grows by rho^2 Sigma an hour, times a size of its own
-in every run. All targets share g, rho and the sizes, so one number says how well known a sample is,
-and Sigma turns it into um and urad. The rises have a scale g_k, and each lag has one: weights are
-independent Gaussians, and how much of the drift comes late is for the runs to say.
+m is the mean function (an error model, or nothing) and a its weight, between 0 and 1 for each
+target, as confirmed by runs that it was not fitted to. Phi holds the rises of the thermometers and
+their first-order lags. b starts at zero; its variance grows by rho^2 Sigma per hour, times a size
+for each run. All targets share g, rho and the sizes, so one number describes how uncertain a sample
+is, and Sigma converts it to um and urad. The rises and each lag have their own scale g_k: weights
+are independent Gaussians, and the runs determine how much of the drift is delayed.
 """
 
 from __future__ import annotations
@@ -27,45 +27,45 @@ from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput
 
 LAGS_S = (900.0, 3600.0, 14400.0)
-"""Lags of the rises, beside the rises themselves [s]. Faster ones let the model take the slope of a
-thermometer's reading: set on a lathe outside this project, where that travelled badly to other
-conditions."""
+"""Lags of the rises, in addition to the rises themselves [s]. Faster ones would let the model use
+the slope of a thermometer's reading: set on a lathe outside this project, where that generalised
+badly to other conditions."""
 DEGREES = 3.0
 """Degrees of freedom of Student's t for the size of a run's random walk [1]: set on nine splits of
-the lathe's runs and fifteen simulated machines, where 90 % intervals hold 79 to 97 %. At 2 they are
-too wide, at 4 three splits of the lathe hold too little."""
+the lathe's runs and fifteen simulated machines, where 90 % intervals contain 79 to 97 %. At 2 they
+are too wide, at 4 those of three splits of the lathe are too narrow."""
 USUAL_UM_PER_K, SPREAD_OF_USUAL = 1.5, 1.0
-"""A weight's usual size, and the deviation of its logarithm [um/K, 1]: an elongation is alpha times
-a length, 1 to 5 um/K. So wide that the runs decide; set on no data."""
+"""A weight's usual size, and the standard deviation of its logarithm [um/K, 1]: an elongation is
+alpha times a length, 1 to 5 um/K. Wide enough that the runs decide; set on no data."""
 SMALLEST_NOISE = 0.02
-"""No displacement is believed to be measured better than this [um, urad]: set on no data."""
+"""Lower limit of the noise of a displacement [um, urad]: set on no data."""
 MOST_ROWS = 48
-"""So many rows of a run, evenly spread over its time, tell as much as all: errors last hours. Set
-on no data; on twelve splits of the lathe's and the electric spindle's runs errors are 3 % larger
-with 24 (geometric mean), and 4 % with 96."""
+"""Number of rows used per run, evenly spread over time: as errors last hours, they tell as much as
+all. Set on no data; on twelve splits of the lathe's and the electric spindle's runs errors are 3 %
+larger with 24 (geometric mean), and 4 % with 96."""
 LOST = 0.05
-"""Directions of the weights that the runs determine are kept up to this share of the variance [1]:
-the file and a step stay small. What is left out makes intervals wider, never narrower.
-Set on no data."""
+"""Share of the variance by which the omitted directions of the weights may widen an interval [1]:
+omitting them keeps the file and a step small, and never makes intervals narrower. Set on no
+data."""
 ROUNDS = 6
-"""Of sizes of runs and scales in turn: set on the lathe's runs, where the fourth no longer moves a
-digit shown."""
+"""Alternations between sizes of runs and scales: set on the lathe's runs, where the fourth no
+longer changes a displayed digit."""
 
 
 @dataclass(frozen=True)
 class Sample:
-    """What one run says of the weights: some of its rows.
+    """The rows of one run that the weights are learnt from.
 
     Attributes
     ----------
     hours : array (n,)
-        Time for which the walk has gone on [h].
+        Time since the start of the walk [h].
     features : array (n, p)
         Rises and their lags [K].
     targets : array (n, m)
         [um, urad]
     mean : array (n, m)
-        What the mean function says of them, fitted to other runs [um, urad].
+        Prediction of the mean function fitted to other runs [um, urad].
     """
 
     hours: Array
@@ -74,12 +74,12 @@ class Sample:
     mean: Array
 
     def whitened(self, walk: float) -> tuple[Array, Array, Array, float]:
-        """Return all three without correlation in time, and the log determinant.
+        """Return all three whitened in time, and the log determinant.
 
         Parameters
         ----------
         walk : float
-            Deviation of the random walk over an hour, in units of the noise [1/sqrt(h)].
+            Standard deviation of the walk over an hour, in units of the noise [1/sqrt(h)].
         """
         covariance = walk**2 * np.minimum.outer(self.hours, self.hours)
         covariance[np.diag_indices(len(self.hours))] += 1.0
@@ -102,13 +102,13 @@ class Gaussian:
     covariance : array (p, p)
         Posterior covariance of w over Sigma, V [1/K^2].
     scale : array (1 + lags,)
-        Its prior variance over Sigma, g, of the rises and of each lag [1/K^2].
+        Prior variance of w over Sigma, g, for the rises and for each lag [1/K^2].
     walk : float
         rho [1/sqrt(h)].
     spread : array (m, m)
         Sigma [um^2, um urad, urad^2].
     rows : float
-        So many rows stand behind Sigma.
+        Number of rows that Sigma is based on.
     share : array (m,)
         a [1].
     """
@@ -129,7 +129,7 @@ class Gaussian:
         ----------
         samples : sequence of Sample
         share : array (m,), optional
-            a where it is given; else the most likely one.
+            a, if given; by default the most likely one.
 
         Raises
         ------
@@ -150,12 +150,12 @@ class Gaussian:
         return found
 
     def missed(self, sample: Sample) -> Array:
-        """Return what neither the mean function nor the weights explain, shape (n, m)."""
+        """Return the residuals of mean function and weights, shape (n, m)."""
         explained = self.share * sample.mean + sample.features @ self.weights
         return np.asarray(sample.targets - explained)
 
     def size_of(self, sample: Sample) -> float:
-        """Return how large a run's random walk is, over the usual: the mode of Student's t [1]."""
+        """Return the size of a run's random walk over the usual: the mode for Student's t [1]."""
         left = self.missed(sample) / np.sqrt(np.diag(self.spread))
         grid = np.arange(0.0, sample.hours[-1] + 0.25, 0.5)
         steps = np.diff([np.interp(grid, sample.hours, column) for column in left.T], prepend=0.0)
@@ -163,14 +163,14 @@ class Gaussian:
         return float(np.sqrt((DEGREES + squares) / (DEGREES + len(grid))))
 
     def novelty(self, features: Array) -> Array:
-        """Return the variance that the weights bring to each row, over that of the noise [1]."""
+        """Return each row's variance due to the weights, over that of the noise [1]."""
         return np.asarray(np.einsum("ij,jk,ik->i", features, self.covariance, features))
 
     def updated(self, samples: Sequence[Sample]) -> Gaussian:
-        """Return the model after further runs; scales stay, runs before are not needed."""
+        """Return the model after further runs; scales are kept, earlier runs are not needed."""
         precision = np.linalg.inv(self.covariance)
         total, inside = precision @ self.weights, precision
-        floor = SMALLEST_NOISE**2 * np.eye(len(self.spread))  # stands beside what runs show
+        floor = SMALLEST_NOISE**2 * np.eye(len(self.spread))  # in addition to what the runs show
         squares, rows = self.rows * (self.spread - floor), self.rows
         for sample in samples:
             features, measured, mean, _ = sample.whitened(self.walk * self.size_of(sample))
@@ -186,9 +186,10 @@ class Gaussian:
 
 @dataclass(frozen=True)
 class _Evidence:
-    """What all runs say at one size of the walk: the weights and Sigma are in closed form.
+    """Sums over all runs for one size of the walk, from which weights and Sigma have closed forms.
 
-    The last columns of ``cross`` and ``squares`` are the mean function's, the first the targets'.
+    The first columns of ``cross`` and ``squares`` are for the targets, the last for the mean
+    function.
     """
 
     walk: float
@@ -204,9 +205,9 @@ class _Evidence:
     def best(
         cls, samples: Sequence[Sample], sizes: Array, share: Array, before: _Evidence | None
     ) -> _Evidence:
-        """Return that of the walk at which the marginal likelihood is largest.
+        """Return the evidence for the walk with the largest marginal likelihood.
 
-        *before* has scales to start from.
+        *before* provides scales to start from.
         """
         known: dict[float, _Evidence] = {}
         start = np.zeros(1 + len(LAGS_S)) if before is None else before.log_scales
@@ -239,11 +240,11 @@ class _Evidence:
 
     @cached_property
     def less_mean(self) -> Array:
-        """What takes the mean function's share from the targets, shape (2 m, m)."""
+        """Matrix that subtracts the mean function's share from the targets, shape (2 m, m)."""
         return np.vstack([np.eye(len(self.share)), -np.diag(self.share)])
 
     def posterior(self, scale: Array) -> tuple[Array, Array, float]:
-        """Return what the runs say of the weights.
+        """Return the posterior of the weights.
 
         Returns
         -------
@@ -252,7 +253,7 @@ class _Evidence:
         weights : array (p, 2 m)
             Of targets and mean function.
         determinant : float
-            Log of the prior covariance's over this one's.
+            Log ratio of the determinants of prior and posterior covariance.
         """
         prior = np.sqrt(by_feature(scale, len(self.gram)))
         inside = np.eye(len(prior)) + prior[:, None] * self.gram * prior
@@ -263,28 +264,28 @@ class _Evidence:
         return covariance, covariance @ self.cross, determinant
 
     def unexplained(self, scale: Array, weights: Array) -> Array:
-        """Return the squares that the weights leave, of targets and mean function, (2 m, 2 m).
+        """Return the residual squares of targets and mean function, shape (2 m, 2 m).
 
-        At the least of them, where what the weights are off by counts squared.
+        Computed at the minimum, where errors of the weights enter only squared.
         """
         inside = self.gram + np.diag(1.0 / by_feature(scale, len(self.gram)))
         along = weights.T @ self.cross
         return np.asarray(self.squares - along - along.T + weights.T @ inside @ weights)
 
     def spread(self, scale: Array, weights: Array) -> Array:
-        """Return Sigma, most likely at these weights."""
+        """Return the most likely Sigma for these weights."""
         found = self.less_mean.T @ self.unexplained(scale, weights) @ self.less_mean / self.rows
         return np.asarray(found + SMALLEST_NOISE**2 * np.eye(len(found)))
 
     def likely_share(self) -> Array:
-        """Return the mean function's most likely share of each target, shape (m,); 0 of none."""
+        """Return the mean function's most likely share of each target, shape (m,); 0 if none."""
         scale = np.exp(self.log_scales)
         left, count = self.unexplained(scale, self.posterior(scale)[1]), len(self.share)
         of_mean = np.diag(left)[count:]
         return np.clip(np.diag(left[:count, count:]) / np.where(of_mean > 0.0, of_mean, 1.0), 0, 1)
 
     def cost(self, log_scales: Array) -> tuple[float, Array]:
-        """Return minus the log marginal likelihood with the weak prior, and its gradient.
+        """Return the negative log marginal likelihood with the weak prior, and its gradient.
 
         Sigma is profiled out.
         """
@@ -308,7 +309,7 @@ class _Evidence:
     def log_scales(self) -> Array:
         """The most likely prior variances of the weights."""
         bounds = [(-14.0, 18.0)] * len(self.start)
-        # To the last digits, so that a file is the same wherever it is made.
+        # To the last digits, so that the file is the same on every machine.
         exact = {"ftol": 0.0, "gtol": 1e-8}
         found = minimize(
             self.cost, self.start, jac=True, method="L-BFGS-B", bounds=bounds, options=exact
@@ -324,23 +325,23 @@ class _Evidence:
 
 
 def by_feature(scale: Array, features: int) -> Array:
-    """Return the scale of each feature, shape (p,): the rises come first, then lag by lag."""
+    """Return the scale of each feature, shape (p,): rises first, then lag by lag."""
     return np.repeat(scale, features // len(scale))
 
 
 def directions(model: Gaussian, samples: Sequence[Sample], before: Array | None = None) -> Array:
-    """Return D, shape (q, p): V is nearly G - D' D with G of the scales, and never larger.
+    """Return D, shape (q, p): V is approximately and at most G - D' D, with G from the scales.
 
-    As many of the directions that the runs determine as are needed for `LOST`, beside those that
-    runs before them determined.
+    D holds as many of the directions determined by the runs as `LOST` requires, in addition to
+    those determined by earlier runs.
 
     Parameters
     ----------
     model : Gaussian
     samples : sequence of Sample
-        Of runs like those of its training, or like those since *before*.
+        Of runs like those in training, or like those since *before*.
     before : array (r, p), optional
-        D of the runs before.
+        D of the earlier runs.
     """
     size = len(model.weights)
     before = np.zeros((0, size)) if before is None else before
@@ -349,13 +350,13 @@ def directions(model: Gaussian, samples: Sequence[Sample], before: Array | None 
     known = vectors * np.sqrt(np.maximum(values, 0.0))
     features = np.vstack([sample.features for sample in samples])
     hours = np.concatenate([sample.hours for sample in samples])
-    # Those first that explain most of the runs.
+    # The directions that explain most of the runs come first.
     _, lengths, turned = np.linalg.svd(features @ known, full_matrices=False)
     explained = np.cumsum(lengths**2) / len(features)
     usual = 1.0 + model.walk**2 * hours.mean() + model.novelty(features).mean()
     enough = explained[-1] - explained <= LOST * usual
     both = np.vstack([before, (turned @ known.T)[: int(np.argmax(enough)) + 1]])
-    return both if len(both) <= size else np.asarray(np.linalg.qr(both, mode="r"))  # D' D stays
+    return both if len(both) <= size else np.asarray(np.linalg.qr(both, mode="r"))  # same D' D
 
 
 def rises_and_lags(time_s: Array, rises: Array) -> Array:
@@ -366,7 +367,7 @@ def rises_and_lags(time_s: Array, rises: Array) -> Array:
     time_s : array (n,)
         Increasing [s].
     rises : array (n, k)
-        Above the first reading, or above fixed temperatures [K]. The lags start at zero.
+        Rises above the first reading or above fixed temperatures [K]. The lags start at zero.
     """
     tau = np.array(LAGS_S)[:, None]
     lagged = np.zeros((len(rises), len(LAGS_S), rises.shape[1]))
@@ -379,7 +380,7 @@ def rises_and_lags(time_s: Array, rises: Array) -> Array:
 
 
 def spread_rows(hours: Array, known: NDArray[np.bool_]) -> NDArray[np.int_]:
-    """Return up to `MOST_ROWS` of the known rows, evenly spread in time; never the first row."""
+    """Return up to `MOST_ROWS` of the known rows, evenly spread in time, without the first row."""
     rows = np.flatnonzero(known)
     rows = rows[rows > 0]
     if len(rows) <= MOST_ROWS:
@@ -391,25 +392,25 @@ def spread_rows(hours: Array, known: NDArray[np.bool_]) -> NDArray[np.int_]:
 def sample_of(
     run: TrainingRun, rises: Array, targets: Array, mean: Array, settled_h: float = 0.0
 ) -> Sample:
-    """Return what a run says of the weights.
+    """Return the rows of a run to learn the weights from.
 
     Parameters
     ----------
     run : TrainingRun
-        Its rows with all inputs.
+        Its rows with complete inputs.
     rises : array (n, k)
         Of its thermometers [K].
     targets, mean : array (n, m)
-        What was measured, NaN where it was not, and what the mean function says [um, urad].
+        Measured targets (NaN: not measured) and the mean function's prediction [um, urad].
     settled_h : float
-        For how long the walk had gone on at the first row: 0 where targets start at zero [h].
+        Time that the walk had run at the first row: 0 if targets start at zero [h].
     """
     hours = (run.time_s - run.time_s[0]) / 3600.0 if len(run.time_s) else run.time_s
     known = np.asarray(np.isfinite(targets + mean).all(axis=1))
     features = rises_and_lags(run.time_s, rises)
     first = int(known.argmax())
     if not settled_h and first:
-        # Drift counts from the first reading; so does everything that explains it.
+        # Drift counts from the first reading, and so does everything that explains it.
         known[first] = False
         hours, features = hours - hours[first], features - features[first]
         targets, mean = targets - targets[first], mean - mean[first]

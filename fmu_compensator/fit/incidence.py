@@ -1,13 +1,13 @@
-r"""Grey degrees of incidence: how alike two series are in shape and in rate of change.
+r"""Grey degrees of incidence: how similar two series are in shape and in rate of change.
 
-Equations after the grey system theory of Deng and Liu, as the thermal-error studies use them.
-Series are the columns of an array, rows are samples, evenly spaced.
+Equations from the grey system theory of Deng and Liu, as used in the thermal-error studies.
+Series are the columns of an array, rows are evenly spaced samples.
 
-A degree of incidence is no correlation coefficient: it depends on the scale and the sampling of
+A degree of incidence is not a correlation coefficient: it depends on the scale and the sampling of
 the series. The absolute degree sums samples, so twice as many samples of the same curve, or the
 same curve in another unit, give another degree (the constant 1 in it weighs less). The relational
-degree depends on which other series stand beside it, through the smallest and largest distance.
-Compare degrees of one data set with each other only.
+degree depends on the other series through the smallest and largest distance. Only compare degrees
+within one data set.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ Array = NDArray[np.float64]
 
 
 class NoImageError(ValueError):
-    """A series has no image of some form.
+    """An image of a series does not exist.
 
     Attributes
     ----------
     column : int
         The series.
     why : str
-        What it lacks.
+        The reason.
     """
 
     def __init__(self, column: int, why: str) -> None:
@@ -40,12 +40,12 @@ class NoImageError(ValueError):
 
 
 def initial_value_image(series: Array) -> Array:
-    """Return each column divided by its first value [1]; none exists where that is zero."""
+    """Return each column divided by its first value [1]; does not exist if that is zero."""
     return _divided(series, series[0], "starts at 0: it has no initial-value image")
 
 
 def mean_image(series: Array) -> Array:
-    """Return each column divided by its mean [1]; none exists where that is zero."""
+    """Return each column divided by its mean [1]; does not exist if that is zero."""
     return _divided(series, series.mean(axis=0), "has mean 0: it has no mean image")
 
 
@@ -68,7 +68,7 @@ IMAGES: dict[str, Callable[[Array], Array]] = {
     "interval": interval_image,
 }
 AS_READ = "as_read"
-"""In the place of an image: the series itself."""
+"""Use the series itself instead of an image."""
 
 
 def absolute_degree(series: Array) -> Array:
@@ -109,7 +109,7 @@ def relative_degree(series: Array, image: str = "initial") -> Array:
     Returns
     -------
     array (m, m)
-        It reflects the rate of change against the start only, whatever the scale [1].
+        It reflects only the rate of change relative to the start, whatever the scale [1].
     """
     return absolute_degree(IMAGES[image](series))
 
@@ -128,8 +128,8 @@ def comprehensive_degree(
     image : {"initial", "mean", "interval"}
         Of the relative degree.
     absolute_image : {"as_read", "initial", "mean", "interval"}
-        Of the absolute degree. Liu takes the series itself. The jig-borer study takes initial-value
-        images, on which the absolute degree no longer feels the scale: it is Liu's relative one.
+        Of the absolute degree. Liu uses the series itself. The jig-borer study uses initial-value
+        images, whose absolute degree does not depend on the scale: it is Liu's relative degree.
 
     Returns
     -------
@@ -138,7 +138,7 @@ def comprehensive_degree(
     """
     if not 0 <= theta <= 1:
         raise ValueError(f"theta {theta:g} is not in 0 to 1")
-    # An image that counts for nothing need not exist.
+    # An image with zero weight need not exist.
     parts = np.zeros((series.shape[1], series.shape[1]))
     if theta > 0:
         taken = series if absolute_image == AS_READ else IMAGES[absolute_image](series)
@@ -149,10 +149,10 @@ def comprehensive_degree(
 
 
 def groups(degree: Array, threshold: float = 0.9) -> list[list[int]]:
-    """Return the columns grouped: those whose degree is at least *threshold* stand together.
+    """Return the columns in groups, joining those whose degree is at least *threshold*.
 
-    Belonging together carries over: if i goes with j and j with k, all three are one group.
-    Groups come in the order of their first column.
+    Joining is transitive: if i joins j and j joins k, all three are one group.
+    Groups are in the order of their first column.
     """
     _, label = connected_components(degree >= threshold, directed=False)
     return grouped(label)
@@ -179,7 +179,7 @@ def relational_degree(
     rho : float
         Distinguishing coefficient, above 0 to 1.
     image : {"interval", "initial", "mean"}
-        Dimensionless form. An error starts at 0, where the initial-value image does not exist.
+        Dimensionless form. An error starts at 0, so that its initial-value image does not exist.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What is installed: a mean function with the Gaussian that stands on it, fitted to some runs."""
+"""What a compensator installs: a mean function and its Gaussian, fitted to some runs."""
 
 from __future__ import annotations
 
@@ -29,24 +29,24 @@ from fmu_compensator.fit.training import GRID_S, Array, TrainingRun
 from fmu_compensator.runtime.gaussian import OF_FIXED, OF_START
 
 COVERAGE = 0.9
-"""Share of unseen drift that an interval is to hold [1]: a usual level, set on no data."""
+"""Share of unseen drift that an interval should contain [1]: a usual level, set on no data."""
 DEVIATIONS = float(student.ppf(0.5 + COVERAGE / 2.0, DEGREES))
 """Half width of the interval in standard deviations [1]."""
 RMS_OF_HALF_WIDTH = math.sqrt(DEGREES / (DEGREES - 2.0)) / DEVIATIONS
-"""Root mean square of what an interval promises to be left, over its half width [1]."""
+"""Root mean square of the remaining drift that an interval expects, over its half width [1]."""
 
 
 class Predicted(NamedTuple):
-    """What is predicted for a run.
+    """The prediction for a run.
 
     Attributes
     ----------
     rows : TrainingRun
-        Its n rows with all inputs.
+        Its n rows with complete inputs.
     values, half_width : array (n, m)
         [um, urad]
     mean : array (n, m)
-        What the mean function alone says [um, urad].
+        Prediction of the mean function alone [um, urad].
     """
 
     rows: TrainingRun
@@ -66,18 +66,18 @@ class Installed:
     chosen : list of int
         Indices of its sensors.
     choice : dict
-        How they were chosen, for the provenance.
+        How the sensors were chosen, for the provenance.
     fitted : FittedModel
         The mean function.
     gaussian : Gaussian
     samples : list of Sample
         What the Gaussian was learnt from.
     usual : array (k,) or None
-        Temperatures that rises count from where they do not count from the start [degC].
+        Reference temperatures of rises that do not count from the start [degC].
     constant : array (m,)
-        The drift there [um, urad].
+        The drift at the reference [um, urad].
     settled_h : float
-        For how long the random walk has gone on at the start of a run [h].
+        Time that the random walk has run at the start of a run [h].
     """
 
     recipe: Recipe
@@ -97,27 +97,27 @@ class Installed:
         prepared: Prepared,
         runs: Sequence[PreparedRun],
     ) -> Installed:
-        """Return what is installed after these runs.
+        """Return what is installed after fitting these runs.
 
         Parameters
         ----------
         recipe : Recipe
-            Points are chosen anew: a choice that has seen other runs would flatter it.
+            Points are chosen again, because a choice based on other runs would flatter the model.
         prepared : Prepared
             Names of sensors and targets.
         runs : sequence of PreparedRun
-            To learn from.
+            Runs to learn from.
 
         Raises
         ------
         BadInput
-            If the runs cannot carry the error model.
+            If the runs do not suffice for the error model.
         """
         chosen, choice = recipe.choose(prepared, runs)
         fitted = recipe.fit(prepared, _from_start(runs), chosen)
         rows = [run.history(chosen) for run in runs]
-        # Fitted to other runs it shows the Gaussian how far it is right in unseen ones. From one
-        # run alone nothing shows that, and the interval is too narrow for a flexible one.
+        # Predictions by fits to the other runs show the Gaussian how good the error model is on
+        # unseen runs. One run alone cannot show that: a flexible model's interval is too narrow.
         by_others = [fitted]
         if len(runs) > 1:
             parts = [
@@ -143,7 +143,7 @@ class Installed:
             )
             for run, row, mean in zip(runs, rows, means, strict=True)
         ]
-        # One that takes measurements in a way of its own goes on from them: all of it counts.
+        # A model that uses measurements itself continues from them: it has full weight.
         whole = np.ones(len(level)) if fitted.uses_measured else None
         gaussian = Gaussian.fit(samples, whole)
         return cls(
@@ -159,7 +159,7 @@ class Installed:
         )
 
     def predict(self, run: PreparedRun) -> Predicted:
-        """Return what is predicted for a run's rows with all inputs."""
+        """Return the prediction for a run's rows with complete inputs."""
         rows = run.history(self.chosen)
         rises = rises_of(run, rows, self.chosen, self.usual)
         features = rises_and_lags(rows.time_s, rises)
@@ -174,7 +174,7 @@ class Installed:
         return Predicted(rows, self._on(mean, features), half_width, mean)
 
     def values(self, rows: TrainingRun, rises: Array) -> Array:
-        """Return what is predicted for rows with all inputs, shape (n, m) [um, urad]."""
+        """Return the prediction for rows with complete inputs, shape (n, m) [um, urad]."""
         return self._on(self.fitted.predict(rows), rises_and_lags(rows.time_s, rises))
 
     def _on(self, mean: Array, features: Array) -> Array:
@@ -182,7 +182,7 @@ class Installed:
 
     @cached_property
     def seen(self) -> Array:
-        """Directions of the weights that the runs determine, shape (q, p) [1/K]."""
+        """Directions of the weights determined by the runs, shape (q, p) [1/K]."""
         return directions(self.gaussian, self.samples)
 
     def table(self) -> dict[str, Any]:
@@ -207,14 +207,14 @@ class Installed:
 
 
 def _from_start(runs: Sequence[PreparedRun]) -> Sequence[PreparedRun]:
-    """Return the runs measured from their start, from which an error model counts; else all."""
+    """Return the runs measured from their start; if there are none, all runs."""
     return [run for run in runs if run.late_s <= GRID_S] or runs
 
 
 def rises_of(
     run: PreparedRun, rows: TrainingRun, chosen: Sequence[int], usual: Array | None
 ) -> Array:
-    """Return the rises that the Gaussian takes in, shape (n, k) [K].
+    """Return the rises that are inputs of the Gaussian, shape (n, k) [K].
 
     Parameters
     ----------
@@ -224,7 +224,7 @@ def rises_of(
     chosen : sequence of int
         The sensors.
     usual : array (k,) or None
-        Temperatures to count from [degC]; None: from each sensor's first reading.
+        Reference temperatures [degC]; None: each sensor's first reading.
     """
     if usual is not None:
         return rows.inputs - usual
@@ -234,13 +234,13 @@ def rises_of(
 
 
 def listed(values: Any, digits: int = 9) -> Any:
-    """Return numbers as the file carries them, in lists.
+    """Return numbers as lists for the file.
 
     Parameters
     ----------
     values : array of any shape, or a number
     digits : int
-        Significant ones: the variance is a small difference of large numbers, and needs more.
+        Significant digits: the variance, a small difference of large numbers, needs more.
     """
     if np.ndim(values):
         return [listed(value, digits) for value in np.asarray(values)]

@@ -1,7 +1,7 @@
-"""Drift against temperature is a loop: the one runs behind the other. Its lag and its rate.
+"""Lag and rate of the loop of drift over temperature, which arises because one lags the other.
 
-Where the spindle slows down, temperatures fall while the drift still grows: no function of one
-temperature follows that. The lag is the delay at which a straight line comes nearest to the drift.
+When the spindle slows down, temperatures fall while the drift still grows, which no function of one
+temperature can describe. The lag is the delay for which a straight line fits the drift best.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ import numpy as np
 from fmu_compensator.fit.training import Array
 
 MOST = 0.25
-"""Lags up to this share of the shortest run are tried, either way [1]; the rest is judged on.
-Set on no data."""
+"""Lags up to this share of the shortest run are tried in either direction [1]; the fit is judged on
+the rest. Set on no data."""
 
 
 @dataclass(frozen=True)
@@ -25,14 +25,14 @@ class Loop:
     Attributes
     ----------
     lag_min : float
-        The drift comes so much later than the temperature; below 0: earlier [min].
+        Delay of the drift after the temperature; below 0: the drift leads [min].
     is_limit : bool
-        The lag is the longest that the runs allow: it may be longer.
+        Whether the lag is the longest that the runs allow, so that the true one may be longer.
     rate : float
         Drift over rise at that lag [um/K, urad/K].
     open, closed : float
-        Root mean square of the drift's distance from a straight line of the rise, without the lag
-        and with it [um, urad].
+        Root mean square residual of a straight line of the rise, without and with the lag
+        [um, urad].
     """
 
     lag_min: float
@@ -50,11 +50,11 @@ def loop_of(rises: Sequence[Array], drifts: Sequence[Array], step_s: float) -> L
     rises, drifts : sequence of array (n,)
         Run by run, evenly sampled from the start [K; um, urad].
     step_s : float
-        From sample to sample [s].
+        Sampling interval [s].
     """
     most = int(MOST * min(len(rise) for rise in rises))
-    # All lags are judged on the same samples. Before the start a rise was what it is there, so only
-    # the ends are left out, and how the machine warms up counts.
+    # All lags are judged on the same samples. Before the start a rise is taken as constant, so only
+    # the ends are left out, and the warm-up counts.
     drift = np.concatenate([drift_of_run[: len(drift_of_run) - most] for drift_of_run in drifts])
     padded = [np.concatenate([np.full(most, rise_of_run[0]), rise_of_run]) for rise_of_run in rises]
     found = {}

@@ -1,4 +1,4 @@
-"""Choose the temperature-sensitive points: group alike sensors, keep the most telling of each."""
+"""Choose the temperature-sensitive points: group similar sensors and keep the best of each."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ from measurement.resampling import FINEST_K
 from measurement.rig import axis_of
 
 NEAR_CONSTANT_K = UNUSUALLY * FINEST_K
-"""A sensor that moves by less, noise left out, carries no news [K]."""
+"""A sensor that moves by less than this, without noise, carries no information [K]."""
 GROWTH = "growth"
-"""Asks for the target that the studies score by, whatever a rig calls it: the elongation, else what
+"""Name for the target that the studies score by, whatever its name: elongation, else the one that
 measures Z, else the first."""
 
 
 @dataclass(frozen=True)
 class Choice:
-    """Which sensors were chosen, and why.
+    """The chosen sensors, and the reasons.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Choice:
     groups : list of list of int
         The groups; one sensor of each is chosen.
     scores : dict
-        Degree (or correlation) to the error of each candidate, by index [1].
+        Degree (or correlation) of each candidate with the error, by index [1].
     quiet : list of int
         Candidates left out because they hardly move.
     """
@@ -77,7 +77,7 @@ def choose_points(
     keep_quiet: bool = False,
     names: Sequence[str] = (),
 ) -> Choice:
-    """Group the candidates and keep one of each group.
+    """Group the candidates and choose one of each group.
 
     Parameters
     ----------
@@ -86,33 +86,33 @@ def choose_points(
     candidates : sequence of int
         Indices of the sensors to choose from.
     threshold : float
-        The significance level lambda: sensors with at least this degree form one group.
+        The significance level lambda: sensors with at least this degree are grouped.
     theta, image, absolute_image
         Of `comprehensive_degree`.
     grouping : {"grey", "hierarchical", "fuzzy"}
         By grey comprehensive degree, by hierarchical clustering of the rises (Euclidean distance,
         centroid linkage), or by fuzzy c-means.
     clusters : int
-        How many groups the latter two make.
+        Number of groups of the latter two.
     variables : int, optional
-        So many are chosen, if there are: after one of each group the best of all that are left.
-        The time-series study has five from four groups, and does not say how.
+        Number of sensors to choose, if available: one of each group, then the best of the rest.
+        The time-series study has five from four groups without saying how.
     keep_quiet : bool
-        Take sensors that hardly move into account, as the studies do with the ambient air.
+        Include sensors that hardly move, as the studies do with the ambient air.
     score : {"correlation", "relational"}
-        What makes a sensor the best of its group: the size of Pearson's r with the error, or the
-        grey relational degree to it. A falling target counts like its mirror image. On a measured
-        lathe the correlation chose better.
+        Criterion for the best sensor of a group: the absolute value of Pearson's r with the error,
+        or the grey relational degree to it. A falling target counts like its mirror image. On a
+        measured lathe the correlation chose better.
     target : int, optional
-        The one target to score against, such as elongation in the studies; by default the mean
-        over all targets counts.
+        The target to score against, such as elongation in the studies; by default the mean over
+        all targets.
     names : sequence of str, optional
-        Of all sensors, for messages.
+        Names of all sensors, for messages.
 
     Raises
     ------
     BadInput
-        If every candidate hardly moves, an option is not allowed, or an image does not exist
+        If no candidate moves noticeably, an option is not allowed, or an image does not exist
         because a temperature starts at 0, as recorded rises do.
     """
     refuse_grey(threshold, theta, image, absolute_image)
@@ -166,7 +166,7 @@ def refuse_grey(threshold: float, theta: float, image: str, absolute_image: str)
     Raises
     ------
     BadInput
-        Naming the first one.
+        Names the first one.
     """
     for place, value in (("lambda", threshold), ("theta", theta)):
         if not 0 <= value <= 1:
@@ -197,7 +197,7 @@ def mean_degree(
     theta, image, absolute_image
         Of `comprehensive_degree`.
     names : sequence of str, optional
-        Of the temperatures, for messages.
+        Names of the temperatures, for messages.
 
     Raises
     ------
@@ -221,7 +221,7 @@ def mean_degree(
 
 
 def target_place(targets: Sequence[str], target: str, source: str) -> int:
-    """Return the place of a target by its name, with its unit or without.
+    """Return the place of a target by its name, with or without its unit.
 
     Parameters
     ----------
@@ -230,12 +230,12 @@ def target_place(targets: Sequence[str], target: str, source: str) -> int:
     target : str
         One of them, or `GROWTH`.
     source : str
-        What asked for it, for the refusal.
+        The origin of the request, for the error message.
 
     Raises
     ------
     BadInput
-        If there is none of this name.
+        If there is no target with this name.
     """
     name = target.removesuffix("_um").removesuffix("_urad")
     if name == GROWTH and GROWTH not in targets:
@@ -249,7 +249,7 @@ def target_place(targets: Sequence[str], target: str, source: str) -> int:
 def on_grid(run: PreparedRun, candidates: Sequence[int]) -> tuple[Array, Array]:
     """Return a run's temperatures and targets, evenly sampled where they were measured.
 
-    Degrees of incidence sum samples, so all runs are put on one grid.
+    Degrees of incidence sum samples, so all runs need the same grid.
     """
     rows = run.usable & np.isfinite(run.targets).all(axis=1)
     if rows.sum() < 2:
@@ -272,7 +272,7 @@ def _interpolated(time: Array, known: Array, values: Array) -> Array:
 
 
 def _relational(errors: Array, rises: Array) -> Array:
-    """Return the grey relational degree of each column to the errors, either way up, mean."""
+    """Return the mean grey relational degree of each column to the errors or their negatives."""
     degrees = [
         np.maximum(relational_degree(error, rises), relational_degree(-error, rises))
         for error in errors.T
@@ -281,7 +281,7 @@ def _relational(errors: Array, rises: Array) -> Array:
 
 
 def _correlation(errors: Array, rises: Array) -> Array:
-    """Return the size of Pearson's r of each column with the errors, mean over moving errors."""
+    """Return the absolute Pearson's r of each column with the errors, mean over moving errors."""
     moving = errors[:, np.ptp(errors, axis=0) > 0]
     if moving.shape[1] == 0:
         return np.zeros(rises.shape[1])

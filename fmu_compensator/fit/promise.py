@@ -1,10 +1,10 @@
-"""What a compensator leaves in runs and in conditions left out: what `fit` may promise.
+"""The remaining drift that `fit` may promise, from runs and conditions left out.
 
-Judged is what would be installed: each time it is fitted anew without some runs, made into a
-compensator, and driven through them with all its checks. Few runs say little of how large an error
-may become, so the promise is the posterior of its mean square: what the interval expects counts as
-`DEGREES` runs, and beside it stand as many as were left out, or as many conditions. An interval
-that expected less than was left takes nothing from what was seen.
+What would be installed is judged: for each fold it is fitted without some runs, made into a
+compensator, and driven through them with all its checks. Few runs say little about how large an
+error may become, so the promise is the posterior of its mean square: the expectation of the
+interval counts as `DEGREES` runs, next to the number of left-out runs or conditions. An interval
+that expected less than was observed does not lower the observed value.
 """
 
 from __future__ import annotations
@@ -25,25 +25,25 @@ from measurement.rig import AXES, Rig
 from measurement.runs import Run
 
 FEWEST_JUDGED_ROWS = 3
-"""With fewer measurements a run says nothing of its drift [1]: set on no data."""
+"""With fewer measurements a run is not judged [1]: set on no data."""
 
 
 @dataclass(frozen=True)
 class AxisLeft:
-    """What a compensator leaves of the drift of one run along one axis.
+    """The remaining drift of one run along one axis.
 
     Attributes
     ----------
     none, left : float
-        Root mean square of the drift, and of what is left of it [um].
+        Root mean square of the drift and of the remaining drift [um].
     inside : float
-        Share of the samples within the promised interval [1]; NaN without one, as what follows.
+        Share of samples within the promised interval [1]; like the rest, NaN without an interval.
     half_width : float
         Mean half width of the interval [um].
     expected : float
-        Root mean square that the interval expects to be left [um].
+        Root mean square of the remaining drift expected by the interval [um].
     miss : float
-        Root mean square of what is left over the half width [1].
+        Root mean square of the ratio of remaining drift to half width [1].
     """
 
     none: float
@@ -56,19 +56,19 @@ class AxisLeft:
 
 @dataclass(frozen=True)
 class RunLeft:
-    """What a compensator leaves of the drift of one run.
+    """The remaining drift of one run.
 
     Attributes
     ----------
     run : str
     fold : Fold or None
-        The runs left out together with it; None where the compensator was given.
+        The runs left out together with it; None if the compensator was given.
     axes : dict of str to AxisLeft
-        By axis; those that were measured.
+        The measured axes.
     new : float
-        Share of the samples outside training [1].
+        Share of samples outside training [1].
     counts : float
-        For how many runs it counts: less than one where it ended before any of training did [1].
+        Weight as a number of runs: below 1 if it is shorter than all training runs [1].
     """
 
     run: str
@@ -79,7 +79,7 @@ class RunLeft:
 
 
 def left_of(driven: Driven, run: str) -> RunLeft:
-    """Return what was left of a run's drift."""
+    """Return the remaining drift of a run."""
     axes: dict[str, AxisLeft] = {}
     error, width = driven.error, driven.half_width
     for place, axis in enumerate(AXES):
@@ -101,24 +101,24 @@ def left_of(driven: Driven, run: str) -> RunLeft:
 def judge_runs(
     model: Model, pairs: Iterable[tuple[Run, Run]], rig: Rig, tool_length_mm: float
 ) -> list[RunLeft]:
-    """Return what a compensator leaves of runs.
+    """Return the remaining drift of runs with a compensator.
 
     Parameters
     ----------
     model : Model
         The compensator.
     pairs : iterable of (Run, Run)
-        Each run as it was recorded, and without what is broken in it.
+        Each run as recorded, and without its broken readings.
     rig : Rig
-        What the displacements mean.
+        Meaning of the displacements.
     tool_length_mm : float
-        At which the drift is taken.
+        Tool length at which the drift is taken.
     """
     return [left_of(drive(model, run, left, rig, tool_length_mm), run.name) for run, left in pairs]
 
 
 def by_axis(records: Sequence[RunLeft]) -> dict[str, dict[str, float]]:
-    """Return what is left along each axis, every run counting as it says.
+    """Return the remaining drift along each axis, with every run weighted by its `counts`.
 
     Parameters
     ----------
@@ -127,8 +127,8 @@ def by_axis(records: Sequence[RunLeft]) -> dict[str, dict[str, float]]:
     Returns
     -------
     dict of str to dict of str to float
-        By axis: RMSE with the compensator (``model``) and without (``no_model``), and what the
-        interval expects (``expected``) [um]; share of the samples within it (``inside``) [1].
+        By axis: RMSE with the compensator (``model``), without (``no_model``) and as expected by
+        the interval (``expected``) [um]; share of samples within the interval (``inside``) [1].
     """
     found: dict[str, dict[str, float]] = {}
     for axis in AXES:
@@ -146,7 +146,7 @@ def by_axis(records: Sequence[RunLeft]) -> dict[str, dict[str, float]]:
 
 
 def promise(records: Sequence[RunLeft]) -> dict[str, Any] | None:
-    """Return what runs left out showed, for the provenance; None without any.
+    """Return the results of left-out runs for the provenance; None if there are none.
 
     Every run counts as one.
     """
@@ -163,7 +163,7 @@ def promise(records: Sequence[RunLeft]) -> dict[str, Any] | None:
         found[kind] = by_axis(here)
         by_fold = {record.fold.name: record.fold for record in here if record.fold is not None}
         runs = {record.run for record in here}
-        # The folds of a condition overlap those of the next: they are thirds of the runs.
+        # The folds of different conditions overlap: they are thirds of the same runs.
         found[f"{kind}_behind"] = len(runs) if kind == LIKE else min(len(runs), THIRDS)
         found[f"{kind}_folds"] = [
             {"left_out": name, "runs": len(fold.out), "ratio_to_none": _ratio(here, fold)}
@@ -176,12 +176,12 @@ def promise(records: Sequence[RunLeft]) -> dict[str, Any] | None:
 
 
 def promised(unseen: Mapping[str, Any]) -> dict[str, dict[str, float]]:
-    """Return what is promised to be left of each axis (``model``), and of what (``no_model``) [um].
+    """Return the promised error of each axis (``model``), and the drift (``no_model``) [um].
 
     Parameters
     ----------
     unseen : mapping
-        What `promise` returned: the worse of like and unlike runs counts.
+        What `promise` returned: the worse of like and unlike runs is used.
     """
     kinds = [kind for kind in (LIKE, UNLIKE) if kind in unseen]
     found = {}
@@ -200,14 +200,14 @@ def promised(unseen: Mapping[str, Any]) -> dict[str, dict[str, float]]:
 
 
 def followed(unseen: Mapping[str, Any] | None, records: Sequence[RunLeft]) -> dict[str, Any] | None:
-    """Return a promise after further runs: each is one more run, all are one more condition.
+    """Return a promise after new runs: each is one more run, together they are one more condition.
 
     Parameters
     ----------
     unseen : mapping or None
-        What `promise` returned for the runs before; without a promise it counts as none.
+        What `promise` returned for the earlier runs; None: no earlier runs.
     records : sequence of RunLeft
-        What was left of the new runs by compensators that did not know them.
+        Remaining drift of the new runs with compensators not fitted to them.
     """
     records = [record for record in records if record.axes]
     if not records:
@@ -229,7 +229,7 @@ def _together(
     new: Mapping[str, Mapping[str, float]],
     count: float,
 ) -> dict[str, dict[str, float]]:
-    """Return the figures by axis of *behind* observations and *count* more."""
+    """Return the combined figures by axis of *behind* observations and *count* more."""
     found = {axis: dict(row) for axis, row in {**new, **old}.items()}
     for axis in old.keys() & new.keys():
         for name, value in new[axis].items():

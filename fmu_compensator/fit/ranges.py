@@ -1,4 +1,4 @@
-"""What the compensator will believe and do: plausible readings and limits, from the data."""
+"""Plausible readings and limits of a compensator, from the data."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from measurement.resampling import GAP_INTERVALS
 from measurement.units import UNITS
 
 PLAUSIBLE_MARGIN_K = 25.0
-"""A reading may lie this far outside what training saw: a hotter hall, a longer day [K]. Set on
-no data."""
+"""A reading may lie this far outside the range seen in training: a hotter hall, a longer day [K].
+Set on no data."""
 RATE_QUANTILE = 0.999
-"""Faster changes than all but one in a thousand are taken for faults in the training data [1]:
-set on no data."""
+"""The fastest one in a thousand changes in the training data are taken for faults [1]: set on no
+data."""
 LOWEST_RATE, LOWEST_NOISE_K, SHORTEST_STALE_S = 0.05, 0.5, 900.0
-"""Least limits, whatever training saw: 3 K a minute, which a cooler that switches on or a door that
-opens can bring to any thermometer [K/s]; then [K] and [s]. Set on no data."""
+"""Lower bounds of the limits, whatever training saw: 3 K a minute, which a cooler switching on or a
+door opening can cause at any thermometer [K/s]; then [K] and [s]. Set on no data."""
 DEFAULT_LIMITS = {"slew_um_per_s": 1.0, "hold_s": 300.0, "recover_s": 10.0, "share": 1.0}
-"""1 um/s is what a well-known control tracks thermal offsets at."""
+"""1 um/s is the rate at which a well-known control tracks thermal offsets."""
 
 
 def sensor_table(name: str, runs: Sequence[PreparedRun], index: int) -> dict[str, Any]:
@@ -56,8 +56,8 @@ def sensor_table(name: str, runs: Sequence[PreparedRun], index: int) -> dict[str
         "high": min(math.ceil(high + PLAUSIBLE_MARGIN_K), UNITS["degC"].high),
         "rate_per_s": _rounded(max(UNUSUALLY * _fastest(runs, readings), LOWEST_RATE)),
         "noise": _rounded(max(UNUSUALLY * _largest_jump(readings), LOWEST_NOISE_K)),
-        # At 3 intervals thermometers of four sound runs of the lathe were stale in 1 to 8 % of the
-        # time.
+        # At 3 intervals, thermometers in four sound runs of the lathe were stale for 1 to 8 % of
+        # the time.
         "stale_after_s": math.ceil(max(GAP_INTERVALS * still, SHORTEST_STALE_S)),
         "trained_low": _rounded(trained_low),
         "trained_high": _rounded(trained_high),
@@ -77,17 +77,17 @@ def limits_table(
     geometry : Geometry
         Turns targets into drift.
     runs : sequence of TrainingRun
-        Their measured targets say how large a drift gets.
+        Their measured targets show how large the drift gets.
     tool_length_mm : tuple of float, optional
         Shortest and longest tool. By default from the gauge line to twice as far as the outer
         radial sensors: within their span and a little beyond.
     given : mapping
-        Limits that the caller sets; the others are defaults.
+        Limits set by the caller; the others get defaults.
 
     Raises
     ------
     BadInput
-        For a limit that is not known, or a tool length that no compensator allows.
+        For an unknown limit, or a tool length that no compensator allows.
     """
     for name in given:
         if name not in {"offset_um", *DEFAULT_LIMITS}:
@@ -102,7 +102,7 @@ def limits_table(
         for targets in _corners(run.targets)
         for value in geometry.drift(targets, high)
     )
-    # Rounded up to whole 5 um: a limit is a setting that people read.
+    # Rounded up to a multiple of 5 um, because people read this setting.
     offset = 5.0 * math.ceil(UNUSUALLY * largest / 5.0)
     limits = {"offset_um": offset, **DEFAULT_LIMITS, **given}
     return {**limits, "tool_length_mm": [low, high]}
@@ -119,7 +119,7 @@ def _default_tool_length(geometry: Geometry) -> tuple[float, float]:
 def _corners(targets: Array) -> list[list[float]]:
     """Return the rows in which some target is smallest or largest, and both extreme rows.
 
-    The drift is monotonic in each target, so no row drifts further than the corner of extremes.
+    The drift is monotonic in each target, so no row drifts further than the extreme corner.
     """
     if len(targets) == 0:
         return [[0.0] * targets.shape[1]]
@@ -132,13 +132,13 @@ def _extremes(columns: Sequence[Array]) -> tuple[float, float]:
 
 
 def _interval(time_s: Array, values: Array) -> float:
-    """Return how often a sensor is read [s]: between two readings it stands still."""
+    """Return a sensor's sampling interval [s]: between two readings it is constant."""
     known = time_s[np.isfinite(values)]
     return float(np.median(np.diff(known))) if len(known) > 1 else 0.0
 
 
 def _fastest(runs: Sequence[PreparedRun], readings: Sequence[Array]) -> float:
-    """Return the fastest change over `SPAN_S`, outliers left out [K/s]."""
+    """Return the fastest change over `SPAN_S` without outliers [K/s]."""
     rates = []
     for run, values in zip(runs, readings, strict=True):
         there = np.isfinite(values)
@@ -155,7 +155,7 @@ def _fastest(runs: Sequence[PreparedRun], readings: Sequence[Array]) -> float:
 
 
 def _largest_jump(readings: Sequence[Array]) -> float:
-    """Return the largest change from one sample to the next, outliers left out [K]."""
+    """Return the largest change between consecutive samples without outliers [K]."""
     jumps = np.concatenate([np.abs(np.diff(values[np.isfinite(values)])) for values in readings])
     return float(np.quantile(jumps, RATE_QUANTILE)) if len(jumps) else 0.0
 

@@ -1,4 +1,4 @@
-"""What is done with any set of runs: choose the points, fit the error model."""
+"""How to treat any set of runs: choose the points and fit the error model."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from measurement.errors import BadInput, shown
 
 @dataclass(frozen=True)
 class Recipe:
-    """How to come from prepared runs to a fitted error model.
+    """How to get from prepared runs to a fitted error model.
 
     Attributes
     ----------
     kind : str
         Kind of the error model: a file in `fmu_compensator.fit.error_models`.
     points : {"grey", "hierarchical", "fuzzy", "all"} or names, optional
-        The temperatures to use; by default what the model's class calls usual.
+        The temperatures to use; by default the usual ones of the model's class.
     input_form : {"rise", "absolute", "level"}, optional
-        Likewise.
+        By default the usual one of the model's class.
     grey : mapping
         Options of `choose_points`.
     options : mapping
@@ -35,7 +35,7 @@ class Recipe:
     Raises
     ------
     BadInput
-        For a kind or a form that is not known.
+        For an unknown kind or form.
     """
 
     kind: str
@@ -45,7 +45,7 @@ class Recipe:
     options: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Check the names and complete what was not said."""
+        """Check the names and fill in the defaults."""
         known = fitted_models()
         if self.kind not in known:
             allowed = ", ".join(known)
@@ -85,11 +85,11 @@ class Recipe:
         return prepared.readable([_index(name, prepared.sensors) for name in names]), {}
 
     def rows(self, run: PreparedRun, chosen: Sequence[int]) -> TrainingRun:
-        """Return the rows of a run that the model takes in."""
+        """Return the rows of a run that the model uses."""
         return run.history(chosen) if self.model.history else run.complete(chosen)
 
     def task(self, prepared: Prepared, runs: Sequence[PreparedRun], chosen: Sequence[int]) -> Task:
-        """Return what the model is to be fitted to."""
+        """Return the task to fit the model to."""
         names = [prepared.sensors[index] for index in chosen]
         rows = [self.rows(run, chosen) for run in runs]
         return Task(rows, names, prepared.targets, self.input_form)

@@ -1,4 +1,4 @@
-"""In which conditions a run was, beside those of the training runs."""
+"""The conditions of a run, compared with those of the training runs."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ class Condition:
     Attributes
     ----------
     name, unit : str
-        What it is.
+        Name of the condition and its unit.
     value : float
-        Of the run.
+        Value of the run.
     low, high : float
-        Of the training runs.
+        Range of the training runs.
     """
 
     name: str
@@ -33,12 +33,12 @@ class Condition:
 
     @property
     def is_new(self) -> bool:
-        """Whether training saw nothing like it."""
+        """Whether it is outside the range of training."""
         return not self.low <= self.value <= self.high
 
     @property
     def text(self) -> str:
-        """One phrase."""
+        """The condition in one phrase."""
         return (
             f"{self.name} {self.value:.4g} {self.unit} (training {self.low:.4g} to {self.high:.4g})"
         )
@@ -53,19 +53,19 @@ NAMES = (
 
 
 def values_of(run: Run, sensors: Sequence[str]) -> list[float]:
-    """Return a run's conditions, in the order of `NAMES`; NaN for what is not known."""
+    """Return a run's conditions, in the order of `NAMES`; NaN if unknown."""
     columns = [run.frame[f"{name}_degC"].to_numpy(float) for name in sensors]
     speed = run.frame["speed_rpm"].to_numpy(float) if "speed_rpm" in run.frame else np.zeros(0)
     return conditions_in(np.column_stack(columns), speed, run.time_s)
 
 
 def conditions_in(temperatures: Array, speed: Array, time_s: Array) -> list[float]:
-    """Return the conditions of a run's columns, in the order of `NAMES`; NaN for what is not known.
+    """Return the conditions from a run's columns, in the order of `NAMES`; NaN if unknown.
 
     Parameters
     ----------
     temperatures : array (n, k)
-        Of which the median counts [degC].
+        Their median is used [degC].
     speed : array
         [rpm]
     time_s : array (n,)
@@ -83,7 +83,7 @@ def conditions_in(temperatures: Array, speed: Array, time_s: Array) -> list[floa
 
 
 def ranges_of(runs: Sequence[Run], sensors: Sequence[str]) -> list[list[float] | None]:
-    """Return the smallest and the largest of each condition, in the order of `NAMES`.
+    """Return the smallest and the largest value of each condition, in the order of `NAMES`.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def ranges_of(runs: Sequence[Run], sensors: Sequence[str]) -> list[list[float] |
 def conditions_of(
     run: Run, sensors: Sequence[str], ranges: Sequence[Sequence[float] | None]
 ) -> list[Condition]:
-    """Return a run's conditions beside the training's, those that both know.
+    """Return a run's conditions together with training's, if both are known.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def conditions_of(
     sensors : sequence of str
         Thermometers that the compensator uses.
     ranges : sequence
-        What `ranges_of` gave of the training runs.
+        Result of `ranges_of` for the training runs.
     """
     found = []
     for (name, unit), value, known in zip(NAMES, values_of(run, sensors), ranges, strict=False):

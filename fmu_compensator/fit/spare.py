@@ -1,4 +1,4 @@
-"""What a broken thermometer is likely to read, given the others: the fitting twin."""
+"""Fits the model that estimates the reading of a broken thermometer from the others."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from fmu_compensator.fit.installed import Installed, listed
 from fmu_compensator.fit.training import Array, TrainingRun
 
 NOISE_K = 0.05
-"""No thermometer is believed to agree with the others better than this [K]: set on no data."""
+"""Lower limit of a thermometer's deviation from the others [K]: set on no data."""
 STRENGTHS = np.logspace(-6.0, 1.0, 22)
-"""Shares of the mean variance that are tried as the variance of what is a sensor's own [1]."""
+"""Shares of the mean variance to try as the variance of each sensor that is independent of the
+others [1]."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class Rises:
     values : array (n, k)
         Rises above the first row [K].
     rows : TrainingRun
-        The same rows as an error model takes them in.
+        The same rows as input of an error model.
     """
 
     hours: Array
@@ -39,7 +40,7 @@ class Rises:
 
     @classmethod
     def of(cls, run: PreparedRun, chosen: Sequence[int]) -> Rises | None:
-        """Return up to `MOST_ROWS` of the rows with all chosen temperatures, and the first."""
+        """Return the first and up to `MOST_ROWS` further rows with all chosen temperatures."""
         columns = list(chosen)
         there = np.isfinite(run.inputs[:, columns]).all(axis=1)
         if there.sum() < 2:
@@ -51,7 +52,7 @@ class Rises:
 
     @classmethod
     def of_all(cls, runs: Sequence[PreparedRun], chosen: Sequence[int]) -> list[Rises]:
-        """Return those of all runs that have any."""
+        """Return the rises of all runs that have any."""
         return [record for run in runs if (record := cls.of(run, chosen)) is not None]
 
 
@@ -61,9 +62,9 @@ def precision(runs: Sequence[Array], strength: float) -> Array:
     Parameters
     ----------
     runs : sequence of array (n, k)
-        Rises [K]; every run counts as one, whatever its rows.
+        Rises [K]; every run has the same weight, whatever its number of rows.
     strength : float
-        Variance of what is a sensor's own, over the mean variance [1].
+        Variance of each sensor independent of the others, over the mean variance [1].
     """
     together = np.mean([rises.T @ rises / len(rises) for rises in runs], axis=0)
     own = strength * np.trace(together) / len(together) + NOISE_K**2
@@ -72,7 +73,7 @@ def precision(runs: Sequence[Array], strength: float) -> Array:
 
 
 def left_out_errors(runs: Sequence[Array], strength: float) -> list[Array]:
-    """Return how far each reading is from what all others say, each run by the other runs [K]."""
+    """Return each reading's deviation from its estimate by the others, fitted to other runs [K]."""
     found = []
     for place, rises in enumerate(runs):
         known = precision([*runs[:place], *runs[place + 1 :]], strength)
@@ -81,19 +82,19 @@ def left_out_errors(runs: Sequence[Array], strength: float) -> list[Array]:
 
 
 def _errors(rises: Array, known: Array) -> Array:
-    """Return how far each reading is from what all others say, by a precision, (n, k) [K]."""
+    """Return each reading's deviation from its estimate by the others, shape (n, k) [K]."""
     return np.asarray(rises @ known / np.diag(known))
 
 
 def _variance(errors: Sequence[Array]) -> Array:
-    """Return the mean square of every sensor's errors, each run counting as one, (k,) [K^2]."""
+    """Return the mean square of each sensor's errors, with equal weight per run, (k,) [K^2]."""
     return np.asarray(np.mean([(error**2).mean(axis=0) for error in errors], axis=0))
 
 
 def best_strength(runs: Sequence[Array]) -> float:
-    """Return which of `STRENGTHS` says best what a sensor of a run left out reads.
+    """Return which of `STRENGTHS` predicts the sensors of left-out runs best.
 
-    The mean of logarithms: one run with a broken sensor does not decide.
+    Logarithms are averaged, so that one run with a broken sensor does not decide.
 
     Parameters
     ----------
@@ -109,9 +110,9 @@ def best_strength(runs: Sequence[Array]) -> float:
 
 
 def spare_table(runs: Sequence[PreparedRun], installed: Installed) -> dict[str, Any] | None:
-    """Return the file's table; None where one sensor cannot be told from others.
+    """Return the file's table; None if a sensor cannot be estimated from others.
 
-    That is with one run, as nothing is left to try it on, and with one sensor.
+    That is with one run, because no run is left for testing, or with one sensor.
 
     Parameters
     ----------
@@ -143,7 +144,7 @@ def spare_table(runs: Sequence[PreparedRun], installed: Installed) -> dict[str, 
 def spare_after(
     spare: Mapping[str, Any], runs: Sequence[PreparedRun], chosen: Sequence[int], before: int
 ) -> dict[str, Any]:
-    """Return the file's table after further runs: its precision, and how far that is believed.
+    """Return the file's table after further runs, with updated precision and growth.
 
     Parameters
     ----------
@@ -154,7 +155,7 @@ def spare_after(
     chosen : sequence of int
         Places of the compensator's sensors among the runs'.
     before : int
-        So many runs stand behind the file.
+        Number of runs that the file is based on.
     """
     rises = [record.values for record in Rises.of_all(runs, chosen)]
     old = np.array(spare["precision"])
@@ -188,7 +189,7 @@ def _usual_start(runs: Sequence[PreparedRun], chosen: Sequence[int]) -> Array:
 
 
 def likeliest_memory(series: Sequence[tuple[Array, Array]]) -> float:
-    """Return which of the Gaussian's lags explains series best [h].
+    """Return which of the Gaussian's lags describes series best [h].
 
     Parameters
     ----------
@@ -217,10 +218,10 @@ def _series(
 
 
 def _sensitivity(records: Sequence[Rises], errors: Sequence[Array], installed: Installed) -> Array:
-    """Return how far the targets move with each sensor's error, shape (m, k) [um/K, urad/K].
+    """Return how much the targets change with each sensor's error, shape (m, k) [um/K, urad/K].
 
-    By what is installed itself, memory and all: root mean square of the targets' change over that
-    of the error.
+    Computed with what is installed, including its memory: root mean square of the targets' change
+    over that of the error.
     """
     count, targets = errors[0].shape[1], len(installed.constant)
     change, wrong, along = np.zeros((targets, count)), np.zeros(count), np.zeros((targets, count))

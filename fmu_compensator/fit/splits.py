@@ -1,4 +1,4 @@
-"""Which runs a comparison learns from and which it judges: by run or by condition, never by row."""
+"""Training and validation runs of a comparison: split by run or by condition, never by row."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from measurement.runs import Run
 
 @dataclass(frozen=True)
 class Split:
-    """Which runs are learnt from, and which are judged.
+    """Training runs and runs to judge.
 
     Attributes
     ----------
     name : str
-        What sets the judged runs apart.
+        What distinguishes the judged runs.
     train, validate : list of Run
         No run is in both.
     """
@@ -36,8 +36,8 @@ def leave_out(runs: Sequence[Run], by: str) -> list[Split]:
     runs : sequence of Run
         All runs.
     by : {"run", "speeds"}
-        ``speeds``: runs that turned at the same speeds are left out together, so that every model
-        is judged at a condition that it never saw.
+        ``speeds``: runs at the same speeds are left out together, so that every model is judged in
+        an unseen condition.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Everything that the studies look at to choose temperature-sensitive points."""
+"""All quantities that the studies use to choose temperature-sensitive points."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ class Survey:
     Attributes
     ----------
     run_names, sensors : list of str
-        What was looked at.
+        Names of the runs and of the temperatures considered.
     target, unit : str
-        The error that counts, and its unit.
+        The error to predict, and its unit.
     degree : array (m, m)
         Grey comprehensive degree [1].
     groupings : dict of str to list of list of int
@@ -50,15 +50,15 @@ class Survey:
     membership : array (m, clusters)
         Of fuzzy c-means [1].
     pearson, relational : array (m,)
-        Correlation, and grey relational degree, to the error [1].
+        Correlation with the error, and grey relational degree to it [1].
     loops : list of Loop
         How the error follows each temperature.
     traces : list of (array (n, m), array (n,))
-        Of each run, rises and error, a sample every `GRID_S` [K; um, urad].
+        Rises and error of each run, one sample every `GRID_S` [K; um, urad].
     points : list of int
         The columns chosen: the best of each group.
     subsets : list of Subset
-        All combinations of the points; their columns count among `points`.
+        All combinations of the points; their columns are indices into `points`.
     notes : list of str
         What was left out of the data.
     """
@@ -80,7 +80,7 @@ class Survey:
     notes: list[str]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything as JSON can carry it."""
+        """Return everything in JSON types."""
         return {
             "runs": self.run_names,
             "sensors": self.sensors,
@@ -129,14 +129,14 @@ def survey(
     grouping: str = "grey",
     target: str = GROWTH,
 ) -> Survey:
-    """Return how alike the temperatures of runs are, and how well they tell the error.
+    """Return how similar the temperatures of runs are, and how well they predict the error.
 
     Parameters
     ----------
     runs : sequence of Run
         Their degrees are averaged; the rises of all runs are clustered and correlated together.
     rig : rig or MeasuredColumns
-        What the displacement columns mean.
+        Meaning of the displacement columns.
     threshold : float
         Grey degree at which two temperatures join one group.
     theta : float
@@ -154,13 +154,13 @@ def survey(
     keep_quiet : bool
         Also consider temperatures that hardly move.
     score : {"correlation", "relational"}
-        What makes a temperature the best of its group.
+        Criterion for the best temperature of a group.
     grouping : {"grey", "hierarchical", "fuzzy"} or names
         Clustering from whose groups one temperature each is chosen, or the temperatures themselves,
         separated by commas.
     target : str
-        Signal name of the error that counts, or ``growth``: elongation where it is measured, else
-        what measures Z, else the first.
+        Signal name of the error to predict, or ``growth``: elongation if measured, else the one
+        that measures Z, else the first.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Runs made ready for fitting: joined columns, relative to their start, weighted by time."""
+"""Runs prepared for fitting: joined columns, relative to their start, weighted by time."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 GRID_S = 60.0
-"""Rows closer together tell nothing more of drift [s]: set on no data."""
+"""Rows closer together add no information about drift [s]: set on no data."""
 
 
 @dataclass(frozen=True)
 class TrainingRun:
-    """One run's rows, each with all inputs.
+    """One run's rows, each with complete inputs.
 
-    The rows of a model that remembers earlier samples (`PreparedRun.history`) have targets only
-    where they were measured; those of any other model (`PreparedRun.complete`) have them all.
+    Rows for a model that remembers earlier samples (`PreparedRun.history`) have targets only
+    where they were measured; those for any other model (`PreparedRun.complete`) always have them.
 
     Attributes
     ----------
@@ -28,11 +28,11 @@ class TrainingRun:
     inputs : array (n, k)
         Temperatures, in the input form [degC or K].
     targets : array (n, m)
-        What is to be predicted; NaN where it was not measured [um, urad].
+        Values to predict; NaN if not measured [um, urad].
     speed : array (n,)
-        Spindle speed [rpm]; NaN where it was not recorded.
+        Spindle speed [rpm]; NaN if not recorded.
     weights : array (n,)
-        The time each row stands for; 0 where a target is missing [s].
+        The time that each row represents; 0 if a target is missing [s].
     """
 
     name: str
@@ -44,7 +44,7 @@ class TrainingRun:
 
     @property
     def known(self) -> NDArray[np.bool_]:
-        """Which rows have all targets."""
+        """Whether each row has all targets."""
         return np.asarray(np.isfinite(self.targets).all(axis=1))
 
     def at(self, rows: NDArray[np.bool_]) -> TrainingRun:
@@ -78,10 +78,10 @@ class TrainingRun:
 
 
 def row_weights(time_s: Array) -> Array:
-    """Return the time that each row stands for [s]: half the way to either neighbour.
+    """Return the time that each row represents [s]: half the interval to either neighbour.
 
-    With these weights a run counts by its duration, not by how often it was sampled. A gap
-    counts no more than five usual intervals, so that the rows beside it do not stand for it.
+    These weights make a run count by its duration, not by its sampling. A gap counts as at most
+    five usual intervals, so that the rows next to it do not represent it.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""New runs into a compensator, without the old ones: its Gaussian is conditioned on them, too."""
+"""Updates a compensator with new runs by conditioning its Gaussian; old runs are not needed."""
 
 from __future__ import annotations
 
@@ -29,13 +29,14 @@ from measurement.runs import Run
 def update_compensator(
     model: Model, runs: Sequence[Run], *, created: str | None = None
 ) -> tuple[dict[str, Any], list[RunLeft]]:
-    """Take new runs into a compensator.
+    """Update a compensator with new runs.
 
     The error model and the Gaussian's scales stay. Its weights are conditioned on the new runs as
-    they were on the old ones, so no old run is needed; how far to believe them follows, and with it
-    the interval and what counts as new. What the old compensator left in the new runs, which it had
-    never seen, stands in the file's provenance. The promise follows by what updates with all new
-    runs but one leave of that one; a single one is judged by the old compensator.
+    they were on the old ones, so old runs are not needed; their uncertainty, the interval and what
+    counts as new follow. The file's provenance records the remaining drift of the new runs with
+    the old compensator, for which they were unseen. The promise is updated with the remaining drift
+    of each new run after an update with the others; a single new run is judged with the old
+    compensator.
 
     Parameters
     ----------
@@ -51,12 +52,12 @@ def update_compensator(
     table : dict
         The new file's content, checked.
     before : list of RunLeft
-        What the old compensator left of the new runs.
+        Remaining drift of the new runs with the old compensator.
 
     Raises
     ------
     BadInput
-        If the file does not say what its rig was, a new run is an old one, or a column is missing.
+        If the file does not contain its rig, a new run is an old one, or a column is missing.
     """
     rig = _rig(model)
     _check_new(model, runs, rig)
@@ -96,8 +97,8 @@ def _rig(model: Model) -> Rig:
 
 def _check_new(model: Model, runs: Sequence[Run], rig: Rig) -> None:
     known = {run["sha256"]: run["name"] for run in model.provenance["runs"]}
-    # An update keeps the scales, and one run alone does not say how runs differ: on the simulated
-    # jig borer the update of such a fit was worse than none.
+    # An update keeps the scales, and a single run does not show how runs differ: on the simulated
+    # jig borer, updating such a fit was worse than not updating it.
     if len(known) < 2:
         problem = f"{len(known)} run stands behind it, too few for its scales: fit all runs anew"
         raise BadInput(model.source, "provenance.runs", problem)
@@ -113,12 +114,12 @@ def _check_new(model: Model, runs: Sequence[Run], rig: Rig) -> None:
 
 
 def _places(model: Model, prepared: Prepared) -> list[int]:
-    """Return where the thermometers in use stand among the runs'.
+    """Return the places of the compensator's thermometers among the runs'.
 
     Raises
     ------
     BadInput
-        If one of them is not to be had, or a run has no row with all of them and all displacements.
+        If one is not available, or a run has no row with all of them and all displacements.
     """
     used = [model.sensors[index].name for index in model.chosen]
     for name in used:
@@ -140,7 +141,7 @@ def _places(model: Model, prepared: Prepared) -> list[int]:
 def _taken_in(
     model: Model, prepared: Prepared, chosen: Sequence[int], places: Iterable[int]
 ) -> dict[str, Any]:
-    """Return the file's content after some of the new runs."""
+    """Return the file's content after an update with some of the new runs."""
     table = copy.deepcopy(model.table)
     runs = [prepared.runs[place] for place in places]
     _condition(table["gaussian"], [sample_of_run(model, run, chosen) for run in runs])
@@ -154,7 +155,7 @@ def _taken_in(
 def _unseen(
     model: Model, prepared: Prepared, chosen: Sequence[int], pairs: Sequence[tuple[Run, Run]]
 ) -> list[RunLeft]:
-    """Return what updates with all new runs but one leave of that one."""
+    """Return the remaining drift of each new run after an update with the others."""
     rig, found = _rig(model), []
     for place, pair in enumerate(pairs):
         others = [other for other in range(len(pairs)) if other != place]
@@ -167,7 +168,7 @@ def _unseen(
 def _counted(
     records: Sequence[RunLeft], runs: Sequence[Run], conditions: Sequence[Sequence[float] | None]
 ) -> list[RunLeft]:
-    """Return what was left of runs, one that was broken off counting as a part of a run."""
+    """Return the remaining drift of runs with a reduced count for those that ended early."""
     ranges = dict(zip((name for name, _ in NAMES), conditions, strict=False))
     shortest_h = (ranges.get("duration") or (0.0,))[0]
     hours = [float(np.ptp(run.time_s)) / 3600.0 for run in runs]
@@ -178,7 +179,7 @@ def _counted(
 
 
 def sample_of_run(model: Model, run: PreparedRun, chosen: Sequence[int]) -> Sample:
-    """Return what a new run says of the weights.
+    """Return the rows of a new run to learn the weights from.
 
     Parameters
     ----------
@@ -235,7 +236,7 @@ def _widen(
     sensors: Sequence[str],
     chosen: Sequence[int],
 ) -> None:
-    """Widen what is plausible, and how large an offset may be, by what the new runs show."""
+    """Widen the plausible readings and the largest offset according to the new runs."""
     for entry in table["sensors"]:
         if entry["name"] not in sensors:
             continue
@@ -256,7 +257,7 @@ def _together(
 ) -> list[Any]:
     if not old:
         return list(new)
-    # How short a whole run is only the fit says: one that was broken off would make others whole.
+    # Keep the shortest duration: after a run that ended early, other short runs would look whole.
     return [
         a or b
         if a is None or b is None

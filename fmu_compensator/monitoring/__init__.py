@@ -1,4 +1,4 @@
-"""Whether a compensator still fits its machine: what a log says of its sensors and its promises."""
+"""Checks from a log whether a compensator still fits its machine: sensors and remaining errors."""
 
 from fmu_compensator.monitoring.monitor import Report, monitor
 

@@ -1,4 +1,4 @@
-"""How large a figure of a further run may be, and how likely one is, given runs like it."""
+"""Prediction bound and probability of a figure of a new run, given those of similar runs."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from measurement.resampling import WRONG
 
 
 def upper_bound(values: Sequence[float], risk: float = WRONG) -> float:
-    r"""Return the largest figure that a further run like these should have.
+    r"""Return the largest figure expected of a further run like these.
 
     .. math:: \exp(m + t_{1 - r,\,n - 1}\, s \sqrt{1 + 1/n})
 
     with m and s the mean and the standard deviation of the logarithms: the one-sided prediction
-    bound of a log-normal figure. It is never below the largest of the figures themselves. With
-    fewer than two it is infinite: nothing is known of how they vary.
+    bound of a log-normal figure, but at least the largest given figure. With fewer than two
+    figures it is infinite, because their variation is unknown.
     """
     logs = _logs(values)
     if len(logs) < 2:
@@ -29,16 +29,16 @@ def upper_bound(values: Sequence[float], risk: float = WRONG) -> float:
 
 
 def chance_of(figure: float, values: Sequence[float]) -> float:
-    """Return how likely a further run like these has such a figure, or a larger one [1].
+    """Return the probability that a further run like these has this figure or a larger one [1].
 
-    By the same law; 1 where nothing is known of how figures vary.
+    The distribution is that of `upper_bound`; 1 with fewer than two figures.
 
     Parameters
     ----------
     figure : float
         Above 0.
     values : sequence of float
-        Those of runs like it.
+        Figures of similar runs.
     """
     logs = _logs(values)
     if len(logs) < 2 or not figure > 0.0:
@@ -52,5 +52,5 @@ def _logs(values: Sequence[float]) -> npt.NDArray[np.float64]:
 
 
 def _predictive(logs: npt.NDArray[np.float64]) -> tuple[float, float]:
-    """Return middle and scale of the next one."""
+    """Return location and scale of the predictive distribution."""
     return float(logs.mean()), float(logs.std(ddof=1) * np.sqrt(1.0 + 1.0 / len(logs)))

@@ -1,4 +1,4 @@
-"""Whether the measured drift is still what the compensator promised."""
+"""Checks whether the remaining drift is still within what the compensator promised."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from measurement.rig import AXES
 
 @dataclass(frozen=True)
 class AxisError(AxisLeft):
-    """What one axis missed in one run.
+    """The remaining error of one axis in one run.
 
     Attributes
     ----------
     axis : str
     bound : float
-        How large the miss may be in a run like the training [1].
+        Upper bound of the miss in a run like those in training [1].
     chance : float
-        How likely a run like the training misses so much [1].
+        Probability of a miss this large or larger in a run like those in training [1].
     gain : float
-        By how much the measured drift is larger than the predicted one (least squares) [1].
+        Ratio of the measured to the predicted drift (least squares) [1].
     """
 
     axis: str
@@ -38,12 +38,12 @@ class AxisError(AxisLeft):
 
     @property
     def is_unusual(self) -> bool:
-        """Whether no run like the training should miss so much."""
+        """Whether the miss is larger than a run like those in training should have."""
         return bool(self.miss > self.bound)
 
 
 def misses_of(figures: Mapping[str, Any]) -> dict[str, list[float]]:
-    """Return what runs left out of the training missed, by axis, from the file's figures."""
+    """Return the misses of runs left out of training, by axis, from the file's figures."""
     told = (figures.get("unseen") or {}).get("by_run") or []
     return {
         axis: [row["miss"][place] for row in told if row["miss"][place] is not None]
@@ -52,15 +52,15 @@ def misses_of(figures: Mapping[str, Any]) -> dict[str, list[float]]:
 
 
 def axis_errors(driven: Driven, misses: Mapping[str, Sequence[float]]) -> list[AxisError]:
-    """Return what each axis missed, those left out that were hardly measured.
+    """Return the error of each axis, except those with too few measurements.
 
-    Its bound is never below the promised half width, and no more where nothing is known.
+    The bound is at least the promised half width, and equal to it if no misses are known.
 
     Parameters
     ----------
     driven : Driven
     misses : mapping of str to sequence of float
-        What runs left out of the training missed, by axis [1].
+        Misses of runs left out of training, by axis [1].
     """
     found = []
     for axis, left in left_of(driven, "").axes.items():
@@ -77,7 +77,7 @@ def axis_errors(driven: Driven, misses: Mapping[str, Sequence[float]]) -> list[A
 
 @dataclass(frozen=True)
 class Gain:
-    """By how much an axis moves further than predicted, over several runs."""
+    """Ratio of measured to predicted drift of an axis over several runs, with its range."""
 
     axis: str
     value: float
@@ -86,7 +86,7 @@ class Gain:
 
 
 def gain_of(axis: str, runs: Sequence[AxisError]) -> Gain | None:
-    """Return the mean gain of an axis and its 90 % range; None from fewer than two runs."""
+    """Return the mean gain of an axis and its 90 % range; None for fewer than two runs."""
     gains = np.array([error.gain for error in runs if np.isfinite(error.gain)])
     if len(gains) < 2:
         return None

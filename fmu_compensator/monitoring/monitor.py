@@ -1,9 +1,9 @@
-"""Read logs beside a compensator, and say whether it still fits.
+"""Checks from logs whether a compensator still fits its machine.
 
-Three questions, each answered from what runs left out of the training showed: do the thermometers
-agree with each other as they did; are the conditions those of the training; and, where the log has
-measured drift, is what the compensator leaves of it within what it promised. Where the drift was
-not measured, only the first two can be answered, and the verdict says so.
+Three questions are answered by comparison with runs left out of training. Do the thermometers agree
+with each other as before? Are the conditions those of training? If the log has measured drift, is
+the remaining error within what was promised? Without measured drift only the first two can be
+answered, and the verdict says so.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ VERDICTS = {
     LEARNT: "no verdict: the compensator was trained on these runs",
     TOO_SHORT: "no verdict: the logs are too short",
 }
-"""What is said, the most urgent first."""
+"""Verdicts, the most urgent first."""
 ADVICE = {
     SENSOR: "check that thermometer; if it reads correctly, its surroundings have changed: measure "
     "the drift and update the compensator with these runs",
@@ -55,31 +55,31 @@ ADVICE = {
     TOO_SHORT: "log whole runs, starting when the machine starts",
 }
 OUTSIDE_SHARE = 0.25
-"""From this share of samples with status 2 on, a run counts as outside training [1]: set on no
+"""A run with at least this share of samples with status 2 is outside training [1]: set on no
 data; docs/results.md reports it."""
 
 
 @dataclass(frozen=True)
 class RunReport:
-    """What one run says.
+    """The result for one run.
 
     Attributes
     ----------
     run : str
     verdict : str
-        One of `VERDICTS`; a run of its own is never `UNUSUAL`.
+        One of `VERDICTS`; a single run is never `UNUSUAL`.
     reasons : tuple of str
         One sentence each.
     sensor : str or None
         The thermometer to blame.
     outside : float
-        Share of the samples that the compensator called outside training [1].
+        Share of samples that the compensator reported as outside training [1].
     without_offsets : float
-        Share of the samples in which it held or sent nothing [1].
+        Share of samples in which it held its offsets, ramped them to zero or sent zero [1].
     errors : tuple of AxisError
-        Where the drift was measured.
+        Of the axes whose drift was measured.
     conditions : tuple of Condition
-        Beside those of training.
+        Conditions of the run, compared with those of training.
     """
 
     run: str
@@ -94,7 +94,7 @@ class RunReport:
 
 @dataclass(frozen=True)
 class Report:
-    """What a log says of a compensator.
+    """The result of `monitor`.
 
     Attributes
     ----------
@@ -105,13 +105,13 @@ class Report:
     runs : tuple of RunReport
         In the order given.
     gains : tuple of Gain
-        Of the axes that drift otherwise than learnt.
+        Of the axes whose drift has changed.
     promised : float
-        Share of samples that the interval is to hold [1]; NaN without one.
+        Share of samples that the interval should contain [1]; NaN without one.
     inside : dict of str to float
-        Share that it held, by axis: the mean over later runs whose thermometers are right [1].
+        Share that it contains, by axis: mean over later runs with good thermometers [1].
     notes : tuple of str
-        What could not be looked at.
+        What to know about the runs, and what could not be checked.
     """
 
     verdict: str
@@ -132,21 +132,21 @@ def monitor(
     tool_length_mm: float | None = None,
     on_run: Callable[[Run], None] = lambda run: None,
 ) -> Report:
-    """Say whether a compensator still fits its machine.
+    """Check whether a compensator still fits its machine.
 
     Parameters
     ----------
     model : Model
         The compensator.
     runs : sequence of Run
-        Logs of whole runs, each from its start on, with the thermometers that it uses. Measured
-        drift may be there in all rows, in some (probes), or not at all.
+        Logs of whole runs, each from its start, with the thermometers that it uses. Drift may be
+        measured in all rows, in some (probes), or not at all.
     rig : Rig, optional
-        What displacement columns mean; by default what the file remembers.
+        Meaning of the displacement columns; by default the rig stored in the file.
     tool_length_mm : float, optional
-        At which drift is compared; by default that of the file's figures, `Limits.judged_tool`.
+        Tool length of the comparison; by default that of the file's figures, `Limits.judged_tool`.
     on_run : callable
-        Told each run once it is done.
+        Called with each run when it is done.
 
     Raises
     ------
@@ -179,7 +179,7 @@ def monitor(
     faults = find_faults(runs)
     reports = []
     for place, run in enumerate(runs):
-        left = cleaned([run], find_faults([run]), GROSS)[0]  # whatever other runs show
+        left = cleaned([run], find_faults([run]), GROSS)[0]  # independent of the other runs
         driven = drive(model, run, left, rig, length)
         here = [fault for fault in faults if fault.place == place]
         report = _run_report(
@@ -281,7 +281,7 @@ def _run_report(
 
 
 def _too_short(run: Run, conditions: Sequence[Condition]) -> str:
-    """Say why a log is too short to tell anything; empty if it is not."""
+    """Return why a log is too short for a verdict; empty if it is not."""
     rows, seconds = len(run.frame), float(run.time_s[-1] - run.time_s[0])
     trained = next(
         (condition.low * 3600.0 for condition in conditions if condition.unit == "h"), 0.0
@@ -292,7 +292,7 @@ def _too_short(run: Run, conditions: Sequence[Condition]) -> str:
 
 
 def _last_said(driven: Driven) -> str:
-    """Return the last thing that was said of inputs outside training."""
+    """Return the last status text about inputs outside training."""
     for output in reversed(driven.outputs):
         if output.status == UNTRAINED:
             return output.status_text
@@ -334,12 +334,12 @@ def _report(runs: Sequence[RunReport]) -> Report:
 
 
 def _chance_of_worst(unusual: Sequence[RunReport], runs: int) -> float:
-    """Return the probability that the worst of so many runs misses so much by chance [1]."""
+    """Return the probability that the worst of *runs* runs misses this much by chance [1]."""
     least = min(error.chance for run in unusual for error in run.errors if error.is_unusual)
     return 1.0 - (1.0 - min(len(AXES) * least, 1.0)) ** runs
 
 
 def _chance(unusual: int, runs: int) -> float:
-    """Return the probability that so many runs, or more, are unusual by chance [1]."""
-    # Up to three axes are looked at in each run.
+    """Return the probability that *unusual* of *runs* runs, or more, are unusual by chance [1]."""
+    # Up to three axes are checked in each run.
     return float(binom.sf(unusual - 1, runs, len(AXES) * WRONG))

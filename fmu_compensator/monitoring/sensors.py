@@ -1,4 +1,4 @@
-"""Whether the thermometers still agree with each other as they did in training."""
+"""Checks whether the thermometers still agree with each other as they did in training."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from measurement.resampling import WRONG
 from measurement.runs import Run
 
 WORTH_SHARE = 1.0 - COVERAGE
-"""A smaller share of a run is not worth a verdict [1], as an interval may leave out so much: of the
+"""A smaller share of a run does not justify a verdict [1], because an interval may miss as much: of
 samples in which a thermometer is broken or astray, or of the shortest training run.
 docs/lifecycle.md reports it."""
 SMALLEST_K = 1.0
-"""A thermometer that is off by less is not called broken [K]: set on pieces of a spindle's
-runs and a simulated jig borer, where others are off as well below it, and fewer are found."""
+"""A thermometer that is off by less is not reported [K]: set on pieces of a spindle's runs and a
+simulated jig borer, where below it other thermometers are off as well, and fewer are found."""
 
 
 @dataclass(frozen=True)
 class Astray:
-    """A thermometer that reads what no other explains.
+    """A thermometer whose readings the others do not explain.
 
     Attributes
     ----------
     sensor : str
     off_by_K : float
-        How far it is from what the others say, at most times [K].
+        Deviation from its estimate by the others, not exceeded for most of the run [K].
     """
 
     sensor: str
@@ -42,16 +42,16 @@ class Astray:
 
 
 class Agreement:
-    r"""The rises of all chosen sensors as the Gaussian of mean zero that the file holds.
+    r"""The rises of all chosen sensors as the zero-mean Gaussian of the file.
 
-    What sensor j reads beyond what the others say is :math:`(P r)_j / P_{jj}`; its variance in runs
-    left out of training is :math:`g_j / P_{jj}`. A sensor is astray where that is larger than
-    Student's t allows, and without it no other is.
+    Sensor j deviates from its estimate by the others by :math:`(P r)_j / P_{jj}`, with variance
+    :math:`g_j / P_{jj}` in runs left out of training. A sensor is astray if its deviation exceeds
+    the limit from Student's t, and no other sensor's does without it.
 
     Parameters
     ----------
     model : Model
-        A compensator; without a spare nothing is known of its sensors' agreement.
+        A compensator; without a spare, the agreement of its sensors is unknown.
     """
 
     def __init__(self, model: Model) -> None:
@@ -63,7 +63,7 @@ class Agreement:
             self._growth = np.array(table["growth"])
 
     def of(self, run: Run) -> Astray | None:
-        """Return the one sensor that is astray in a run, broken readings left out; None if none."""
+        """Return the sensor that is astray in a run without broken readings; None if none."""
         rises = _rises(run, self._sensors) if self.is_known else None
         if rises is None:
             return None
@@ -78,7 +78,7 @@ class Agreement:
         return Astray(self._sensors[worst], float(off[worst]))
 
     def _off(self, rises: Array, places: NDArray[np.int_]) -> tuple[Array, Array]:
-        """Return how far sensors are from what the others of them say, and how far is usual [K]."""
+        """Return the sensors' deviations from their estimates by each other, and the limits [K]."""
         covariance = np.linalg.inv(self._precision)
         known = np.linalg.inv(covariance[np.ix_(places, places)])
         own = np.diag(known)

@@ -1,1 +1,1 @@
-"""The compensator as a C99 FMU: the runtime's twin without Python, and what makes an FMU of it."""
+"""The compensator as a C99 FMU: the C twin of the runtime, and the code that builds the FMU."""

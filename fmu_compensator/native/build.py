@@ -1,4 +1,4 @@
-"""What the C99 FMU of a compensator file is made of."""
+"""The parts of the C99 FMU of a compensator file."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ NO_OTHER_FILE = (
 def native_compensator(
     recipe: Recipe, exchanged: Mapping[str, str] | None = None, *, twin_of: str = ""
 ) -> Native:
-    """Return what the C twin of a compensator FMU is made of.
+    """Return the parts of the C twin of a compensator FMU.
 
     Parameters
     ----------
     recipe : Recipe
-        Of the Python FMU.
+        Recipe of the Python FMU.
     exchanged : dict of str to str, optional
-        Sources that take the place of the program's, by path.
+        Sources that replace the program's, by path.
     twin_of : str
-        GUID of the Python FMU that it gives the results of.
+        GUID of the Python FMU whose results it reproduces.
 
     Raises
     ------

@@ -1,8 +1,8 @@
-"""The C data of one compensator file, from the same description that the Python FMU runs on.
+"""Generates the C data of a compensator file from the objects that the Python FMU uses.
 
-Nothing of a model or a variable is written twice: the file's tables, its sensors and limits, the
-variables, the status texts and the runtime's constants are taken from the Python objects. What the
-C program has no counterpart for does not compile, or is refused here.
+Nothing about a model or a variable is written twice: the file's tables, its sensors and limits, the
+variables, the status texts and the runtime's constants come from the Python objects. Anything
+without a counterpart in the C program does not compile, or is refused here.
 """
 
 from __future__ import annotations
@@ -32,25 +32,25 @@ C_FOLDER = Path(__file__).resolve().parent / "c"
 ERROR_MODELS = "error_models"
 KIND = re.compile(r"^const struct error_model_kind (\w+)_kind\b", re.MULTILINE)
 MEMBERS = [f"{name}[{place}]" for name in ("offset", "pose", "half_width") for place in range(3)]
-"""Of the struct of outputs, in the order of `REALS`."""
+"""Members of the struct of outputs, in the order of `REALS`."""
 TEXT_OUTPUT = "status_text"
 HEAD = "/* Made by spindle-drift from {what}; not to be edited. */\n"
 
 
 def program() -> dict[str, str]:
-    """Return the sources that every compensator shares, by path in the folder of sources."""
+    """Return the sources shared by all compensators, by path in the source folder."""
     paths = sorted([*C_FOLDER.rglob("*.c"), *C_FOLDER.rglob("*.h")])
     sources = {path.relative_to(C_FOLDER).as_posix(): path.read_text("utf-8") for path in paths}
     return sources | _plugged()
 
 
 def kinds() -> list[str]:
-    """Return the error models that have a C twin: those that run alike share a file."""
+    """Return the error models with a C twin, including kinds that share one."""
     return sorted(KIND.findall("\n".join(program().values())))
 
 
 def _plugged() -> dict[str, str]:
-    """Return the C twins of plug-ins: a file of the same name beside, or a text of the class."""
+    """Return the C twins of plug-ins: a file of the same name next to it, or the class's text."""
     sources = {}
     for kind, plugin in plugged_error_models(frozenset(shipped_error_models())).items():
         file = Path(inspect.getfile(plugin.thing)).with_suffix(".c")
@@ -88,7 +88,7 @@ def data_sources(model: Model, variables: Sequence[Variable], name: str, guid: s
     addresses = [f"&{kind}_kind" for kind in found]
     texts = [f"{{{status}, {_text(text)}}}" for status, text in STATUS_TEXTS.items()]
     chosen = ", ".join(map(str, model.chosen))
-    mean = model.new_error_model()  # with a linear one so are the offsets, but for the geometry
+    mean = model.new_error_model()  # if it is linear, so are the offsets, except for the geometry
     derived = "&compensator_derivatives" if mean.linear else "NULL"
     lines = [
         HEAD.format(what=f"the compensator file {model.name}"),
@@ -126,7 +126,7 @@ def data_sources(model: Model, variables: Sequence[Variable], name: str, guid: s
 
 
 def constants() -> str:
-    """Return ``constants.h``: the runtime's numbers in capitals that the C program names.
+    """Return ``constants.h``: the runtime's numeric constants that the C program uses.
 
     ``SPAN_S`` of the module ``checks`` is ``CHECKS_SPAN_S`` here.
     """
@@ -143,7 +143,7 @@ def constants() -> str:
 
 
 def _runtime_numbers() -> Iterator[tuple[str, int | float]]:
-    """Yield the numbers in capitals that each module of runtime and error models assigns."""
+    """Yield the numeric constants of each runtime module and error model."""
     own = [info.name for info in pkgutil.walk_packages(runtime.__path__, f"{runtime.__name__}.")]
     plugged = {error_models()[kind].__module__ for kind in error_models()}
     for name_of_module in sorted({*own, *plugged}):
@@ -164,7 +164,7 @@ def _kinds_used(table: Mapping[str, Any]) -> Iterator[str]:
 
 
 class _Tree:
-    """A JSON value as constants of type ``struct field``; `lines` define what they point to."""
+    """A JSON value as constants of type ``struct field``; `lines` define their contents."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
@@ -195,7 +195,7 @@ class _Tree:
         return f"{{{label}, {form}, {count}, {place}, NULL, NULL}}"
 
     def rows(self, rows: Mapping[str, Iterable[float]]) -> dict[str, str]:
-        """Return where rows of numbers stand; NULL where there are none."""
+        """Return pointers to rows of numbers; NULL if there are none."""
         return {key: self._row(numbers) for key, numbers in rows.items()}
 
     def _row(self, numbers: Iterable[float]) -> str:
@@ -275,18 +275,18 @@ def _table(kind: str, name: str, rows: Iterable[str]) -> list[str]:
 
 
 def _struct(thing: Any) -> str:
-    """Return a dataclass as an initialiser: a field that the C type lacks does not compile."""
+    """Return a dataclass as an initialiser; a field missing in the C type does not compile."""
     return _parts({field.name: getattr(thing, field.name) for field in fields(thing)})
 
 
 def _parts(values: Mapping[str, object], places: Mapping[str, str] | None = None) -> str:
-    """Return values, and pointers to where others stand, as an initialiser."""
+    """Return values, and pointers to others, as an initialiser."""
     parts = {name: _literal(value) for name, value in values.items()} | dict(places or {})
     return f"{{{', '.join(f'.{name} = {value}' for name, value in parts.items())}}}"
 
 
 def _literal(value: object) -> str:
-    """Return a value in C; floats in full."""
+    """Return a value in C, floats with all digits."""
     if isinstance(value, str):
         return _text(value)
     if isinstance(value, bool):
@@ -300,7 +300,7 @@ def _literal(value: object) -> str:
 
 
 def _text(text: str) -> str:
-    """Return a string in C; what is not plain ASCII, byte by byte."""
+    """Return a string in C, with other characters than plain ASCII byte by byte."""
     plain = (
         chr(byte) if 32 <= byte < 127 and chr(byte) not in '"\\?' else f"\\{byte:03o}"
         for byte in text.encode()
@@ -315,7 +315,7 @@ def _variable(variable: Variable) -> str:
         start = float(variable.start or 0.0)
         return f"{{{_text(variable.name)}, REAL, {causality}, {_literal(start)}, 0}}"
     if variable.is_output and variable.kind != "string":
-        # An output that the C program does not compute has no such member: this does not compile.
+        # An output that the C program does not compute has no member and so does not compile.
         member = dict(zip(REALS, MEMBERS, strict=True)).get(variable.name, variable.name)
         offset = f"offsetof(struct output, {member})"
     if variable.is_output and variable.kind == "string" and variable.name != TEXT_OUTPUT:
@@ -327,18 +327,18 @@ def _variable(variable: Variable) -> str:
 
 
 def _ports(model: Model, variables: Sequence[Variable]) -> str:
-    """Return the value references that the C program must know.
+    """Return the value references that the C program needs.
 
     Raises
     ------
     NativeError
-        For an input or a parameter that it does not know.
+        For an input or a parameter unknown to it.
     """
     refs = {variable.name: ref for ref, variable in enumerate(variables)}
     measured = [f"{MEASURED}_{target}" for target in model.targets]
     sensors = [sensor.name for sensor in model.sensors]
     expected = [*sensors, "speed", "tool_length", *measured, MEASURED]
-    # What has a point in its name is a terminal's.
+    # A point in the name marks a variable of a terminal.
     found = [v.name for v in variables if not v.is_output and "." not in v.name]
     for name, wanted in zip(
         [*found, "nothing"], [*expected, "model_file", "nothing"], strict=False

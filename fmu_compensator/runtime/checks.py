@@ -42,8 +42,8 @@ class Sensor:
         A reading that stays exactly the same for longer is stale, provided that the sensor has
         changed before [s]; None: never.
     trained_low, trained_high : float
-        Range of the model's input seen in training, in the file's input form [degC or K]; for
-        people and `monitor` only.
+        Range of the model's input seen in training, in the file's input form [degC or K]; not used
+        at run time.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Error models as they are fitted: one file, one model, named like its twin in the runtime."""
+"""Fitting of the error models: one model per file, named like its twin in the runtime."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from fmu_compensator.runtime.walk import classes_found
 
 @cache
 def fitted_models() -> dict[str, type[FittedModel]]:
-    """Return every error model that can be fitted, those of plug-ins included, by its kind.
+    """Return every error model that can be fitted, including those of plug-ins, by kind.
 
     Raises
     ------
     BadInput
-        For a plug-in that cannot be used, or that has no predicting twin.
+        For a plug-in that cannot be used or has no runtime twin.
     """
     shipped = classes_found(__name__, __path__, FittedModel)  # type: ignore[type-abstract]
     more = plugged_classes(FittedModel, FIT, shipped)  # type: ignore[type-abstract]

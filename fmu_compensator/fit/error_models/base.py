@@ -1,4 +1,4 @@
-"""What every error model can do when it is fitted."""
+"""Base class of the error models for fitting."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from fmu_compensator.runtime.fields import Fields
 
 @dataclass(frozen=True)
 class Task:
-    """What is to be fitted.
+    """The data to fit a model to.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class Task:
     input_names, target_names : sequence of str
         Names of the columns of their inputs and targets.
     input_form : {"rise", "absolute", "level"}
-        What the inputs are.
+        Form of the inputs.
     """
 
     runs: Sequence[TrainingRun]
@@ -39,23 +39,23 @@ class Task:
 class FittedModel(ABC):
     """An error model with its numbers. Its twin in the runtime predicts.
 
-    A subclass may predict whole runs at once where that is the same to 1e-9.
+    A subclass may predict whole runs at once if the result is the same to 1e-9.
 
     Attributes
     ----------
     title : str
-        What tables and reports call it.
+        Name in tables and reports.
     history : bool
-        Whether it remembers earlier samples; then its runs are `PreparedRun.history`, else
+        Whether it remembers earlier samples; if so its runs are `PreparedRun.history`, else
         `PreparedRun.complete`.
     uses_measured : bool
-        Whether it gets better with measured targets at run time.
+        Whether it uses measured targets at run time.
     by_temperature : bool
-        Whether it takes temperatures in.
+        Whether it uses temperatures.
     usual_form, usual_points : str
-        The input form, and the points to use, when the caller does not say.
+        The default input form and points.
     variants : mapping of str to (title, options)
-        Rows of their own in a comparison: the same model with other options.
+        The same model with other options, as further rows of a comparison.
     """
 
     title: ClassVar[str] = ""
@@ -68,12 +68,12 @@ class FittedModel(ABC):
 
     @classmethod
     def kind(cls) -> str:
-        """Return what files and commands call it: as its file."""
+        """Return its name in files and commands: that of its module."""
         return cls.__module__.rpartition(".")[2]
 
     @classmethod
     def takes_seed(cls) -> bool:
-        """Return whether the fit starts at random: whether it has an option ``seed``."""
+        """Return whether the fit starts at random, that is, has an option ``seed``."""
         return "seed" in signature(cls.fit).parameters
 
     @classmethod
@@ -86,12 +86,12 @@ class FittedModel(ABC):
         task : Task
             The runs, and which of their columns are inputs and targets.
         **options
-            The model's own; each names its options in its signature.
+            Options of the model; each model names its own in its signature.
 
         Raises
         ------
         BadInput
-            When the data cannot carry the model; one line that says why.
+            If the data do not suffice for the model; one line that says why.
         """
 
     def predict(self, run: TrainingRun, measured: Array | None = None) -> Array:
@@ -100,10 +100,10 @@ class FittedModel(ABC):
         Parameters
         ----------
         run : TrainingRun
-            Of its targets only the number is looked at.
+            Only the number of its targets is used.
         measured : array (n, m), optional
-            What a displacement sensor showed, rows of NaN where nothing was measured [um, urad].
-            The prediction of a row may use the rows before it only.
+            Readings of a displacement sensor, rows of NaN if not measured [um, urad].
+            The prediction of a row may only use earlier rows.
         """
         fields, width = Fields(self.table(), self.kind()), run.inputs.shape[1]
         model = error_models()[self.kind()].from_fields(fields, width, run.targets.shape[1])
@@ -114,18 +114,18 @@ class FittedModel(ABC):
         """Return the numbers for the compensator file, without ``kind`` and ``targets``."""
 
     def report(self) -> dict[str, Any]:
-        """Return diagnostics of the fit for the file's provenance, as JSON can carry them."""
+        """Return diagnostics of the fit for the file's provenance, in JSON types."""
         return {}
 
 
 def predicted(model: ErrorModel, run: TrainingRun, measured: Array | None = None) -> Array:
-    """Return what a fresh model of the runtime predicts for a run, row by row, (n, m) [um, urad].
+    """Return the predictions of a new runtime model for a run, row by row, (n, m) [um, urad].
 
     Parameters
     ----------
     model : ErrorModel
     run, measured
-        As `FittedModel.predict` has them.
+        As in `FittedModel.predict`.
     """
     elapsed = np.diff(run.time_s, prepend=run.time_s[:1]).tolist()
     told: list[list[float] | None] = [None] * len(elapsed)

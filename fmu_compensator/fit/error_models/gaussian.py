@@ -1,4 +1,4 @@
-"""No mean function: the Gaussian that stands on every error model does it all."""
+"""No mean function: the Gaussian, which every error model has, makes the whole prediction."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class NoMean(FittedModel):
     Parameters
     ----------
     targets : int
-        How many.
+        Number of targets.
     """
 
     title: ClassVar[str] = "One Gaussian"
@@ -36,5 +36,5 @@ class NoMean(FittedModel):
         return np.zeros((len(run.time_s), self._targets))
 
     def table(self) -> dict[str, Any]:
-        """Return nothing: the file holds no number of it."""
+        """Return nothing: it has no numbers in the file."""
         return {}

@@ -49,7 +49,7 @@ class MultipleLinearRegression(FittedModel):
         task : Task
             Runs and names.
         subset : bool
-            Choose for each target, among all 2^k - 1 subsets of the inputs, the one with the
+            For each target, choose among all 2^k - 1 subsets of the inputs the one with the
             largest adjusted R2. (Plain R2 never falls when an input is added.) With more than 12
             inputs all are used.
         intercept : bool, optional
@@ -109,7 +109,7 @@ class _Problem:
     ) -> None:
         self._task, self._constant = task, constant
         root = np.sqrt(weights)[:, None]
-        # Without a constant the columns are measured from zero, and so are R2 and inflation.
+        # Without a constant, columns, R2 and inflation are relative to zero instead of the mean.
         self._centre = weights @ inputs if constant else np.zeros(inputs.shape[1])
         self._target_centre = weights @ targets if constant else np.zeros(targets.shape[1])
         centred = inputs - self._centre
@@ -122,7 +122,7 @@ class _Problem:
         """Raise BadInput when the inputs determine each other."""
         names = self._task.input_names
         _, values, directions = np.linalg.svd(self._x, full_matrices=False)
-        # Where half of the digits are gone.
+        # Half of the digits are lost.
         if values[-1] < np.sqrt(np.finfo(float).eps) * values[0]:
             involved = [
                 name
@@ -179,8 +179,8 @@ class _Problem:
         return float(values[0] / values[-1])
 
     def variance_inflation(self) -> dict[str, float]:
-        """Return for each input how much its being explained by the others widens its variance."""
+        """Return the variance inflation factor of each input due to correlation with the others."""
         inverse = np.linalg.inv(self._x.T @ self._x)
-        # The columns have unit size, so the diagonal of the inverse is 1 / (1 - R2_j).
+        # The columns have unit norm, so the diagonal of the inverse is 1 / (1 - R2_j).
         factors = np.diag(inverse)
         return {n: float(f) for n, f in zip(self._task.input_names, factors, strict=True)}

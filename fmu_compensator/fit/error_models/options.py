@@ -1,4 +1,4 @@
-"""The options that a caller gives to an error model."""
+"""Checks of the options and data given to an error model."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fmu_compensator.fit.error_models.base import Task
 from measurement.errors import BadInput, shown
 
 FEWEST_ROWS = 30
-"""With fewer rows no model of drift is fitted: a quarter of an hour at 30 s. Set on no data."""
+"""Fewest rows to fit a model of drift to: a quarter of an hour at 30 s. Set on no data."""
 
 
 def refuse_unknown(kind: str, options: Mapping[str, Any], known: Sequence[str]) -> None:
@@ -20,16 +20,16 @@ def refuse_unknown(kind: str, options: Mapping[str, Any], known: Sequence[str]) 
     Parameters
     ----------
     kind : str
-        Of the error model.
+        Kind of the error model.
     options : mapping
-        What is left of those given.
+        Those given that the model did not take.
     known : sequence of str
-        All that it has.
+        All options of the model.
 
     Raises
     ------
     BadInput
-        Naming the first one.
+        Names the first one.
     """
     if options:
         name = next(iter(options))
@@ -42,16 +42,16 @@ def within(kind: str, name: str, value: Any, low: float, high: float) -> float:
     Parameters
     ----------
     kind, name : str
-        Of the error model and its option, for the message.
+        The error model and its option, for the message.
     value : object
         As given.
     low, high : float
-        What is allowed, both included.
+        Allowed range, inclusive.
 
     Raises
     ------
     BadInput
-        If it is no number, or not between *low* and *high*.
+        If it is not a number, or not between *low* and *high*.
     """
     if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
         raise BadInput(kind, name, f"{shown(value)} is not allowed: {low:g} to {high:g}")
@@ -59,12 +59,12 @@ def within(kind: str, name: str, value: Any, low: float, high: float) -> float:
 
 
 def whole(kind: str, name: str, value: Any, low: int, high: int) -> int:
-    """Return an option that counts something; for the rest see `within`.
+    """Return an integer option; the parameters are those of `within`.
 
     Raises
     ------
     BadInput
-        If it is no whole number, or not between *low* and *high*.
+        If it is not a whole number, or not between *low* and *high*.
     """
     number = within(kind, name, value, low, high)
     if number != int(number):
@@ -73,7 +73,7 @@ def whole(kind: str, name: str, value: Any, low: int, high: int) -> int:
 
 
 def refuse_poor(task: Task) -> None:
-    """Refuse data that can carry no model: too few rows, constant inputs or targets.
+    """Refuse data that no model can be fitted to: too few rows, constant inputs or targets.
 
     Parameters
     ----------

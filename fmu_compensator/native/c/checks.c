@@ -41,7 +41,7 @@ struct reason sensor_look(
         reason.extent = extent;
         reason.allowed = allowed;
     } else if (memory->moves == CHECKS_ALIVE_AFTER && memory->unchanged > sensor->stale_after_s) {
-        /* Where the file sets no limit it is NaN, and nothing is above that. */
+        /* Without a limit in the file it is NaN, and nothing is greater than NaN. */
         reason.cause = CHECKS_STALE;
         reason.extent = memory->unchanged;
     } else {

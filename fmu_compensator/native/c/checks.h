@@ -1,4 +1,4 @@
-/* Is a temperature reading fit for use? */
+/* Checks whether temperature readings can be used. */
 #ifndef CHECKS_H
 #define CHECKS_H
 
@@ -6,29 +6,29 @@
 
 #include "model_data.h"
 
-/* Why the inputs cannot be used, or what an output is about; its words are made when asked for.
+/* Why the inputs cannot be used, or what a status is about; its text is made on request.
 
-   Where conditions are new, the value is their part of the uncertainty [%]. */
+   If conditions are new, the value is their share of the uncertainty [%]. */
 struct reason {
     int32_t cause;  /* 1 to 4, see the status codes; 0: none */
     int32_t sensor; /* from 1; 0: none */
     double value;   /* the reading */
-    double extent;  /* how far it jumped [K], or for how long it is unchanged [s] */
-    double allowed; /* of the jump [K] */
+    double extent;  /* size of the jump [K], or time unchanged [s] */
+    double allowed; /* largest allowed jump [K] */
 };
 
-/* What is remembered of one sensor; NaN stands for nothing. */
+/* Memory of one sensor; NaN: none. */
 struct sensor_memory {
-    double reference;    /* from where its rises count [degC] */
+    double reference;    /* of its rises [degC] */
     double good;         /* the last good reading [degC] */
     double since_good;   /* [s] */
-    double jumped_after; /* how old the good one was at the jump [s] */
+    double jumped_after; /* age of the last good one at the jump [s] */
     double last;         /* the last reading of any kind [degC] */
     double unchanged;    /* for how long it has been the same [s] */
-    double moves;        /* how often it has changed, as far as that is counted */
+    double moves;        /* how often it has changed, counted up to a limit */
 };
 
-/* Returns what is wrong with a reading, taken elapsed_s after the one before; cause 0: nothing.
+/* Returns the fault of a reading elapsed_s after the previous one; cause 0: none.
 
    A reading is good within a corridor around the last good one. The corridor widens with time at
    the sensor's rate limit, but after a jump only for a while: a shifted sensor must come back. */

@@ -36,7 +36,7 @@ void compensator_make(struct setup *setup, struct compensator *self)
     }
 }
 
-/* Puts down how the output stands. */
+/* Sets validity and status of the output. */
 static void put(struct compensator *self, bool valid, int32_t status, struct reason reason)
 {
     struct output *output = &self->now->output;
@@ -66,7 +66,7 @@ void compensator_reset(struct compensator *self, struct content *content)
     put(self, false, COMPENSATOR_WAITING, no_fault);
 }
 
-/* Returns the time since the sample before this one [s]; 0 for the first. */
+/* Returns the time since the previous sample [s]; the step's length if that is unknown. */
 static double elapsed_since(struct content *now, double time_s, double step_s)
 {
     double last = now->last_time;
@@ -74,7 +74,7 @@ static double elapsed_since(struct content *now, double time_s, double step_s)
     return time_s >= last && isfinite(time_s) ? fmin(time_s - last, FIELDS_LARGEST) : step_s;
 }
 
-/* Puts down what follows from a tool's length; the nearest allowed one where it is none. */
+/* Computes what depends on the tool length; the nearest allowed one is used if it is invalid. */
 static void set_tool(struct compensator *self, double tool_length)
 {
     double low = model_limits.tool_length_mm[0], high = model_limits.tool_length_mm[1];
@@ -93,7 +93,7 @@ static void set_tool(struct compensator *self, double tool_length)
     }
 }
 
-/* Replaces what broken sensors read; returns the fault that is left. */
+/* Replaces the readings of broken sensors; returns the fault if that is not possible. */
 static struct reason replaced(struct compensator *self, struct reason fault, double elapsed_s)
 {
     struct spare_sample sample = {
@@ -108,8 +108,8 @@ static struct reason replaced(struct compensator *self, struct reason fault, dou
     return goes_on ? no_fault : fault;
 }
 
-/* Returns the first fault; every sensor is looked at, so that none loses count of time. What broken
-   sensors read is replaced where the file knows what that is likely to be. */
+/* Returns the first fault; every sensor is checked, so that none loses track of time. Readings of
+   broken sensors are replaced by estimates if the file has a spare. */
 static struct reason look(struct compensator *self, double elapsed_s, double tool_length)
 {
     struct reason first = no_fault;
@@ -152,7 +152,7 @@ void compensator_mean(struct compensator *self, const struct sample *sample, dou
     }
 }
 
-/* Puts down the wanted offsets, the pose and the half widths for a good sample. */
+/* Sets the wanted offsets, the pose and the half widths for a good sample. */
 static void predict(struct compensator *self, const struct input *input)
 {
     struct content *now = self->now;
@@ -183,8 +183,8 @@ static void predict(struct compensator *self, const struct input *input)
     now->has_measured = 0;
 }
 
-/* Conditions on what was measured with this sample; one that is not finite in all targets counts as
-   none. An error model that corrects itself has it with the next sample. */
+/* Conditions on the targets measured with this sample; if any is not finite, all are ignored. An
+   error model that uses them itself gets them with the next sample. */
 static void take(struct compensator *self, const double *measured)
 {
     struct content *now = self->now;
@@ -204,11 +204,11 @@ static void take(struct compensator *self, const double *measured)
     }
 }
 
-/* Counts how long the inputs have been bad or good again. */
+/* Tracks how long the inputs have been bad, or good again. */
 static void follow(struct content *now, struct reason fault, double elapsed_s)
 {
     if (fault.cause != 0) {
-        /* A new fault starts a new hold; one within the wait for recovery continues the old. */
+        /* A new fault starts a new hold; one during recovery continues the old hold. */
         now->fault_age = now->fault.cause == 0 ? 0.0 : now->fault_age + elapsed_s;
         now->fault = fault;
         now->good_for = 0.0;
@@ -223,7 +223,7 @@ static void follow(struct content *now, struct reason fault, double elapsed_s)
     }
 }
 
-/* The last guard, too: what is not a number moves nothing, and no offset leaves its limit. */
+/* This is also the last guard: NaN moves nothing, and no offset leaves its limit. */
 static double slewed(double offset, double wanted, double step_s)
 {
     double reach = model_limits.slew_um_per_s * step_s, limit = model_limits.offset_um;
@@ -233,7 +233,7 @@ static double slewed(double offset, double wanted, double step_s)
     return isnan(wanted) ? offset : clamped(wanted, -limit, limit);
 }
 
-/* Names further sensors of those at some places. */
+/* Names further sensors from a list of places. */
 static void name_others(struct output *output, const size_t *places, size_t count)
 {
     size_t named = 0;
@@ -245,8 +245,8 @@ static void name_others(struct output *output, const size_t *places, size_t coun
     }
 }
 
-/* Puts down a valid output, which names the sensors that are done without, or else those that make
-   most of the uncertainty that is due to new conditions. */
+/* Sets a valid output, which names the sensors that are replaced, or else those that contribute
+   most to the uncertainty from new conditions. */
 static void put_valid(struct compensator *self)
 {
     const struct gaussian_state *learnt = self->learnt;
@@ -266,7 +266,7 @@ static void put_valid(struct compensator *self)
     }
 }
 
-/* Moves the offsets for one step and says how they stand. */
+/* Moves the offsets for one step and sets the output. */
 static void move(struct compensator *self, double step_s)
 {
     struct content *now = self->now;
@@ -309,7 +309,7 @@ void compensator_step(
         predict(self, input);
         content->recovering = content->recovering || !content->started;
         content->started = 1;
-        /* What was measured while the inputs were bad has no prediction to be compared with. */
+        /* A measurement taken while the inputs are bad has no prediction to compare with. */
         if (input->measured != NULL) {
             take(self, input->measured);
         }

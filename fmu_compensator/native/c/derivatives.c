@@ -1,4 +1,4 @@
-/* How the outputs follow from the inputs of the last step. */
+/* Derivatives of the outputs by the inputs of the last step. */
 #include <math.h>
 #include <string.h>
 
@@ -6,8 +6,8 @@
 #include "geometry.h"
 #include "numbers.h"
 
-/* Puts down how the targets move with the directions of temperatures in self->rises; returns how
-   their variance does. A prediction is a constant and a weighted sum: its own derivative. */
+/* Computes the derivative of the targets in the direction of temperatures in self->rises; returns
+   that of their variance. A prediction is a constant plus a weighted sum: its own derivative. */
 static double targets_moved(struct compensator *self)
 {
     struct sample sample = {self->readings, 0.0, 0.0, NULL};
@@ -21,7 +21,7 @@ static double targets_moved(struct compensator *self)
     return gaussian_derive(&self->gaussian, self->learnt, self->rises, self->moved);
 }
 
-/* Returns how the root of a unit of variance along an axis moves with the tool's length. */
+/* Returns the derivative of the root of a unit of variance along an axis by the tool length. */
 static double spread_moved(const struct compensator *self, size_t axis, double tool_seed)
 {
     if (!model_geometry.needs_tool_length || axis == 2) {
@@ -40,7 +40,7 @@ void compensator_derive(
     double drift[3], moved[3], share = model_limits.share, variance = self->learnt->variance;
     memset(found, 0, REAL_OUTPUTS * sizeof *found);
     if (now->unmodelled > 0.0) {
-        return; /* The sample was bad, so nothing follows it. */
+        return; /* The sample was bad, so nothing depends on it. */
     }
     for (size_t place = 0; place < model_chosen_count; place++) {
         self->rises[place] = seeds[model_chosen[place]];
@@ -55,7 +55,7 @@ void compensator_derive(
     for (size_t axis = 0; axis < 3; axis++) {
         double spread = self->spread[axis], wanted = now->wanted[axis];
         double sent = fabs(wanted) < model_limits.offset_um ? 0.0 - share * moved[axis] : 0.0;
-        /* An offset that the slew limit holds back does not follow. */
+        /* An offset held back by the slew limit does not depend on the inputs. */
         if (now->fault.cause == 0 && now->output.offset[axis] == wanted) {
             found[axis] = sent;
         }

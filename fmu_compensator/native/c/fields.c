@@ -3,7 +3,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-/* Returns the field, or an empty one where it is absent or of another form; null and an empty list
+/* Returns the field, or an empty one if it is absent or of another form; null and an empty list
    are of any form. */
 static const struct field *find(
     struct setup *setup, const struct field *table, const char *name, enum field_form form,

@@ -1,5 +1,5 @@
-/* Tables of the compensator file, as constant data. Python has checked every value; what is looked
-   up here under a name that the file does not have is noted as a problem of the setup. */
+/* Tables of the compensator file, as constant data. Python has checked every value; looking up a
+   name that the file does not have is noted as a problem of the setup. */
 #ifndef FIELDS_H
 #define FIELDS_H
 

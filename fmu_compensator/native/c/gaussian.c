@@ -42,7 +42,7 @@ void gaussian_reset(struct gaussian_state *state)
     memcpy(state->added, model_gaussian.weights + WIDTH * LANES, LANES * sizeof(double));
 }
 
-/* Puts down the sum of each lane. Each is made in the order of the Python twin, but all at once:
+/* Computes the sum of each lane. Each is in the order of the Python twin, but all at once:
    that is several times faster, and a compiler may do it so without changing a number. */
 static void sums(const double *lanes, const double *features, double total[LANES])
 {
@@ -58,7 +58,7 @@ static void sums(const double *lanes, const double *features, double total[LANES
     total[4] = e, total[5] = f, total[6] = g, total[7] = h;
 }
 
-/* Puts down the features of a sample: the rises, then lag by lag. */
+/* Computes the features of a sample: the rises, then lag by lag. */
 static void make_features(
     const struct gaussian *self, double *features, const double *rises, double elapsed_s)
 {
@@ -113,7 +113,7 @@ double gaussian_usual_variance(const struct gaussian_state *state)
     return 1.0 + model_gaussian.walk_per_h * state->hours;
 }
 
-/* Takes from the column what rows in lanes say of it. */
+/* Subtracts from the column what the rows in lanes determine. */
 static void narrow(const struct gaussian *self, const double *lanes, const double *along)
 {
     for (size_t lane = 0; lane < LANES; lane++) {
@@ -123,8 +123,7 @@ static void narrow(const struct gaussian *self, const double *lanes, const doubl
     }
 }
 
-/* Puts down the covariance of the weights, as training left it, and of the walk with the last
-   sample. */
+/* Computes the covariance of the weights (after training) and of the walk with the last sample. */
 static void make_column(
     const struct gaussian *self, const struct gaussian_state *state, double walked)
 {
@@ -157,9 +156,9 @@ double gaussian_derive(
     return state->left > 0.0 ? 2.0 * variance : 0.0;
 }
 
-/* A row more frees the last lane: all move by one, and the first, if it is in use, goes into the
-   second. Two rows turned in their plane narrow as much as before. Turned so that one of them says
-   nothing of this sample, that one may go. */
+/* A new row needs the last lane: all move by one, and the first, if in use, merges into the second.
+   Rotating two rows in their plane does not change the variance. They are rotated so that one has
+   no effect on this sample, and that one is dropped. */
 static void condition(
     const struct gaussian *self, struct gaussian_state *state, const double *missed)
 {
@@ -201,7 +200,7 @@ void gaussian_take(
         return;
     }
     if (far) {
-        /* Seen twice: a joint settled. The walk may have leapt by as much. */
+        /* Confirmed: a joint has settled. Allow the walk a leap of this size. */
         state->leaps += leap;
         state->left += leap;
     }
@@ -215,7 +214,7 @@ size_t gaussian_culprits(
     double *part = self->column, left = 0.5 * state->novelty;
     size_t count = 0, inputs = model_chosen_count;
     make_column(self, state, 0.0);
-    /* Each input's part is gathered where its rise's part was. */
+    /* Each input's parts are summed in the place of its rise. */
     for (size_t i = 0; i < WIDTH; i++) {
         double share = part[i] * state->features[i];
         part[i % inputs] = i < inputs ? share : part[i % inputs] + share;

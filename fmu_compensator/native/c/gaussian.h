@@ -1,4 +1,4 @@
-/* What the thermometers say of the drift, how surely, and what a measurement changes in it. */
+/* The Gaussian model: drift from temperatures, its variance, update by measurements. */
 #ifndef GAUSSIAN_H
 #define GAUSSIAN_H
 
@@ -9,7 +9,7 @@
 struct gaussian {
     double *along, *column; /* of the last sample */
     double *direction;      /* of features */
-    double *shares;         /* of the lags, then the elapsed time that they belong to */
+    double *shares;         /* of the lags, then the elapsed time for which they are valid */
 };
 
 struct gaussian_state {
@@ -20,31 +20,31 @@ struct gaussian_state {
 
 void gaussian_make(struct setup *setup, struct gaussian *self);
 
-/* Returns how many numbers are remembered. */
+/* Returns the length of the state. */
 size_t gaussian_states(void);
 
-/* Forgets everything but what was learnt. */
+/* Forgets everything except what was learnt in training. */
 void gaussian_reset(struct gaussian_state *state);
 
-/* Takes in one good sample; rises are those of the chosen sensors [K]. */
+/* Processes one good sample; rises are those of the chosen sensors [K]. */
 void gaussian_step(
     const struct gaussian *self, struct gaussian_state *state, const double *rises,
     double elapsed_s);
 
-/* Conditions on a measurement at the last sample: what it is above the prediction [um, urad]. */
+/* Conditions on a measurement at the last sample, given minus the prediction [um, urad]. */
 void gaussian_take(
     const struct gaussian *self, struct gaussian_state *state, const double *missed);
 
-/* Adds how what is added to the targets moves with the rises of the last sample, in a direction of
-   theirs [K]; returns how its variance does [1]. */
+/* Adds the directional derivative of the Gaussian's contribution to the targets by the rises of the
+   last sample, in a direction of rises [K]; returns that of its variance [1]. */
 double gaussian_derive(
     const struct gaussian *self, struct gaussian_state *state, const double *rises, double *moved);
 
-/* Variance of noise and walk over Sigma: what is left in conditions like training [1]. */
+/* Variance of noise and walk over Sigma: that in conditions like training [1]. */
 double gaussian_usual_variance(const struct gaussian_state *state);
 
-/* Puts down the places of the inputs that make the last sample new, the worst first; returns how
-   many they are, at least one. */
+/* Lists the places of the inputs that make the last sample new, the worst first; returns their
+   number, at least one. */
 size_t gaussian_culprits(
     const struct gaussian *self, const struct gaussian_state *state,
     size_t places[GAUSSIAN_NAMED]);

@@ -4,18 +4,18 @@
 
 #include "model_data.h"
 
-/* Puts down the tool tip's drift along +X, +Y and +Z [um]. */
+/* Computes the tool tip's drift along +X, +Y and +Z [um]. */
 void geometry_drift(const double *targets, double tool_length_mm, double drift[3]);
 
-/* Puts down how the drift moves where targets and the tool's length move [mm]. */
+/* Computes the directional derivative of the drift by the targets and the tool length [mm]. */
 void geometry_derive(
     const double *targets, double tool_length_mm, const double *moved, double tool_moved_mm,
     double drift[3]);
 
-/* Puts down how the drift follows from small targets: rows for X, Y, Z, with a weight a target. */
+/* Computes the derivatives of the drift at zero: rows X, Y, Z, one weight per target. */
 void geometry_weights(double tool_length_mm, double *weights);
 
-/* Puts down elongation [um], yaw and pitch [urad]; 0 for what the rig does not measure. */
+/* Computes elongation [um], yaw and pitch [urad]; 0 if the rig does not measure them. */
 void geometry_pose(const double *targets, double pose[3]);
 
 #endif

@@ -7,7 +7,7 @@
 #include "memory.h"
 #include "numbers.h"
 
-/* A gap in the clock is time without a sample: see the Python twin, compensator.step. */
+/* A gap in the clock is time without samples: see the Python twin, compensator.step. */
 const bool model_clock_may_jump = true;
 const struct continuous *const model_continuous = NULL;
 
@@ -56,7 +56,7 @@ const char *model_step(
     return NULL;
 }
 
-/* The known are temperatures, speed and tool_length; the unknown the real outputs. */
+/* The knowns are temperatures, speed and tool_length; the unknowns are the real outputs. */
 static size_t place(enum side side, size_t ref)
 {
     const struct variable *variable = &model_variables[ref];
@@ -68,7 +68,7 @@ static size_t place(enum side side, size_t ref)
                : NONE;
 }
 
-/* Of the step that comes, as long as the one that has been. */
+/* Derivatives of the next step, if it is as long as the last one. */
 static const char *derive(
     struct model *self, const void *content, const double *values, double time_s, enum side from,
     const double *seeds, double *found, char problem[PROBLEM_LENGTH])
@@ -82,7 +82,7 @@ static const char *derive(
     (void)problem;
     memset(found, 0, (from == KNOWN ? REAL_OUTPUTS : tool + 1) * sizeof *found);
     if (!now->started || !(step_s > 0.0)) {
-        return NULL; /* Rises are yet to count from what comes. */
+        return NULL; /* The references of the rises are not known yet. */
     }
     struct content *next = memory_take(1, compensator->size + sensors * sizeof(double));
     if (next == NULL) {

@@ -1,4 +1,4 @@
-/* What one compensator file says, as constant data: the generated model_data.c defines it. */
+/* One compensator file as constant data, defined by the generated model_data.c. */
 #ifndef MODEL_DATA_H
 #define MODEL_DATA_H
 
@@ -11,7 +11,7 @@
 #include "fields.h"
 #include "model.h"
 
-/* So many sums are made side by side; a table in lanes has a row of them for each feature. */
+/* Number of sums computed side by side; a table in lanes has one such row per feature. */
 #define LANES GAUSSIAN_MOST_PROBES
 
 /* One temperature input; see the Python twin, checks.Sensor. */
@@ -24,29 +24,29 @@ struct sensor {
     double trained_low, trained_high; /* range seen in training [degC or K] */
 };
 
-/* What an offset may do; see limits.Limits. */
+/* Limits of the offsets; see limits.Limits. */
 struct limits {
     double offset_um, slew_um_per_s, hold_s, recover_s;
     double tool_length_mm[2];
-    double share; /* of the predicted drift that is sent [1] */
+    double share; /* of the predicted drift that is compensated [1] */
 };
 
 struct geometry_data {
-    bool needs_tool_length; /* a rig with two radial sensors a direction; else a column an axis */
+    bool needs_tool_length; /* two radial sensors per direction; else one column per axis */
     double near_mm;         /* from the gauge line to where the radial drift is taken */
-    double radial;          /* its share that counts: 0 where the spindle turns about the line */
-    const double *weights;  /* how the drift follows from targets, with a tool of no length */
+    double radial;          /* its weight: 0 if the spindle turns about the gauge line */
+    const double *weights;  /* derivatives of the drift by the targets, for tool length 0 */
 };
 
 /* See gaussian.Gaussian. The last feature is 1: its weights are the constant drift. */
 struct gaussian_data {
-    size_t lags, width, tables; /* width: of a sample's features without that */
+    size_t lags, width, tables; /* width: number of a sample's features without the last */
     double settled_h, walk_per_h, deviations;
     const double *usual; /* NULL: rises count from the first reading */
     const double *lags_s, *spread;
     const double *prior;      /* variance of each feature's weights over the noise's */
     const double *mean_share; /* of the error model's prediction [1] */
-    const double *weights, *seen; /* in lanes: of the targets; tables of what training saw */
+    const double *weights, *seen; /* in lanes: of the targets; rows d of training */
 };
 
 /* See spare.Spare. */
@@ -54,7 +54,7 @@ struct spare_data {
     double memory_s;
     const double *precision; /* NULL: the file has no spare */
     const double *growth, *usual;
-    const double *sensitivity; /* a row a sensor */
+    const double *sensitivity; /* one row per sensor */
     const double *usual_start; /* NULL: rises count from fixed temperatures */
 };
 
@@ -63,7 +63,7 @@ struct status_text {
     const char *text;
 };
 
-/* Value references that the program must know. */
+/* Value references that the program needs. */
 struct ports {
     size_t speed, tool_length;
     size_t measured_targets; /* of the first; the others follow */
@@ -79,8 +79,8 @@ extern const bool model_takes_rises; /* temperatures minus their first valid rea
 extern const struct limits model_limits;
 extern const struct geometry_data model_geometry;
 extern const struct field model_error_model;
-extern const bool model_uses_measured; /* the error model takes measured targets its own way */
-extern const struct derivatives compensator_derivatives; /* where that is linear in its inputs */
+extern const bool model_uses_measured; /* the error model itself uses measured targets */
+extern const struct derivatives compensator_derivatives; /* if it is linear in its inputs */
 extern const struct gaussian_data model_gaussian;
 extern const struct spare_data model_spare;
 extern const struct error_model_kind *const model_kinds[]; /* the last is NULL */

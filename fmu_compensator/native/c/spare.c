@@ -1,4 +1,4 @@
-/* The rises of all chosen sensors as a Gaussian of mean zero, by its precision matrix. */
+/* The rises of all chosen sensors as a zero-mean Gaussian, given by its precision matrix. */
 #include "spare.h"
 
 #include <math.h>
@@ -39,7 +39,7 @@ static const double *row_of(size_t place)
     return model_spare.precision + place * model_chosen_count;
 }
 
-/* Whether a sensor is done without, or waits for its return. */
+/* Whether a sensor is replaced, including while it waits to be used again. */
 static bool is_out(const struct spared *sensor)
 {
     return sensor->good_for >= 0.0;
@@ -83,7 +83,7 @@ static void solve(const struct spare *self)
     }
 }
 
-/* Puts down what the broken sensors add to the variance of the drift, for X, Y, Z [um^2]. */
+/* Computes what the broken sensors add to the variance of the drift, for X, Y, Z [um^2]. */
 static void add_up(
     const struct spare *self, const struct spare_state *state, const double *axes, bool lasting,
     double added[3])
@@ -102,7 +102,7 @@ static void add_up(
     }
 }
 
-/* Returns whether some drift stays known to better than its usual size, for long. */
+/* Returns whether the drift of some axis stays known to better than its usual size. */
 static bool can_go_on(
     const struct spare *self, const struct spare_state *state, const double *axes)
 {
@@ -123,7 +123,7 @@ static bool can_go_on(
     return known;
 }
 
-/* Counts how long the broken sensors have been good again. */
+/* Tracks how long the broken sensors have been good again. */
 static void count_good(struct spare_state *state, const struct spare_sample *sample)
 {
     for (size_t place = 0; place < model_chosen_count; place++) {
@@ -137,8 +137,8 @@ static void count_good(struct spare_state *state, const struct spare_sample *sam
     }
 }
 
-/* Replaces the rises of the broken sensors by what follows from the others', and from a share of
-   what was their own. */
+/* Replaces the rises of the broken sensors by their estimates from the others, plus a share of
+   their last own deviation. */
 static void estimate(
     const struct spare *self, const struct spare_state *state, double *rises, double share)
 {
@@ -158,7 +158,7 @@ static void estimate(
     }
 }
 
-/* Replaces the readings of the broken sensors by what they are likely to be [degC]. */
+/* Replaces the readings of the broken sensors by their estimates [degC]. */
 static void fill(const struct spare *self, const struct spare_state *state, double *readings)
 {
     for (size_t place = 0; place < model_chosen_count; place++) {
@@ -177,8 +177,8 @@ void spare_derive(struct spare *self, const struct spare_state *state, double *r
     estimate(self, state, readings, 0.0);
 }
 
-/* Puts down what one sensor reads beyond what the others say; each has its turn. A reading that is
-   the one before tells nothing new. */
+/* Stores the deviation of one sensor from its estimate by the others; sensors take turns. An
+   unchanged reading tells nothing new. */
 static void compare(struct spare_state *state, const struct spare_sample *sample)
 {
     size_t place = (size_t)state->turn;
@@ -195,7 +195,7 @@ static void compare(struct spare_state *state, const struct spare_sample *sample
     state->sensors[place].seen = state->clock;
 }
 
-/* Puts down from where rises may count without the bad sensors; false where a level matters. */
+/* Computes the references of rises if some sensors are bad; false if levels matter. */
 static bool guess_first(
     const struct spare *self, struct spare_state *state, const struct spare_sample *sample)
 {
@@ -219,7 +219,7 @@ static bool guess_first(
     return true;
 }
 
-/* Takes in a sample before the first one in use, without some sensors. */
+/* Processes a sample before the first one that is used, without some sensors. */
 static bool start_without(
     struct spare *self, struct spare_state *state, const struct spare_sample *sample)
 {
@@ -243,7 +243,7 @@ static bool start_without(
     return true;
 }
 
-/* Lets a sensor that is good for the first time go on from its estimate, and shifts readings. */
+/* Lets a sensor that is good for the first time continue from its estimate; shifts readings. */
 static void read_at_last(struct spare_state *state, double *readings)
 {
     for (size_t place = 0; place < model_chosen_count; place++) {
@@ -259,7 +259,7 @@ static void read_at_last(struct spare_state *state, double *readings)
     }
 }
 
-/* Takes in a sample after the first one in use. */
+/* Processes a sample after the first one that was used. */
 static bool go_on(
     struct spare *self, struct spare_state *state, const struct spare_sample *sample)
 {
@@ -271,7 +271,7 @@ static bool go_on(
         if (sample->any_bad) {
             return false;
         }
-        /* All are good, and the offsets wait for them anyway. */
+        /* All are good again, and the offsets wait for recovery anyway. */
         for (size_t place = 0; place < model_chosen_count; place++) {
             state->sensors[place].good_for = -1.0;
         }

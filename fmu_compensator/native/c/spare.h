@@ -1,4 +1,4 @@
-/* What a broken thermometer is likely to read, given the others. */
+/* Estimates the reading of a broken thermometer from the others. */
 #ifndef SPARE_H
 #define SPARE_H
 
@@ -11,10 +11,10 @@
 /* Room for one sample; see the Python twin. */
 struct spare {
     double *rises, *moved, *solved, *rows;
-    size_t *broken, count; /* places of the sensors that are done without now */
+    size_t *broken, count; /* places of the sensors that are replaced now */
 };
 
-/* In the names of the Python twin. */
+/* Names as in the Python twin. */
 struct spared {
     double first, last, own, seen, good_for, unread, shift;
 };
@@ -25,28 +25,28 @@ struct spare_state {
     struct spared sensors[];
 };
 
-/* What has come in with one sample. */
+/* One sample. */
 struct spare_sample {
-    double *readings;              /* of the chosen sensors; bad ones' are replaced [degC] */
-    const bool *bad;               /* which cannot be used */
+    double *readings;              /* of the chosen sensors; bad ones are replaced [degC] */
+    const bool *bad;               /* sensors that cannot be used */
     bool any_bad;
-    struct sensor_memory *sensors; /* whose reference is guessed where that must be */
-    double elapsed_s;              /* since the sample before */
-    const double *axes; /* how the drift along X, Y, Z follows from the targets, row by row */
+    struct sensor_memory *sensors; /* missing references are estimated */
+    double elapsed_s;              /* since the previous sample */
+    const double *axes; /* derivatives of the drift along X, Y, Z by the targets, row by row */
 };
 
 void spare_make(struct setup *setup, struct spare *self);
 
-/* Returns how many numbers are remembered; 0 where the file has no spare. */
+/* Returns the length of the state; 0 if the file has no spare. */
 size_t spare_states(void);
 
 /* Forgets everything. */
 void spare_reset(struct spare_state *state);
 
-/* Makes a direction of all readings one of those in use: broken sensors' follow the others'. */
+/* Converts a direction of readings to one of the readings in use: broken sensors follow others. */
 void spare_derive(struct spare *self, const struct spare_state *state, double *readings);
 
-/* Takes in one sample; returns whether it is possible to go on. */
+/* Processes one sample; returns whether the compensator can continue. */
 bool spare_step(
     struct spare *self, struct spare_state *state, const struct spare_sample *sample);
 

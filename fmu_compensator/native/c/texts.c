@@ -1,4 +1,4 @@
-/* The status in words. */
+/* The status texts. */
 #include "compensator.h"
 
 #include <math.h>
@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Adds words as printf does; the form is a constant of this file. */
+/* Appends text as printf does; the format is a constant of this file. */
 static void add(char *text, size_t size, const char *form, ...)
 {
     size_t used = strlen(text);
@@ -16,7 +16,7 @@ static void add(char *text, size_t size, const char *form, ...)
     va_end(values);
 }
 
-/* Puts a point between two digits, whatever the host's locale puts there. */
+/* Puts a point between two digits, whatever the host's locale uses. */
 static void with_points(char *text)
 {
     static const char digits[] = "0123456789";

@@ -1,4 +1,4 @@
-/* No mean function: the Gaussian that stands on every error model does it all. */
+/* No mean function: the Gaussian, which every error model has, makes the whole prediction. */
 #include <string.h>
 
 #include "../model_data.h"
