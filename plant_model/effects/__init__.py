@@ -1,8 +1,8 @@
 """Physical effects, one file each; a new file in this folder is a new effect.
 
-The folder is walked at import, relative to wherever the package lives, so that it also works when
-the plant FMU carries the package under another name. Plug-ins add effects of their own; an FMU
-carries those of them that its machine has as files in this folder.
+The package walks its own folder at import, so that it also works in a plant FMU, which contains it
+under another name. Plug-ins add further effects; an FMU contains those that its machine uses as
+files in this folder.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from plant_model.walk import classes_found
 
 @cache
 def shipped_effects() -> dict[str, type[Effect]]:
-    """Return the effects of this folder by their names, in alphabetical order."""
+    """Return the effects of this folder by name, in alphabetical order."""
     return classes_found(__name__, __path__, Effect, "effects effect")
 
 
 @cache
 def catalogue() -> dict[str, type[Effect]]:
-    """Return every effect by its name, those of plug-ins included, in alphabetical order.
+    """Return all effects by name, including those of plug-ins, in alphabetical order.
 
     Raises
     ------
@@ -40,7 +40,7 @@ def catalogue() -> dict[str, type[Effect]]:
 
 @cache
 def item_kinds() -> dict[tuple[str, str], tuple[str, ItemSpec]]:
-    """Return, for every (family, kind) of item, the effect that gives it its law and its form."""
+    """Return, for each (family, kind) of item, the effect that defines its law, and its form."""
     return {
         key: (effect.name, spec)
         for effect in catalogue().values()

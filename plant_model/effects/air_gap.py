@@ -1,4 +1,4 @@
-"""Heat exchange across the gap between a turning shaft and its housing."""
+"""Heat exchange across the gap between a rotating shaft and its housing."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ def gap_nusselt(taylor: FloatArray) -> FloatArray:
     Notes
     -----
     2 below 1700 (pure conduction), 0.128 Ta^0.367 up to 1e4 and 0.409 Ta^0.241 above: Becker and
-    Kaye, J. Heat Transfer 84 (1962) 97-105, doi:10.1115/1.3684335; among other correlations in
+    Kaye, J. Heat Transfer 84 (1962) 97-105, doi:10.1115/1.3684335; compared with others in
     Howey, Childs and Holmes, IEEE Trans. Ind. Electron. 59 (2012) 1367-1375. Fitted up to
-    Ta = 1e7. Their factor for the shape of the gap is near 1 in a narrow one, and left out. The
-    branches do not quite meet at 1700 (1.96 against 2), hence the maximum.
+    Ta = 1e7. Their factor for the shape of the gap is near 1 in a narrow gap and is left out. The
+    branches do not quite meet at 1700 (1.96 and 2), hence the maximum.
     """
     laminar = np.maximum(2.0, 0.128 * np.maximum(taylor, 1.0) ** 0.367)
     turbulent = 0.409 * np.maximum(taylor, 1.0) ** 0.241

@@ -1,7 +1,7 @@
-"""What every effect is: a name, parameters with one amplitude, and the hooks that it needs.
+"""Base class of effects: a name, parameters with one amplitude, and the hooks that it needs.
 
-Arrays are (sets, times, nodes): *sets* counts parameter sets that are simulated at once, *times*
-instants. A parameter is (sets, 1) or (1, 1), an input (times,), so that products broadcast.
+Arrays are (sets, times, nodes): *sets* is the number of parameter sets simulated at once, *times*
+that of instants. A parameter is (sets, 1) or (1, 1), an input (times,), so that products broadcast.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ Inputs = Mapping[str, FloatArray]
 Readings = dict[str, FloatArray]
 
 NONE = np.zeros((1, 1, 0))
-"""Temperatures for an effect that does not depend on them, own states of one that has none."""
+"""Passed as temperatures or own states to an effect that does not depend on or have them."""
 
 POSE = ("x", "y", "elongation", "yaw", "pitch", "tool_strain")
-"""Axes of a displacement: radial drift at the gauge line [um], elongation [um], tilt [urad], and
+"""Components of a pose: radial drift at the gauge line [um], elongation [um], tilt [urad], and
 the growth of the tool per length [um/mm]."""
 
 
 ROUND = (-180.0, -135.0, -90.0, -45.0, 0.0, 45.0, 90.0, 135.0)
-"""Directions [deg] at which the gap finder tries an effect that has one, given by
+"""Directions [deg] that the gap finder tries for an effect with a direction, given by
 arithmetic: every eighth of a turn."""
 
 
 class Effect:
-    """Base of all effects; a subclass overrides the hooks that it needs and no others.
+    """Base of all effects; a subclass overrides only the hooks that it needs.
 
     Parameters
     ----------
@@ -47,69 +47,69 @@ class Effect:
     Attributes
     ----------
     name : str
-        Its name, which is its module's.
+        Its name, which is that of its module.
     title, explanation : str
-        What a report prints.
+        Texts for reports.
     parameters : dict of str to Parameter
-        Its own numbers (the nominal values), besides those of the items it gives a law to.
+        Its own numbers (nominal values), in addition to those of the items whose law it defines.
     amplitude : str
-        The parameter that switches it, the first of them: at ``off`` the effect vanishes exactly.
+        Name of its first parameter: at the value ``off`` the effect vanishes exactly.
     handles : dict of (family, kind) to ItemSpec
-        The kinds of items that it gives a law to.
+        The kinds of items whose law it defines.
     temperature_dependent : bool
         Whether ``heat`` or ``conductance`` depend on temperatures or own states; if not, the
         simulation is exact.
     conductance_inputs : tuple of str
-        Inputs that its conductances depend on; an effect whose items name them says so in
-        ``prepare``.
+        Inputs that its conductances depend on; if its items name them, ``prepare`` sets it.
     needs : tuple of str
         Effects that must be in force with it, because it changes them.
     on_channel : bool
-        Whether it acts on one sensor, which the machine file names behind a colon:
+        Whether it acts on one sensor, which the machine file names after a colon:
         ``[effects."sensor_offset:T1"]``. It may then be in force for several sensors.
     given : tuple of str
-        Parameters that nobody fits, because runs say them (:meth:`carried`) or the search does.
+        Parameters that are not fitted, because runs (:meth:`carried`) or the search give them.
     states : tuple of str
         Names of its own states.
     state_scales : tuple of float
-        What error control takes like 1 K, for each own state in its unit; 1 where empty.
+        Change of each own state, in its unit, that counts as much as 1 K in error control; 1 if
+        empty.
     lags : bool
         Whether its own states only follow something, dx/dt = (target - x) / tau, and change no
-        temperature. It then gives ``target`` and ``time_constants`` instead of ``rate``, and beside
-        a linear network it is stepped as exactly and as fast as that.
+        temperature. It then gives ``target`` and ``time_constants`` instead of ``rate``, and with
+        a linear network it is stepped just as exactly and fast.
     settles : bool
-        Whether its own states stay through a step and may jump at its end, as friction and relays
-        do. It then gives ``settled`` instead of ``rate``. One driver of a law may and another not.
+        Whether its own states are constant during a step and may jump at its end, as with friction
+        and relays. It then gives ``settled`` instead of ``rate``. May depend on the driver.
     known_ahead : bool
-        Whether its own states pass at rates that held inputs alone set, and its heat depends on
-        these and on inputs: then both are known before any temperature, and nothing is stepped
-        more slowly for it. One driver of a law may and another not.
+        Whether the rates of its own states depend only on held inputs, and its heat only on these
+        states and on inputs: then both are known before any temperature, and the effect does not
+        slow stepping down. May depend on the driver.
     swings : tuple of str
-        For an effect that swings by itself: its parameters for the period [min] and for the place
-        in the cycle at which a run begins [1]. On a driver other than the usual it does not.
+        For an effect that oscillates by itself: its parameters for the period [min] and for the
+        place in the cycle at which a run begins [1]. Used only with the default driver.
     switched : tuple of str
-        For an effect that a part's temperature switches, its drivers other than the usual being
-        parts: its parameters for the temperature at which it switches on [degC] and for the dead
-        band below that [K].
+        For an effect that is switched by the temperature of a part, which is then its driver: its
+        parameters for the temperature at which it switches on [degC] and for the dead band below
+        that [K]. Not used with the default driver.
     from_one_run_on : bool
-        Whether it may have begun between two runs, as a fault does.
+        Whether it may have begun between two runs, like a fault.
     law : tuple of str
-        Parameters that, like the amplitude, make the law what it is: one that calibration takes to
-        an end of its range says that another law is at work.
+        Parameters that, like the amplitude, define the law: if calibration moves one to an end of
+        its range, another law is at work.
     proportional : str
-        Parameter that its answer grows in proportion to, if that is not its amplitude.
+        Parameter that its response is proportional to, if that is not its amplitude.
     least : float
-        Amplitude, counted from ``off``, below which it is there on any machine and is not named.
+        Amplitude, counted from ``off``, below which it exists on any machine and is not named.
     physical : tuple of float
-        What bounds the amplitude where more than its sign does; empty if nothing else.
+        Physical limits of the amplitude, if there are others than its sign; else empty.
     tried : dict of str to tuple of float
-        Values at which the gap finder tries a parameter, where its usual few would miss what
-        jumps or swings.
+        Values of a parameter that the gap finder tries, if its usual few would miss effects that
+        jump or oscillate.
 
     Notes
     -----
-    The docstrings here say what each hook takes and returns; those of subclasses say only what
-    their law is. Inputs are a mapping from the input's name to an array, shape (times,), in the
+    The docstrings here state what each hook takes and returns; those of subclasses state only
+    their law. Inputs are a mapping from the input's name to an array, shape (times,), in the
     input's unit.
     """
 
@@ -142,7 +142,7 @@ class Effect:
     constant_exchanges: Sequence[Exchange] = ()
 
     def __init_subclass__(cls) -> None:
-        """Name it after its module, and take its first parameter for the amplitude."""
+        """Name it after its module, and take its first parameter as the amplitude."""
         super().__init_subclass__()
         if not hasattr(cls, "name"):
             cls.name = cls.__module__.rpartition(".")[2]
@@ -161,11 +161,11 @@ class Effect:
 
     @classmethod
     def drivers(cls, machine: Machine) -> dict[str, str]:
-        """Return what may drive the effect on a machine, with the words for it, the usual first.
+        """Return the possible drivers of the effect on a machine with their texts, default first.
 
-        A part, an input, or a difference of parts: one law, whose driver a machine file names
-        behind a colon, ``[effects."slow_structure:column"]``; without one it is the usual. Empty
-        where there is but one.
+        A driver is a part, an input, or a difference between parts. A machine file names it after a
+        colon, ``[effects."slow_structure:column"]``; without one the default drives the effect.
+        Empty if there is only one.
 
         Parameters
         ----------
@@ -174,18 +174,18 @@ class Effect:
         Returns
         -------
         dict of str to str
-            Words for a report, by the name that stands behind the colon.
+            Texts for a report, by the name after the colon.
         """
         return {}
 
     @classmethod
     def unused(cls, driver: str) -> tuple[str, ...]:
-        """Return the parameters that say nothing with a driver: neither tried nor moved.
+        """Return the parameters that have no effect with a driver: neither tried nor moved.
 
         Parameters
         ----------
         driver : str
-            As `drivers` has it; empty where there is but one.
+            A name of `drivers`; empty if there is only one.
         """
         return ()
 
@@ -193,7 +193,7 @@ class Effect:
     def carried(
         cls, machine: Machine, driver: str, runs: Sequence[tuple[FloatArray, Inputs]]
     ) -> list[dict[str, float]]:
-        """Return what runs in their order leave to those after them.
+        """Return what each run, in their order, takes over from the runs before it.
 
         Parameters
         ----------
@@ -205,26 +205,26 @@ class Effect:
         Returns
         -------
         list of dict of str to float
-            ``given`` parameters of every run and, last, of a run after all of them; empty if
+            ``given`` parameters of each run and, last, of a run after all of them; empty if
             nothing is carried from run to run.
         """
         return []
 
     @property
     def driver(self) -> str:
-        """What drives it, of several; empty where there is but one."""
+        """Its driver; empty if there is only one."""
         return self.channel or next(iter(self.drivers(self.machine)), "")
 
     @property
     def warms(self) -> bool:
-        """Whether temperatures may depend on it, and not only what moves or what is read."""
+        """Whether temperatures may depend on it, not only the pose or the readings."""
         law = type(self)
         acts = law.heat is not Effect.heat or law.conductance is not Effect.conductance
         follows = not self.states or self.lags or self.settles
         return acts or bool(self.constant_exchanges) or self.temperature_dependent or not follows
 
     def prepare(self) -> None:
-        """Compute once what does not change while simulating."""
+        """Compute what does not change during a simulation."""
 
     def own(self, parameter: str) -> FloatArray:
         """Return one of the effect's own parameters, shape (sets or 1, 1).
@@ -264,7 +264,7 @@ class Effect:
         ----------
         item : Item
         role : str
-            Such as ``between``; a role that the item leaves open has no nodes.
+            For example ``between``; a role that the item leaves out has no nodes.
         """
         return [self.machine.node_index[name] for name in item.refs.get(role, ())]
 
@@ -274,7 +274,7 @@ class Effect:
         Parameters
         ----------
         other : str
-            An effect's name that has a parameter ``scale``.
+            Name of an effect that has a parameter ``scale``.
         """
         if other not in self.machine.effects:
             return np.zeros((1, 1))
@@ -297,7 +297,7 @@ class Effect:
     ) -> Sequence[Exchange]:
         """Return heat exchanges.
 
-        Where nothing changes them, ``prepare`` puts them into ``constant_exchanges`` once.
+        If they are constant, ``prepare`` puts them into ``constant_exchanges`` instead.
 
         Parameters
         ----------
@@ -336,14 +336,14 @@ class Effect:
         Raises
         ------
         TypeError
-            If the effect has states that do not lag and says no rate.
+            If the effect has states that do not lag but does not give a rate.
         """
         if not self.lags:
             raise TypeError(f"{self.name} has states but no rate")
         return (self.target(inputs, temperatures) - states) / self.time_constants()[:, None, :]
 
     def target(self, inputs: Inputs, temperatures: FloatArray) -> FloatArray:
-        """Return what lagging own states follow, shape (sets or 1, times, own states).
+        """Return the values that lagging own states follow, (sets or 1, times, own states).
 
         Parameters
         ----------
@@ -359,13 +359,13 @@ class Effect:
         raise TypeError(f"{self.name} lags behind nothing")
 
     def time_constants(self) -> FloatArray:
-        """Return those of lagging own states [s], (sets or 1, own states); infinite: it stays."""
+        """Return those of lagging own states [s], (sets or 1, own states); infinite: constant."""
         raise TypeError(f"{self.name} has no time constants")
 
     def state_decay(self) -> FloatArray:
-        """Return how fast own states decay by themselves [1/s], (sets or 1, own states).
+        """Return the rates at which own states decay by themselves [1/s], (sets or 1, own states).
 
-        It is part of ``rate``; to know it lets steps be longer than the states are quick.
+        This decay is part of ``rate``; knowing it allows steps longer than its time constant.
         """
         if self.lags:
             return np.asarray(1.0 / self.time_constants())
@@ -377,7 +377,7 @@ class Effect:
         Parameters
         ----------
         inputs : mapping of str to array, shape (1,)
-            In force during the step; under `leaps_of` the effect's key what was seen at its end.
+            In force during the step; the input named by `leaps_of` holds leaps seen at its end.
         temperatures : array, shape (sets, nodes)
             Of the nodes [degC].
         states : array, shape (sets, own states)
@@ -401,18 +401,18 @@ class Effect:
         Raises
         ------
         TypeError
-            If the effect has states that do not lag and says no start.
+            If the effect has states that do not lag but does not give a start.
 
         Notes
         -----
-        A lag starts where it would stay: the machine has been as it is for long.
+        Lagging states start at their target, as if the machine had long been in this state.
         """
         if not self.lags:
             raise TypeError(f"{self.name} has states but no start")
         return self.target(inputs, temperatures[:, None, :])[:, 0]
 
     def error_at_start(self) -> FloatArray:
-        """Return by how much its sensor reads too high when a run starts [K], (sets or 1, 1)."""
+        """Return how much its sensor reads too high at the start of a run [K], (sets or 1, 1)."""
         shown = {self.channel: np.zeros((1, 1))}
         if self.on_channel:
             self.reading({}, np.zeros((1, 1, len(self.states))), np.zeros(1), shown)
@@ -427,7 +427,7 @@ class Effect:
         ----------
         inputs : mapping of str to array, shape (times,)
         rise : array, shape (sets, times, nodes)
-            Temperature since the start [K].
+            Temperature change since the start [K].
         states : array, shape (sets, times, own states)
         out : array, shape (sets, times, 6)
             The pose, in the order and the units of `POSE`; changed in place.
@@ -436,7 +436,7 @@ class Effect:
     def reading(
         self, inputs: Inputs, states: FloatArray, time_s: FloatArray, readings: Readings
     ) -> None:
-        """Change what sensors show.
+        """Change the readings of sensors.
 
         Parameters
         ----------
@@ -450,24 +450,24 @@ class Effect:
 
 
 TIMES_USUAL = 10.0
-"""How many times its usual range an amplitude or a number of a law may reach where physics sets no
-other limit [1]: far enough that the prior of its size decides. Set on no
+"""Factor by which an amplitude or a number of a law may exceed its usual range if physics sets no
+other limit [1]: large enough that the prior of its size decides. Set on no
 data."""
 
 
 def possible(effect: type[Effect], parameter: str) -> tuple[float, float]:
-    """Return the range in which a parameter of an effect is possible, usual or not.
+    """Return the range of possible values of a parameter of an effect, usual or not.
 
-    A range of the catalogue says what is usual. An amplitude may be larger than that, as far as
-    physics lets it; it never changes its sign where the usual range has but one. A positive number
-    that makes the law what it is, such as hours, may be as many times smaller or larger; any other
+    The catalogue's range states what is usual. An amplitude may exceed it by `TIMES_USUAL`, or up
+    to its physical limits; it keeps its sign if the usual range has only one. A positive number
+    that defines the law, such as hours, may be smaller or larger by the same factor; any other
     (a direction, a share) stays in its range.
 
     Parameters
     ----------
     effect : type of Effect
     parameter : str
-        One of its own.
+        Name of one of its own parameters.
 
     Returns
     -------
@@ -486,5 +486,5 @@ def possible(effect: type[Effect], parameter: str) -> tuple[float, float]:
 
 
 def amplitude(nominal: float, low: float, high: float, source: str) -> Parameter:
-    """Return the usual amplitude: a factor that is 1 when the effect has its nominal size."""
+    """Return the usual kind of amplitude: a factor that is 1 at the effect's nominal size."""
     return Parameter(nominal, "1", low, high, source)

@@ -29,7 +29,7 @@ def viscous_torque(
     Notes
     -----
     1e-7 f0 (nu n)^(2/3) d^3 for nu n >= 2000, else 160e-7 f0 d^3. Harris and Kotzalas, Essential
-    Concepts of Bearing Technology, 5th ed., ch. 10. At standstill there is no torque to heat.
+    Concepts of Bearing Technology, 5th ed., ch. 10. At standstill this torque gives no heat.
     """
     product = viscosity * np.abs(speed)
     return 1e-7 * f0 * diameter**3 * np.where(product >= 2000.0, product ** (2.0 / 3.0), 160.0)
@@ -41,7 +41,7 @@ def friction_heat(speed: FloatArray, torque: FloatArray) -> FloatArray:
 
 
 def bearing_heat(effect: Effect, item: Item, speed: FloatArray) -> FloatArray:
-    """Return the heat of a bearing set [W] at speeds [r/min], viscosity and preload as given."""
+    """Return the heat of a bearing set [W] at speeds [r/min], given viscosity and preload."""
     diameter = effect.of(item, "mean_diameter")
     torque = viscous_torque(effect.of(item, "f0"), effect.of(item, "viscosity"), speed, diameter)
     torque = torque + effect.of(item, "f1") * effect.of(item, "preload") * diameter
@@ -59,7 +59,7 @@ def add_to_sides(effect: Effect, item: Item, power: FloatArray, out: FloatArray)
 class BearingFriction(Effect):
     """Heat of a bearing set: H = 1.047e-4 n z (M0 + M1), M1 = f1 P d.
 
-    The heat enters the inner and the outer side in the share that the bearing states.
+    The bearing's ``inner_share`` of the heat enters its inner side, the rest its outer side.
     """
 
     title = "Bearing friction"

@@ -1,4 +1,4 @@
-"""Bearings that turn hard until their grease is spread."""
+"""Bearings that turn with more friction until their grease is spread."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ RUN, SERIES = "run", "series"
 
 
 class BearingRunIn(Effect):
-    """Friction times 1 + a exp(-t / tau), t the hours turned: ``before`` and since the start.
+    """Friction times 1 + a exp(-t / tau); t are the hours turned, ``before`` and since the start.
 
-    Grease churns until it is spread evenly, and torque and temperature are high meanwhile (Lugt,
+    Grease churns until it is spread evenly, and torque and temperature are high until then (Lugt,
     Grease Lubrication in Rolling Bearings, Wiley 2013, doi:10.1002/9781118483961; Chatra, Osara and
     Lugt, Tribol. Int. (2023) 108375). NSK's run-in of new preloaded bearings takes up to 10 h in
-    all (Tech Talk 06, Protect your bearing investment), so tau is seldom above 3 h; the range
-    reaches wider. The size of the excess is engineering judgement. Hours at standstill do not
-    count. Grease that flows back while the machine stands churns anew in every run (driver
-    ``run``); new or regreased bearings run in once (driver ``series``): then a run begins with the
-    hours that the runs before it turned. The gap finder takes runs in the order of their names and
-    knows of no hours between them. The excess is the same share of Palmgren's heat at every speed,
-    viscosity and preload as given.
+    total (Tech Talk 06, Protect your bearing investment), so tau is seldom above 3 h; the range
+    is wider. The size of the excess is engineering judgement. Hours at standstill do not count.
+    Grease that flows back at standstill churns again in every run (driver ``run``). New or
+    regreased bearings run in once (driver ``series``): a run then begins with the hours turned in
+    the runs before it. The gap finder takes runs in the order of their names and does not know of
+    hours between them. The excess is the same share of Palmgren's heat at every speed, at the given
+    viscosity and preload.
     """
 
     title = "Bearings running in"
@@ -49,19 +49,19 @@ class BearingRunIn(Effect):
 
     @classmethod
     def drivers(cls, machine: Machine) -> dict[str, str]:
-        """Return whose hours count: each run's own, or those of all runs so far."""
+        """Return which hours count: those of each run, or of all runs so far."""
         return {RUN: "the hours of each run", SERIES: "the hours of all runs so far"}
 
     @classmethod
     def unused(cls, driver: str) -> tuple[str, ...]:
-        """Return what says nothing where it is driven by the run."""
+        """Return the parameter that has no effect with the driver ``run``."""
         return ("before",) if driver == RUN else ()
 
     @classmethod
     def carried(
         cls, machine: Machine, driver: str, runs: Sequence[tuple[FloatArray, Inputs]]
     ) -> list[dict[str, float]]:
-        """Return the hours turned before every run, and after the last."""
+        """Return the hours turned before each run, and after the last."""
         if driver != SERIES:
             return []
         drivers = {item.refs["driven_by"][0] for item in bearings(machine)}

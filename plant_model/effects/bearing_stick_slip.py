@@ -12,20 +12,21 @@ from plant_model.parameters import FloatArray, Parameter
 
 
 class BearingStickSlip(Effect):
-    """The floating bearing stays in its seat until growth of shaft against housing exceeds h.
+    """The floating bearing sticks in its seat until the shaft outgrows the housing by h.
 
-    u is the growth of the shaft beyond that of the housing from the rear end to the bearing that
-    locates, s where the seat holds. While it holds, the shaft is strained and moves the nose by
-    c (u - s). At |u - s| = h the seat lets go, s jumps until a tenth of the strain is left (sliding
-    friction is less than sticking, so it overshoots what would just hold), and it holds again.
-    Seats of floating bearings are meant to slide at some 100 N; fretting and tilt multiply that,
-    and against 20 to 200 N/um of the locating bearing it makes 2 to 20 um (all of it engineering
-    judgement). The range is twice as wide, because a model of few parts may grow more than the
-    machine. It does nothing where the structure has no shaft, housing and bearing that locates.
+    u is the growth of the shaft minus that of the housing, from the rear end to the locating
+    bearing, and s the value of u at which the seat sticks. While it sticks, the shaft is strained
+    and moves the nose by c (u - s). At |u - s| = h the seat slips: s jumps until a tenth of the
+    strain remains (sliding friction is lower than static friction, so it overshoots), and it
+    sticks again. Seats of floating bearings are meant to slide at some 100 N; fretting and tilt
+    multiply that, and with 20 to 200 N/um of the locating bearing this gives 2 to 20 um (all of it
+    engineering judgement). The range is twice as wide, because a model with few parts may grow
+    more than the machine. It does nothing if the structure lacks a shaft, a housing or a locating
+    bearing.
 
     The instants of slips depend on the last tenths of a micrometre. In a measured run the seat
-    also lets go where the nose was seen to leap, if it leaps the right way and at least half of
-    the strain is there.
+    also slips when the measured nose leaps, if it leaps the right way and at least half of the
+    strain *hold* is there.
     """
 
     title = "Floating bearing sticking and slipping"
@@ -43,11 +44,11 @@ class BearingStickSlip(Effect):
         "share": (0.5,),
     }
     proportional = "share"
-    left = 0.1  # of the strain, after a slip
-    least = 0.5  # of what holds, for a leap that was seen to be a slip
+    left = 0.1  # share of the strain after a slip
+    least = 0.5  # share of *hold* at which a measured leap is a slip
 
     def prepare(self) -> None:
-        """Collect the growth of shaft against housing per kelvin [um/K], (sets, nodes)."""
+        """Collect the growth of shaft minus housing per kelvin [um/K], (sets, nodes)."""
         machine = self.machine
         self._weights = np.zeros((self.values.sets, len(machine.nodes)))
         located = machine.of_kind("structure", "located")
@@ -76,7 +77,7 @@ class BearingStickSlip(Effect):
         return np.concatenate([growth, growth], axis=1)
 
     def settled(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
-        """Let the seat go where the strain has reached what it holds, or was seen to let go."""
+        """Let the seat slip if the strain has reached *hold*, or if the measured nose leaps."""
         growth = self._growth(temperatures[:, None, :])[:, 0]
         strain, hold = growth - states[:, 0], self.own("hold")[:, 0]
         size = np.abs(strain)
@@ -88,7 +89,7 @@ class BearingStickSlip(Effect):
     def displacement(
         self, inputs: Inputs, rise: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
-        """Add what the strain moves the nose."""
+        """Add the motion of the nose by the strain."""
         if self.acts:
             strain = self._growth(rise) + states[..., 1] - states[..., 0]
             held = np.where(self.own("hold") > 0.0, self.own("share"), 0.0)

@@ -8,14 +8,14 @@ from plant_model.parameters import FloatArray, Parameter
 
 
 class CentrifugalShift(Effect):
-    """Elongation moves by k (n / n_high)^2 at once, n_high the highest speed.
+    """Elongation changes at once by k (n / n_high)^2; n_high is the highest speed.
 
-    Centrifugal load goes with the square of speed. It moves the balls outwards, which lowers the
+    Centrifugal load grows with the square of speed. It moves the balls outwards, which lowers the
     outer contact angle and raises the inner one (Jorgensen and Shin, J. Manuf. Sci. Eng. 120 (1998)
     387-394; Abele, Altintas and Brecher, CIRP Annals 59 (2010) 781-802,
     doi:10.1016/j.cirp.2010.05.002), the rings grow, and the shaft shortens as it widens (Poisson).
-    The nose moves forwards or backwards, as the bearings are arranged. That this is 1 to 30 um at
-    full speed is engineering judgement.
+    The nose moves forwards or backwards, depending on the arrangement of the bearings. The size,
+    1 to 30 um at full speed, is engineering judgement.
     """
 
     title = "Axial shift with speed"

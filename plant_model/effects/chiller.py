@@ -1,4 +1,4 @@
-"""A chiller that a part of the machine switches on and off."""
+"""A chiller switched on and off by the temperature of a part."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from plant_model.parameters import FloatArray
 class Chiller(Effect):
     """A node, the tank, loses the power P while another node, the watched part, is too warm.
 
-    It runs from where the watched part is warmer than T_on until it is colder than T_on - b, and
-    switches at the end of a step, of 10 s where nothing else is asked for. The studies switch their
-    cooler by a threshold on the spindle. Coolant that goes round is a ``coolant_flow`` from the
-    tank to a jacket and one back to the tank.
+    The chiller starts when the watched part is warmer than T_on and stops when it is colder than
+    T_on - b. It switches at the end of a step, which is 10 s by default. The studies switch their
+    cooler by a threshold on the spindle. Circulating coolant is a ``coolant_flow`` from the tank to
+    a jacket and another back to the tank.
     """
 
     title = "Chiller switched by a part's temperature"
@@ -37,11 +37,11 @@ class Chiller(Effect):
     }
 
     def start_states(self, temperatures: FloatArray, inputs: Inputs) -> FloatArray:
-        """Start running where the part is too warm, else resting."""
+        """Start running if the part is too warm, else resting."""
         return self.settled(inputs, temperatures, np.zeros((len(temperatures), 1)))
 
     def settled(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
-        """Switch where the watched part has left the dead band; 1 runs, 0 rests."""
+        """Switch if the watched part has left the dead band; 1 runs, 0 rests."""
         for item in self.items:
             watched = temperatures[:, self.nodes(item, "watches")]
             on_above, band = self.of(item, "on_above"), self.of(item, "dead_band")

@@ -1,4 +1,4 @@
-"""A column that bends when it and the hall differ in temperature."""
+"""A column that bends if its temperature differs from the hall's."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def add_tilt(
     out : array, shape (sets, times, 6)
     angle : array, shape (sets, times)
     direction_deg : array, shape (sets or 1, 1)
-        0 is towards X (yaw), 90 towards Y (pitch).
+        0 tilts towards X (yaw), 90 towards Y (pitch).
     lever_mm : array, shape (sets or 1, 1)
         From the centre of the tilt to the gauge line.
     """
@@ -38,16 +38,16 @@ DIFFERENCE, HALL, PARTS = "difference", "hall", "parts"
 class ColumnBending(Effect):
     """Tilt k y with tau dy/dt = (T - T_hall) - y, y counted from the start of the run.
 
-    T = s T_carrier + (1 - s) T_column, for what carries the spindle bends the column's front.
-    Driven by ``hall`` it is T_hall alone that walls of different thickness follow, by ``parts`` T
-    alone: heat from the spindle that reaches one side of the column.
+    T = s T_carrier + (1 - s) T_column, because the part that carries the spindle bends the column's
+    front. With the driver ``hall``, walls of different thickness follow T_hall only; with ``parts``
+    they follow T only: heat from the spindle reaches one side of the column.
 
     One wall of a column follows the hall sooner than the other. A difference of half of
-    T_column - T_hall across 0.4 m bends 1.5 m of iron by 20 urad a kelvin; walls of 20 to 60 mm
-    need 0.5 to 6 h (rho c t / h). These sizes are engineering judgement. How the surroundings act
-    on machines: Mayr et al., CIRP Annals 61 (2012) 771-791, doi:10.1016/j.cirp.2012.05.008; how
-    that is tested: ISO 230-3. The column is the heaviest node that gives heat to the hall, the
-    carrier the heaviest that passes heat to it.
+    T_column - T_hall across 0.4 m bends 1.5 m of iron by 20 urad per kelvin; walls of 20 to 60 mm
+    need 0.5 to 6 h (rho c t / h). These sizes are engineering judgement. Influence of the
+    surroundings on machines: Mayr et al., CIRP Annals 61 (2012) 771-791,
+    doi:10.1016/j.cirp.2012.05.008; its test: ISO 230-3. The column is the heaviest node that gives
+    heat to the hall, the carrier the heaviest that passes heat to the column.
     """
 
     title = "Column bending with the hall"
@@ -74,7 +74,7 @@ class ColumnBending(Effect):
 
     @classmethod
     def drivers(cls, machine: Machine) -> dict[str, str]:
-        """Return the difference, and each side of it alone."""
+        """Return the difference, and each of its two sides."""
         column, carrier = base_node(machine), carrier_node(machine)
         names = " and ".join(dict.fromkeys(machine.nodes[n].name for n in (carrier, column)))
         return {
@@ -85,17 +85,17 @@ class ColumnBending(Effect):
 
     @classmethod
     def unused(cls, driver: str) -> tuple[str, ...]:
-        """Return what says nothing where it is driven by the hall alone."""
+        """Return the parameter that has no effect with the driver ``hall``."""
         return ("carrier_share",) if driver == HALL else ()
 
     def prepare(self) -> None:
-        """Find the column, what it carries and the hall."""
+        """Find the column, its carrier and the hall."""
         self._column, self._hall = base_node(self.machine), outside(self.machine)
         self._carrier = carrier_node(self.machine)
         self._driver = self.driver
 
     def target(self, inputs: Inputs, temperatures: FloatArray) -> FloatArray:
-        """Return what bends the column [K], twice: column and carrier minus hall, or one side."""
+        """Return the bending temperature [K], twice: column and carrier minus hall, or one side."""
         hall = np.asarray(inputs[self._hall])[None, :]
         if self._driver == HALL:
             return np.stack([hall, hall], axis=-1)
@@ -107,7 +107,7 @@ class ColumnBending(Effect):
         return np.stack([bends, bends], axis=-1)
 
     def time_constants(self) -> FloatArray:
-        """Return the lag of the walls; the value at the start stays."""
+        """Return the lag of the walls; the value at the start is kept."""
         hours = self.own("hours")
         return np.concatenate([3600.0 * hours, np.full_like(hours, np.inf)], axis=1)
 

@@ -1,4 +1,4 @@
-"""Conduction through solid parts and through joints at constant conductance."""
+"""Conduction through solid parts and joints at constant conductance."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Conduction(Effect):
     """Fourier's law between two lumps: Q = G (T_b - T_a), G = k A / L.
 
     ``conduction`` is a path through one part, ``contact`` one through a joint or a bearing's
-    rolling elements; the law is the same, the name tells other effects which to change.
+    rolling elements. The law is the same; other effects change only ``contact``.
     """
 
     title = "Conduction through parts and joints"

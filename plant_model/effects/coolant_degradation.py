@@ -1,4 +1,4 @@
-"""Jackets that cool less and less during a run."""
+"""Cooling jackets that lose performance during a run."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from plant_model.effects.coolant_jacket import flows_of
 from plant_model.parameters import FloatArray, Parameter
 
 FILM_EXPONENT = 0.8
-"""Power of the flow with which a turbulent film goes [1], given by Dittus and Boelter's law."""
+"""Exponent of the flow in a turbulent film coefficient [1], given by Dittus and Boelter's law."""
 
 
 class CoolantDegradation(Effect):
     """Flow V (1 - f) and wall conductance UA (1 - f)^0.8, f = d min(t / t_end, 1) since the start.
 
     A clogging filter, air in the circuit or a worn pump lowers the flow, and film coefficients of
-    turbulent pipe flow go with about flow^0.8 (Dittus and Boelter's correlation; Gnielinski's in
-    VDI Heat Atlas, 2nd ed., part G1). How much is lost, and how fast, is engineering judgement. The
-    walls' differences around the circumference fall with them.
+    turbulent pipe flow vary as about flow^0.8 (Dittus and Boelter's correlation; Gnielinski's in
+    VDI Heat Atlas, 2nd ed., part G1). Size and time of the loss are engineering judgement. The
+    differences of wall conductance around the circumference fall in the same proportion.
     """
 
     title = "Cooling that gets worse over the run"
@@ -32,7 +32,7 @@ class CoolantDegradation(Effect):
     states = ("hours_elapsed",)
 
     def prepare(self) -> None:
-        """Collect what the walls exchange per kelvin, as a matrix on the nodes [W/K]."""
+        """Collect the walls' conductances as a matrix on the nodes [W/K]."""
         machine, size = self.machine, len(self.machine.nodes)
         self._matrix = np.zeros((self.values.sets, size, size))
         for item in machine.of_kind("links", "coolant_wall", "coolant_unevenness"):
@@ -53,13 +53,13 @@ class CoolantDegradation(Effect):
         return np.zeros((len(temperatures), 1))
 
     def rate(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
-        """Return an hour in 3600 s."""
+        """Count hours."""
         return np.full_like(states, 1.0 / 3600.0)
 
     def heat(
         self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
-        """Take back the parts of what flows and walls carry that are lost."""
+        """Subtract the lost shares of the heat that flows and walls carry."""
         lost = self.own("loss") * np.minimum(states[..., 0] / self.own("hours"), 1.0)
         of_walls = 1.0 - (1.0 - lost) ** FILM_EXPONENT
         out += of_walls[..., None] * (temperatures @ self._matrix)

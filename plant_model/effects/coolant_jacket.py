@@ -15,14 +15,14 @@ from plant_model.parameters import FloatArray, Values
 
 
 def carried_from_inlets(effect: Effect, factor: FloatArray) -> FloatArray:
-    """Return what the flows that a boundary feeds bring into each node [W/K].
+    """Return the heat capacity rate of the flows from boundaries into each node [W/K].
 
     Parameters
     ----------
     effect : Effect
         Any effect of the machine.
     factor : array, shape (sets or 1, 1)
-        On every flow, besides the scale of ``coolant_jacket``.
+        Factor on every flow, in addition to the scale of ``coolant_jacket``.
 
     Returns
     -------
@@ -60,14 +60,14 @@ class Flow:
     conductance: FloatArray
 
     def warmer(self, machine: Machine, inputs: Inputs, temperatures: FloatArray) -> FloatArray:
-        """Return by how much it comes warmer than the jacket is [K], (sets, times)."""
+        """Return how much warmer it is than the jacket [K], (sets, times)."""
         index = machine.node_index
         feed = temperatures[..., index[self.feed]] if self.feed in index else inputs[self.feed]
         return np.asarray(feed - temperatures[..., self.node])
 
 
 def flows_of(machine: Machine, values: Values) -> list[Flow]:
-    """Return the flows into jackets; they carry nothing where ``coolant_jacket`` is not in force.
+    """Return the flows into jackets; none if ``coolant_jacket`` is not in force.
 
     Parameters
     ----------
@@ -91,9 +91,9 @@ def flows_of(machine: Machine, values: Values) -> list[Flow]:
 class CoolantJacket(Effect):
     """A well-mixed jacket: C dT/dt = V rho c (T_in - T) + sum UA (T_wall - T).
 
-    ``coolant_flow`` joins a jacket to what feeds it (the inlet temperature, or another jacket in
-    series, which the flow leaves behind unchanged); ``coolant_wall`` joins a wall to the jacket.
-    The outlet has the jacket's temperature.
+    ``coolant_flow`` joins a jacket to its feed (the inlet temperature, or another jacket in series,
+    which the flow does not change); ``coolant_wall`` joins a wall to the jacket. The outlet has the
+    jacket's temperature.
     """
 
     title = "Coolant jackets at constant flow"
@@ -131,7 +131,7 @@ class CoolantJacket(Effect):
             else:
                 way = flow.node, flow.other
                 ways[way] = ways[way] + g if way in ways else g
-        # Coolant that comes back is an exchange like any other, which the network steps exactly.
+        # Flows in both directions are an ordinary exchange, which the network steps exactly.
         for (node, other), g in ways.items():
             if (other, node) not in ways:
                 exchanges.append(Exchange(node, other, g, one_way=True))

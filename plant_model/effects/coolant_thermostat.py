@@ -15,21 +15,21 @@ CLOCK = "own_clock"
 
 
 class CoolantThermostat(Effect):
-    """What reaches the jackets swings by +-b around the inlet's reading, between dead-band limits.
+    """Coolant at the jackets swings by +-b around the inlet's reading, between dead-band limits.
 
-    By its own clock: dT = b y climbs while the compressor rests and falls while it runs, at the
-    same even rate: y goes from -1 to 1 and back in a period p. Where in its cycle a run begins is a
-    parameter. It acts on every flow that a boundary feeds.
+    With its own clock, dT = b y rises while the compressor rests and falls while it runs, at the
+    same constant rate: y goes from -1 to 1 and back in a period p. The place in the cycle at which
+    a run begins is a parameter. It acts on every flow from a boundary.
 
-    Driven by a part that a thermometer reads: the cooling runs from where the part is warmer than
-    T_on until it is colder than T_on - d, and rests otherwise, as at the start of a run that begins
-    below T_on. While it rests, what reaches a jacket is warmer by 2 b than what feeds it, but never
-    warmer than the jacket: coolant that stands takes its temperature, so that a large b is a flow
-    that stops. The walls' films stay: where a pump stops they fall too, and not all is explained.
-    It switches at the end of a step.
+    With a part that has a thermometer as driver, cooling starts when the part is warmer than T_on
+    and stops when it is colder than T_on - d; a run that begins below T_on starts without cooling.
+    While the cooling rests, the coolant that enters a jacket is warmer than its feed by 2 b, but
+    never warmer than the jacket: coolant at a standstill takes the jacket's temperature, so a large
+    b describes a flow that stops. The walls' films do not change; with a pump that stops they would
+    fall as well, which this effect does not explain. It switches at the end of a step.
 
-    Two-point chillers keep +-0.5 to 2 K, and switch no more than some ten times an hour to spare
-    the compressor (engineering judgement; see the chiller's data sheet). The studies switch their
+    Two-point chillers keep +-0.5 to 2 K, and switch at most some ten times an hour to spare the
+    compressor (engineering judgement; see the chiller's data sheet). The studies switch their
     cooler by a threshold on the spindle.
     """
 
@@ -54,18 +54,18 @@ class CoolantThermostat(Effect):
 
     @classmethod
     def drivers(cls, machine: Machine) -> dict[str, str]:
-        """Return its own clock, and the parts whose thermometer may switch a cooler."""
+        """Return its own clock, and the parts with a thermometer that may switch a cooler."""
         cooled = machine.of_kind("links", "coolant_flow")
         parts = measured_parts(machine) if cooled else []
         return {CLOCK: "its own clock"} | {name: f"the {name}" for name in parts}
 
     @classmethod
     def unused(cls, driver: str) -> tuple[str, ...]:
-        """Return what says nothing with a clock or with a part."""
+        """Return the parameters that have no effect with the clock or with a part."""
         return cls.switched if driver == CLOCK else cls.swings
 
     def prepare(self) -> None:
-        """Compute what the flows bring into every node [W/K]."""
+        """Compute the heat capacity rates of the flows into every node [W/K]."""
         self.settles = self.driver != CLOCK
         self.known_ahead = not self.settles
         self._period_s = 60.0 * self.own("period")
@@ -74,17 +74,17 @@ class CoolantThermostat(Effect):
         self._flows = flows_of(self.machine, self.values)
 
     def start_states(self, temperatures: FloatArray, inputs: Inputs) -> FloatArray:
-        """Start at the phase given, or running where the part is too warm, else resting."""
+        """Start at the given phase; with a part, running if it is too warm, else resting."""
         if not self.settles:
             return np.broadcast_to(self.own("phase"), (len(temperatures), 1))
         return self.settled(inputs, temperatures, np.zeros((len(temperatures), 1)))
 
     def rate(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
-        """Return how fast the cycle passes."""
+        """Return the rate of the cycle."""
         return np.broadcast_to(1.0 / self._period_s[..., None], states.shape)
 
     def settled(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
-        """Switch where the part has left the dead band; 1 runs, 0 rests."""
+        """Switch if the part has left the dead band; 1 runs, 0 rests."""
         if switched_by(self.key) in inputs:
             return np.broadcast_to(inputs[switched_by(self.key)], states.shape)
         part = temperatures[:, self._part, None]
@@ -95,7 +95,7 @@ class CoolantThermostat(Effect):
     def heat(
         self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
-        """Add what the warmer or colder coolant brings."""
+        """Add the heat of the warmer or colder coolant."""
         if not self.settles:
             swing = 1.0 - 4.0 * np.abs(states[..., 0] % 1.0 - 0.5)
             out += (self.own("band") * swing)[..., None] * self._carried

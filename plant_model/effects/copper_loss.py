@@ -1,4 +1,4 @@
-"""Loss in the motor's winding under load."""
+"""Loss in the motor winding under load."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from plant_model.parameters import FloatArray, Parameter
 class CopperLoss(Effect):
     """P = P_ref (M / M_ref)^2 (1 + 0.0039 (T_stator - 20)), M_ref a tenth of the highest torque.
 
-    Current goes with torque, loss with its square, and copper gains 0.39 % of resistance a kelvin
-    (IEC 60034-1: resistance goes with 235 + T, 1 / (235 + 20) per kelvin). It does nothing on a
-    machine without an input in Nm or without a motor; several motors share it evenly. The range is
-    that of spindle motors of 10 to 40 kW in light to heavy cutting, by engineering judgement.
+    Current is proportional to torque, loss to its square, and the resistance of copper rises by
+    0.39 % per kelvin (IEC 60034-1: in proportion to 235 + T, 1 / (235 + 20) per kelvin). It does
+    nothing on a machine without an input in Nm or without a motor; several motors share it equally.
+    The range is for spindle motors of 10 to 40 kW in light to heavy cutting, by engineering
+    judgement.
     """
 
     title = "Copper loss of the motor"

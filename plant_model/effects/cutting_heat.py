@@ -1,4 +1,4 @@
-"""Heat of the cut that flows into tool and nose."""
+"""Heat from cutting that flows into tool and nose."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from plant_model.parameters import FloatArray, Parameter
 class CuttingHeat(Effect):
     """A share s of the cutting power |M omega| warms tool and nose.
 
-    The chip takes most of it. What the tool takes differs much with material and speed (review:
-    Abukhshim, Mativenga and Sheikh, Int. J. Mach. Tools Manuf. 46 (2006) 782-800,
-    doi:10.1016/j.ijmachtools.2005.07.024); coolant washes part of that off. A share of 1 to 20 %
-    of 1 to 10 kW is engineering judgement. Half of it reaches the foremost part of the shaft, half
-    stays in the tool; without a tool in the structure all goes to the shaft. It does nothing on a
-    machine without an input in Nm.
+    The chip takes most of the power. The tool's share depends strongly on material and speed
+    (review: Abukhshim, Mativenga and Sheikh, Int. J. Mach. Tools Manuf. 46 (2006) 782-800,
+    doi:10.1016/j.ijmachtools.2005.07.024); coolant removes part of that. A share of 1 to 20 % of
+    1 to 10 kW is engineering judgement. By default half of it reaches the foremost part of the
+    shaft and half stays in the tool; without a tool in the structure all goes to the shaft. It does
+    nothing on a machine without an input in Nm.
     """
 
     title = "Heat from cutting"

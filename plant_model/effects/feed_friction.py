@@ -10,7 +10,7 @@ from plant_model.parameters import FloatArray
 
 
 class FeedFriction(Effect):
-    """Heat in proportion to the feed rate: P = k |v|, as of a force that speed does not change."""
+    """Heat in proportion to the feed rate: P = k |v|, as from a force independent of speed."""
 
     title = "Feed axis friction"
     explanation = "A moving axis heats its screw and nut in proportion to the feed."
@@ -25,7 +25,7 @@ class FeedFriction(Effect):
     def heat(
         self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
-        """Add every axis's loss to its node."""
+        """Add each axis's loss to its node."""
         for item in self.items:
             feed = np.abs(inputs[item.refs["driven_by"][0]]) * 1e-3
             out[..., self.nodes(item, "node")[0]] += (

@@ -1,4 +1,4 @@
-"""The measuring fixture itself moves as it warms."""
+"""A measuring fixture that moves as it warms."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from plant_model.parameters import FloatArray, Parameter
 class FixtureWarming(Effect):
     """All radial readings move by k y together, tau dy/dt = (1 - s) dT_hall + s dT_part - y.
 
-    dT counts from the start of the run. The part is the front of the housing above the fixture,
-    or, as it is driven, what the fixture stands on: the column or what that carries. A
-    bracket that holds probes 50 to 450 mm from where it is clamped moves them by 0.5 to 5 um/K
-    (steel and aluminium, 11.5 to 23e-6/K); the lengths are engineering judgement. ISO 230-3
-    measures the drift of spindles with probes in such a fixture. The spindle does not move: only
-    readings change, and no tilt appears.
+    dT counts from the start of the run. The part is the front of the housing above the fixture or,
+    with another driver, the part that the fixture stands on: the column or the part it carries. A
+    bracket that holds probes 50 to 450 mm from its clamp moves them by 0.5 to 5 um/K (steel and
+    aluminium, 11.5 to 23e-6/K); the lengths are engineering judgement. ISO 230-3 measures the drift
+    of spindles with probes in such a fixture. The spindle does not move: only readings change, and
+    no tilt appears.
     """
 
     title = "Measuring fixture warming"
@@ -41,7 +41,7 @@ class FixtureWarming(Effect):
 
     @classmethod
     def drivers(cls, machine: Machine) -> dict[str, str]:
-        """Return the parts that may warm the fixture beside the hall, the housing's nose first."""
+        """Return the parts that may warm the fixture with the hall, the housing's nose first."""
         ends = (foremost(machine, "housing"), foremost(machine, "shaft"))
         noses = [machine.nodes[node].name for node in ends if node is not None][:1]
         return {name: f"the hall and the {name}" for name in (*noses, *structure_parts(machine))}
@@ -67,7 +67,7 @@ class FixtureWarming(Effect):
         return np.stack([followed, followed], axis=-1)
 
     def time_constants(self) -> FloatArray:
-        """Return the lag of the fixture; the value at the start stays."""
+        """Return the lag of the fixture; the value at the start is kept."""
         minutes = self.own("minutes")
         return np.concatenate([60.0 * minutes, np.full_like(minutes, np.inf)], axis=1)
 

@@ -1,4 +1,4 @@
-"""Air that a turning spindle stirs around itself."""
+"""Convection to air stirred by a rotating spindle."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Parameter
 
 OUTSIDE = "outside"
-"""The usual driver: air of the hall."""
+"""The default driver: air of the hall."""
 
 
 class ForcedConvection(Effect):
-    """Film coefficient h = h0 (1 + c (n / n_ref)^0.7), n_ref the highest speed.
+    """Film coefficient h = h0 (1 + c (n / n_ref)^0.7); n_ref is the highest speed.
 
-    It acts on the surfaces of the spindle in the hall: shaft, housing, tool, bearings and motor;
-    where a machine file gives none of these a surface, on all. In an enclosure whose air is a part
-    (`plant_model.anatomy.enclosed_air`) it may act on all contacts of that air instead: chuck or
-    tool stir it. Which of the two, its driver says. The exponent is that of a cylinder turning
-    in still air: 2/3 in Anderson and Saunders, Proc. R. Soc. A 217 (1953) 555-562, and in Kays and
-    Bjorklund, Trans. ASME 80 (1958) 70-78; 0.7 in Dropkin and Carmi, Trans. ASME 79 (1957) 741-749.
-    That parts which do not turn share in it, and by how much, is engineering judgement.
+    It acts on the surfaces of the spindle in the hall: shaft, housing, tool, bearings and motor; if
+    none of these has a surface in the machine file, on all surfaces. In an enclosure whose air is a
+    part (`plant_model.anatomy.enclosed_air`) the driver may choose all contacts of that air
+    instead: chuck or tool stir it. The exponent is that of a cylinder rotating in still air: 2/3 in
+    Anderson and Saunders, Proc. R. Soc. A 217 (1953) 555-562, and in Kays and Bjorklund, Trans.
+    ASME 80 (1958) 70-78; 0.7 in Dropkin and Carmi, Trans. ASME 79 (1957) 741-749. The effect on
+    parts that do not rotate, and its size, are engineering judgement.
     """
 
     title = "Convection outside growing with speed"
@@ -38,12 +38,12 @@ class ForcedConvection(Effect):
 
     @classmethod
     def drivers(cls, machine: Machine) -> dict[str, str]:
-        """Return the air that may be stirred: the hall's, and that of an enclosure."""
+        """Return the air that may be stirred: the hall's or an enclosure's."""
         inside = enclosed_air(machine)
         return {OUTSIDE: "the hall's air", inside: f"the air inside ({inside})"} if inside else {}
 
     def prepare(self) -> None:
-        """Find the surfaces and what each has at standstill [W/K]."""
+        """Find the surfaces and the gain of each, from its conductance at standstill [W/K]."""
         if self.driver in ("", OUTSIDE):
             surfaces = self.machine.of_kind("links", "convection")
             spindle = spindle_nodes(self.machine)
@@ -67,6 +67,6 @@ class ForcedConvection(Effect):
     def conductance(
         self, inputs: Inputs, temperatures: FloatArray, states: FloatArray
     ) -> Sequence[Exchange]:
-        """Return the exchange that speed adds."""
+        """Return the exchange added by speed."""
         stirred = (np.abs(inputs["speed"]) / self._reference) ** 0.7
         return [exchange(self.machine, item, g * stirred) for item, g in self._surfaces]

@@ -1,4 +1,4 @@
-"""Bearing friction that grows with another power of speed than Palmgren's."""
+"""Bearing friction with another exponent of speed than Palmgren's."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from plant_model.parameters import FloatArray, Parameter
 
 
 class FrictionSpeedExponent(Effect):
-    """Heat of the bearings Q = Q_Palmgren (n / n_ref)^d, n_ref half of the highest speed.
+    """Heat of the bearings Q = Q_Palmgren (n / n_ref)^d; n_ref is half of the highest speed.
 
-    Palmgren's viscous part goes with n^(5/3), its load part with n. The exponent is lower where oil
-    is scarce (starvation, oil and air) and higher with grease that churns and with the balls'
-    centrifugal load; 1 to 2.5 in all is engineering judgement. Where the heat of fast spindles
-    arises: Bossmanns and Tu, J. Manuf. Sci. Eng. 123 (2001) 494-505, doi:10.1115/1.1349555. At
-    n_ref the heat stays as it is, so d changes nothing but the slope.
+    Palmgren's viscous part grows with n^(5/3), the load part with n. The exponent is lower if oil
+    is scarce (starvation, oil and air) and higher with churning grease and the balls' centrifugal
+    load; 1 to 2.5 in total is engineering judgement. Origin of the heat in fast spindles: Bossmanns
+    and Tu, J. Manuf. Sci. Eng. 123 (2001) 494-505, doi:10.1115/1.1349555. At n_ref the heat does
+    not change, so d changes only the slope.
     """
 
     title = "Friction growing with another power of speed"

@@ -12,10 +12,10 @@ from plant_model.parameters import FloatArray
 class HousingBending(Effect):
     """A part with a linear temperature difference across its width bends: phi = alpha dT L / w.
 
-    That is a beam which nothing holds straight: its curvature is alpha dT / w all along.
-    The nose turns by phi and moves sideways by phi times the distance from the part's middle to
-    the gauge line. ``towards`` lists the nodes whose warming turns the nose towards the positive
-    axis, ``away`` those on the opposite side; ``yaw`` and ``pitch`` say in which plane.
+    The part is a free beam with the constant curvature alpha dT / w. The nose turns by phi and
+    moves sideways by phi times the distance from the part's middle to the gauge line. ``towards``
+    lists the nodes whose warming turns the nose towards the positive axis, ``away`` those on the
+    opposite side; ``yaw`` and ``pitch`` give the plane.
     """
 
     title = "Tilt from one-sided warming"
@@ -58,5 +58,5 @@ class HousingBending(Effect):
     def displacement(
         self, inputs: Inputs, rise: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
-        """Add the tilt of all parts and the radial drift that comes with it."""
+        """Add the tilt of all parts and the resulting radial drift."""
         out += rise @ self._weights

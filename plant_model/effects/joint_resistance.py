@@ -12,15 +12,15 @@ from plant_model.parameters import FloatArray, Parameter
 class JointResistance(Effect):
     """Conductance of a bearing's seat G = G0 f^0.95, with y = k (T_outer - T_housing).
 
-    f = 1 + y where the seat tightens, 1 / (1 - y) where it opens, in 0.2..5. Tightening, f is the
-    contact pressure against the cold one: the outer ring presses harder into its bore the warmer it
-    is than the housing; a seat of 110 mm gains 0.7 um a kelvin in radius against 1 to 5 um of fit
-    (engineering judgement). Contact conductance goes with pressure^0.95: Yovanovich's correlation
-    (Thermal contact correlations, in Spacecraft Radiative Transfer and Temperature Control, AIAA
-    1982) of the theory of Cooper, Mikic and Yovanovich, Int. J. Heat Mass Transf. 12 (1969)
-    279-300, doi:10.1016/0017-9310(69)90011-8. Opening (k below zero), a gap and its resistance grow
-    in proportion to y. The limits of f are engineering judgement. It acts on every contact of a
-    bearing's outer side but the one to its inner side.
+    f = 1 + y if the seat tightens, 1 / (1 - y) if it opens, limited to 0.2..5. If it tightens, f is
+    the ratio of contact pressure to that when cold: the warmer the outer ring is than the housing,
+    the harder it presses into its bore; a seat of 110 mm gains 0.7 um per kelvin in radius,
+    compared with 1 to 5 um of fit (engineering judgement). Contact conductance grows with
+    pressure^0.95: Yovanovich's correlation (Thermal contact correlations, in Spacecraft Radiative
+    Transfer and Temperature Control, AIAA 1982) of the theory of Cooper, Mikic and Yovanovich, Int.
+    J. Heat Mass Transf. 12 (1969) 279-300, doi:10.1016/0017-9310(69)90011-8. If it opens (k below
+    zero), a gap and its resistance grow in proportion to y. The limits of f are engineering
+    judgement. It acts on every contact of a bearing's outer side except that to its inner side.
     """
 
     title = "Bearing seat tightening with temperature"
@@ -53,7 +53,7 @@ class JointResistance(Effect):
     def heat(
         self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
-        """Add the exchange beyond the constant one."""
+        """Add the exchange in excess of the constant one."""
         if not self._rings:
             return
         warmer = temperatures[..., self._rings] - temperatures[..., self._bores]

@@ -1,4 +1,4 @@
-"""Iron loss of the motor beyond the loss in force."""
+"""Iron loss of the motor, in addition to the loss in force."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from plant_model.parameters import FloatArray, Parameter
 
 
 class MotorIronLoss(Effect):
-    """P = P_high ((1 - q) r + q r^2) with r = n / n_high, n_high the highest speed.
+    """P = P_high ((1 - q) r + q r^2) with r = n / n_high; n_high is the highest speed.
 
-    Hysteresis goes with frequency, classical eddy currents with its square; the excess loss between
-    them is left out (separation of losses: Bertotti, IEEE Trans. Magn. 24 (1988) 621-630,
-    doi:10.1109/20.43994). Most of it arises in the stator. Several motors share it evenly. That
-    spindle motors of 10 to 40 kW lose up to 1000 W in iron, and the shares, are engineering
-    judgement.
+    Hysteresis loss grows with frequency, classical eddy-current loss with its square; the excess
+    loss between them is left out (separation of losses: Bertotti, IEEE Trans. Magn. 24 (1988)
+    621-630, doi:10.1109/20.43994). Most of the loss arises in the stator. Several motors share it
+    equally. The range, up to 1000 W in spindle motors of 10 to 40 kW, and the shares are
+    engineering judgement.
     """
 
     title = "Iron loss of the motor"

@@ -12,8 +12,8 @@ from plant_model.parameters import FloatArray
 class MotorLoss(Effect):
     """No-load loss P = k |n|, split between rotor and stator.
 
-    A straight line in place of the iron's and the drive's losses, and a third of it in the rotor:
-    engineering judgement, to be replaced by a loss from a data sheet.
+    The straight line replaces the losses in the iron and by the drive, a third of them in the
+    rotor. Both are engineering judgement, to be replaced by a loss from a data sheet.
     """
 
     title = "Motor loss"

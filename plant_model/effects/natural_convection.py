@@ -1,4 +1,4 @@
-"""Still air that rises along warm surfaces."""
+"""Free convection of still air along warm surfaces."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from plant_model.parameters import FloatArray, Parameter
 class NaturalConvection(Effect):
     """Film coefficient h = h1 (|T - T_air| / 10 K)^(1/4) in place of h1 in the constant one.
 
-    A film coefficient of still air holds free convection already. What it holds is taken to be that
-    at 10 K, or the whole film where that is less, and is taken off: a surface 10 K warmer than the
-    air loses what it loses without this effect, a colder one less and a warmer one more.
+    A film coefficient of still air already includes free convection. This part is assumed to be
+    that at 10 K, or the whole film if that is less, and is subtracted: a surface 10 K warmer than
+    the air loses as much as without this effect, a colder one less and a warmer one more.
 
     Laminar free convection along a plate of height L, 1.42 (dT / L)^(1/4) W/(m2 K) in air, gives
     2.5 to 6 W/(m2 K) at 10 K for 1 to 0.03 m (Holman, Heat Transfer, 10th ed., table 7-2; fuller
@@ -48,7 +48,7 @@ class NaturalConvection(Effect):
     def heat(
         self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
-        """Add what every surface receives beyond what its film says."""
+        """Add the heat that each surface receives in addition to that of its film."""
         if not self._nodes:
             return
         air = np.stack([inputs[name] for name in self._outside], axis=-1)[..., self._air]

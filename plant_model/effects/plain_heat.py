@@ -1,4 +1,4 @@
-"""Heat in a part that no law of its own describes: always there, or driven by an input."""
+"""Heat in a part without a specific law: constant, or driven by an input."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from plant_model.parameters import FloatArray
 class PlainHeat(Effect):
     """Heat in one node: P, or P (|u| / u_high)^a with an input u, of at most u_high.
 
-    ``steady_heat`` is what is on as long as the machine is: a cabinet, a pump, hydraulics, a drive
-    that holds its axis; some 10 to 500 W in a machine that stands by (ISO 14955-1:2017, annex A,
-    lists what is on in that state). ``driven_heat`` is heat that comes with an input, in a part
-    of which no more is known: a = 1 for a friction that speed does not change, 2 for a viscous one.
-    u_high is the end of the input's range that is farther from zero, without sign.
+    ``steady_heat`` is on whenever the machine is on: a cabinet, a pump, hydraulics, a drive that
+    holds its axis; some 10 to 500 W for a machine in standby (ISO 14955-1:2017, annex A, lists what
+    is on in that state). ``driven_heat`` depends on an input, in a part of which no more is known:
+    a = 1 for friction that does not depend on speed, 2 for viscous friction. u_high is the largest
+    absolute value of the input's range.
     """
 
     title = "Heat of its own in a part"
@@ -36,7 +36,7 @@ class PlainHeat(Effect):
     }
 
     def prepare(self) -> None:
-        """Find how far each driving input goes."""
+        """Find the largest value of each input."""
         self._most = {entry.name: entry.most for entry in self.machine.inputs}
 
     def heat(

@@ -15,12 +15,12 @@ KELVIN = 273.15
 class Radiation(Effect):
     """Grey surfaces facing the hall: Q = A (eps sigma (T_a^4 - T^4) - h_r (T_a - T)), in kelvin.
 
-    It acts on every surface that the machine file lists for convection. The film coefficient given
-    there is that of still air *and* radiation, so what it holds of radiation is taken off again:
-    h_r = 4 eps sigma T_0^3 at T_0 = 20 degC (3.4 W/(m2 K) at 0.6), or the whole film where that is
-    less. Surface and hall at 20 degC lose what they lose without this effect; warmer ones lose
-    more, by 1 % of h_r a kelvin that both are warmer, half of that if only one is. Emissivity: 0.2
-    bare machined steel to 0.9 paint (VDI Heat Atlas, 2nd ed., part K).
+    It acts on every surface with convection in the machine file. The film coefficient given there
+    is for still air *and* radiation, so its radiation part is subtracted: h_r = 4 eps sigma T_0^3
+    at T_0 = 20 degC (3.4 W/(m2 K) at 0.6), or the whole film if that is less. With surface and hall
+    near 20 degC, the loss is the same as without this effect; it grows by 1 % of h_r per kelvin
+    that both are warmer, and by half of that if only one is. Emissivity: 0.2 for bare machined
+    steel to 0.9 for paint (VDI Heat Atlas, 2nd ed., part K).
     """
 
     title = "Radiation from hot surfaces"
@@ -35,7 +35,7 @@ class Radiation(Effect):
     def prepare(self) -> None:
         """Collect the surfaces."""
         index = self.machine.node_index
-        # A film coefficient is taken to be stated for a surface and a hall of this temperature.
+        # Film coefficients are assumed to be stated for surface and hall at this temperature.
         at_reference = 4.0 * STEFAN_BOLTZMANN * (ROOM_DEGC + KELVIN) ** 3 * self.own("emissivity")
         self._surfaces = [
             (
@@ -50,10 +50,10 @@ class Radiation(Effect):
     def heat(
         self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
-        """Add what every surface receives beyond what its film says."""
+        """Add the heat that each surface receives in addition to that of its film."""
         factor = self.own("emissivity") * STEFAN_BOLTZMANN
         for node, outside, area, held in self._surfaces:
-            # Squares of squares: a power costs many times as much, and this is asked at every step.
+            # Squares of squares: a power costs many times as much, and this runs at every step.
             own = (temperatures[..., node] + KELVIN) * (temperatures[..., node] + KELVIN)
             around = (inputs[outside] + KELVIN) * (inputs[outside] + KELVIN)
             in_film = held * (inputs[outside] - temperatures[..., node])

@@ -7,10 +7,10 @@ from plant_model.parameters import FloatArray, Parameter
 
 
 class SensorDrift(Effect):
-    """Reading = T + r t, t the time since the run began.
+    """Reading = T + r t; t is the time since the start of the run.
 
-    0.1 to 3 K over a run of 6 to 8 h, as a loosening contact or a wetting lead may cause, is
-    engineering judgement; sound sensors drift far less. It does nothing for a displacement sensor.
+    A loosening contact or a wet lead may cause 0.1 to 3 K over a run of 6 to 8 h (engineering
+    judgement); sound sensors drift far less. It does nothing to a displacement sensor.
     """
 
     title = "Thermometer that drifts"
@@ -21,7 +21,7 @@ class SensorDrift(Effect):
     def reading(
         self, inputs: Inputs, states: FloatArray, time_s: FloatArray, readings: Readings
     ) -> None:
-        """Add the error reached."""
+        """Add the error at each time."""
         if any(sensor.name == self.channel for sensor in self.machine.sensors):
             error = self.own("rate") * time_s / 3600.0
             readings[self.channel] = readings[self.channel] + error

@@ -1,4 +1,4 @@
-"""A thermometer that follows late."""
+"""A thermometer that lags."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from plant_model.parameters import FloatArray, Parameter
 class SensorLag(Effect):
     """Reading y of one thermometer, tau dy/dt = T - y.
 
-    A loose sensor in a thick pocket needs minutes, a clamped one seconds, by engineering judgement;
-    ASTM E644 and VDI/VDE 3522 say how to measure it. Below 30 s the state lags by 30 s and the
-    reading takes tau / 30 s of its distance, the same for anything slow, so that the reading
-    returns to T as tau goes to zero. It does nothing for a displacement sensor. A lag of less than
-    a minute is no fault: any thermometer has that.
+    A loose sensor in a thick pocket needs minutes, a clamped one seconds (engineering judgement);
+    ASTM E644 and VDI/VDE 3522 describe how to measure it. If tau is below 30 s, the state lags by
+    30 s and the reading moves only by tau / 30 s of the way from T to the state. This is the same
+    for slow changes, and the reading becomes T as tau goes to zero. It does nothing to a
+    displacement sensor. A lag of less than a minute is not a fault: any thermometer has one.
     """
 
     title = "Thermometer that follows late"
@@ -30,13 +30,13 @@ class SensorLag(Effect):
     shortest_s = 30.0
 
     def prepare(self) -> None:
-        """Find what the sensor reads."""
+        """Find the node or input that the sensor reads."""
         parts = [sensor.of for sensor in self.machine.sensors if sensor.name == self.channel]
         self._of = parts[0] if parts else None
         self._lag_s = 60.0 * self.own("minutes")
 
     def target(self, inputs: Inputs, temperatures: FloatArray) -> FloatArray:
-        """Return the temperature of what the sensor sits on."""
+        """Return the temperature that the sensor reads."""
         read = np.zeros(temperatures.shape[:2])
         if self._of in self.machine.node_index:
             read = temperatures[..., self.machine.node_index[self._of]]
@@ -45,7 +45,7 @@ class SensorLag(Effect):
         return read[..., None]
 
     def time_constants(self) -> FloatArray:
-        """Return the lag, no shorter than a step that error control takes with ease."""
+        """Return the lag, but at least one that error control steps easily."""
         return np.maximum(self._lag_s, self.shortest_s)
 
     def reading(

@@ -7,11 +7,11 @@ from plant_model.parameters import FloatArray, Parameter
 
 
 class SensorOffset(Effect):
-    """Reading = T + e, the same through the whole run.
+    """Reading = T + e, with the same e during the whole run.
 
-    A Pt100 of class B may be off by 0.3 K + 0.005 |t| (IEC 60751). A lead of two wires adds up to
-    2 K, a wrong type, a bad contact or a wrong scale tens of kelvin (engineering judgement). It
-    does nothing for a displacement sensor, whose zero means nothing.
+    A Pt100 of class B may be off by 0.3 K + 0.005 |t| (IEC 60751). A two-wire lead adds up to 2 K,
+    a wrong type, a bad contact or a wrong scale tens of kelvin (engineering judgement). It does
+    nothing to a displacement sensor, whose zero is arbitrary.
     """
 
     title = "Thermometer with a constant error"

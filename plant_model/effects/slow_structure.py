@@ -13,14 +13,14 @@ HALL = "hall"
 
 
 class SlowStructure(Effect):
-    """Growth k y with tau dy/dt = (T - T at the start) - y, T the hall's temperature.
+    """Growth k y with tau dy/dt = (T - T at the start) - y; T is the hall's temperature.
 
-    Driven by a part, T = s T_part + (1 - s) T_hall: a bed follows what stands on it, the hall, or
-    both.
+    With a part as driver, T = s T_part + (1 - s) T_hall: a bed follows the part that stands on it,
+    the hall, or both.
 
-    Bed and column between tool and work are metres of iron (11 um/(m K)) with hours of lag: 3 h
-    for a column in moving air to 20 h for a bed on its foundation, by engineering judgement (what
-    the hall does to machines: Mayr et al., CIRP Annals 61 (2012) 771-791,
+    Bed and column between tool and work are metres of iron (11 um/(m K)) with a lag of hours: from
+    3 h for a column in moving air to 20 h for a bed on its foundation, by engineering judgement
+    (influence of the hall on machines: Mayr et al., CIRP Annals 61 (2012) 771-791,
     doi:10.1016/j.cirp.2012.05.008; its test: environmental temperature variation error, ISO 230-3).
     ``direction`` turns the growth from the elongation (0) to the radial drift (90), ``azimuth``
     turns that drift from X (0) to Y (90).
@@ -58,13 +58,13 @@ class SlowStructure(Effect):
 
     @classmethod
     def unused(cls, driver: str) -> tuple[str, ...]:
-        """Return what says nothing where it is driven by the hall alone."""
+        """Return the parameter that has no effect with the driver ``hall``."""
         return ("part_share",) if driver == HALL else ()
 
     def prepare(self) -> None:
-        """Find what it follows, and where the growth goes."""
+        """Find the hall, the part and the directions of the growth."""
         self._hall = outside(self.machine)
-        # By name: which parts are the heaviest changes while capacities are calibrated.
+        # By name, because calibrating capacities may change which parts are the heaviest.
         self._part = None if self.driver == HALL else self.machine.node_index[self.driver]
         direction, azimuth = (np.radians(self.own(name)) for name in ("direction", "azimuth"))
         self._shares = {
@@ -82,7 +82,7 @@ class SlowStructure(Effect):
         return np.stack([followed, followed], axis=-1)
 
     def time_constants(self) -> FloatArray:
-        """Return the lag of the bed; the value at the start stays."""
+        """Return the lag of the bed; the value at the start is kept."""
         hours = self.own("hours")
         return np.concatenate([3600.0 * hours, np.full_like(hours, np.inf)], axis=1)
 

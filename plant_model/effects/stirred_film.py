@@ -1,4 +1,4 @@
-"""Exchange that grows with motion: a moving axis cools its nut, a turning pulley its cover."""
+"""Exchange that grows with motion: a moving axis cools its nut, a rotating pulley its cover."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from plant_model.parameters import FloatArray
 
 
 def share_of_motion(value: FloatArray, most: float) -> FloatArray:
-    """Return how much of its exchange a stirred film has while an input has some value [1].
+    """Return the share of a stirred film's highest exchange at a value of its input [1].
 
     Parameters
     ----------
     value : array
-        Of the input, in its unit.
+        Value of the input, in its unit.
     most : float
-        The top of the input's range.
+        Largest absolute value of the input's range.
     """
     return np.asarray((np.abs(value) / most) ** 0.7)
 
 
 class StirredFilm(Effect):
-    """Exchange that is there only in motion: Q = G (|u| / u_high)^0.7 (T_b - T_a).
+    """Exchange in motion only: Q = G (|u| / u_high)^0.7 (T_b - T_a).
 
-    u is an input, u_high the end of its range that is farther from zero, without sign. It stands
-    beside a link of the same parts that is there at rest. The exponent is that of films on turning
-    and moving surfaces, as in ``forced_convection``.
+    u is an input, u_high the largest absolute value of its range. It is added to the link that the
+    same parts have at rest. The exponent is that of films on rotating and moving surfaces, as in
+    ``forced_convection``.
     """
 
     title = "Exchange that grows with motion"
@@ -44,7 +44,7 @@ class StirredFilm(Effect):
     }
 
     def prepare(self) -> None:
-        """Find what drives the links, and how far each driver goes."""
+        """Find the inputs that drive the links, and the largest value of each."""
         drivers = {item.refs["driven_by"][0] for item in self.items}
         self.conductance_inputs = tuple(sorted(drivers))
         self._most = {entry.name: entry.most for entry in self.machine.inputs}
@@ -52,7 +52,7 @@ class StirredFilm(Effect):
     def conductance(
         self, inputs: Inputs, temperatures: FloatArray, states: FloatArray
     ) -> Sequence[Exchange]:
-        """Return the exchange that motion adds."""
+        """Return the exchange added by motion."""
         exchanges = []
         for item in self.items:
             (driver,) = item.refs["driven_by"]

@@ -12,21 +12,21 @@ from plant_model.parameters import FloatArray
 
 
 def held_by_film(effect: Effect, item: Item, coefficient: FloatArray) -> FloatArray:
-    """Return what of a law of its own a surface's constant film already holds [W/(m2 K)].
+    """Return the part of a surface's constant film that belongs to another effect [W/(m2 K)].
 
     Parameters
     ----------
     effect : Effect
-        The law's.
+        The other effect.
     item : Item
         The surface.
     coefficient : array, shape (sets or 1, 1)
-        What the law gives at its reference [W/(m2 K)].
+        Film coefficient of the effect at its reference [W/(m2 K)].
 
     Returns
     -------
     array, shape (sets or 1, 1)
-        That coefficient, and never more than the film itself.
+        That coefficient, but at most the film itself.
     """
     film = effect.scale_of("surface_convection") * effect.of(item, "coefficient")
     return np.asarray(np.minimum(coefficient, film))
@@ -35,10 +35,10 @@ def held_by_film(effect: Effect, item: Item, coefficient: FloatArray) -> FloatAr
 class SurfaceConvection(Effect):
     """Newton's law of cooling: Q = h A (T_ambient - T), with h constant.
 
-    Still air at machine surfaces: h of 5 to 12 W/(m2 K), of which 2 to 6 are free convection (see
-    ``natural_convection``) and 3 to 5 radiation, 4 eps sigma T^3 at room temperature and an
-    emissivity of 0.6 to 0.9 (VDI Heat Atlas, 2nd ed., parts F2 and K). Those two effects take off
-    what a film holds of them.
+    In still air h is 5 to 12 W/(m2 K) at machine surfaces, of which 2 to 6 are free convection (see
+    ``natural_convection``) and 3 to 5 radiation: 4 eps sigma T^3 at room temperature and an
+    emissivity of 0.6 to 0.9 (VDI Heat Atlas, 2nd ed., parts F2 and K). Those two effects subtract
+    their own part of the film.
     """
 
     title = "Convection to the air outside"

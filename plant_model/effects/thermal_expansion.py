@@ -1,4 +1,4 @@
-"""Growth of shaft, housing, supporting parts and tool, and where it moves the nose."""
+"""Growth of shaft, housing, supporting parts and tool, and the resulting motion of the nose."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class ThermalExpansion(Effect):
     """Axial and radial growth: dL = alpha L (T - T_start), summed along the path to the nose.
 
     Positions count from the mounting face of the housing towards the nose. The path follows the
-    housing from the face to the bearing that locates the shaft and the shaft from there to the
-    gauge line; the other bearing floats and moves nothing. ``member`` is any further part that
-    carries the spindle, with its direction; ``tool`` the tool or test bar beyond the gauge line.
+    housing from the face to the locating bearing, and from there the shaft to the gauge line; the
+    other bearing floats and moves nothing. ``member`` is any further part that carries the spindle,
+    with its direction; ``tool`` is the tool or test bar beyond the gauge line.
     """
 
     title = "Thermal expansion"
@@ -67,7 +67,7 @@ class ThermalExpansion(Effect):
                 self._add(item, "tool_strain", np.ones((1, 1)))
 
     def _length_in_path(self, item: Item) -> FloatArray:
-        """Return the signed length [mm] of a segment that lies in the path to the nose."""
+        """Return the signed length [mm] of a segment in the path to the nose."""
         located = self.machine.of_kind("structure", "located")[0]
         bearing, gauge = self.of(located, "at"), self.of(located, "gauge_line")
         first, last = (0.0 * bearing, bearing) if item.kind == "housing" else (bearing, gauge)
@@ -76,7 +76,7 @@ class ThermalExpansion(Effect):
         return np.asarray(np.sign(last - first) * np.maximum(overlap, 0.0))
 
     def _add(self, item: Item, axis: str, length: FloatArray) -> None:
-        # 1e-6/K times mm is nm/K; a thousandth of it is um/K.
+        # 1e-6/K times mm is nm/K; a thousandth of that is um/K.
         growth = self.own("scale") * self.of(item, "expansion") * length * 1e-3
         nodes = self.nodes(item, "nodes")
         for node in nodes:

@@ -28,20 +28,20 @@ def _mean(temperatures: FloatArray, nodes: tuple[int, ...]) -> FloatArray:
 class ThermalPreload(Effect):
     """Palmgren's load torque times 1 + k max(D, 0), with D = T_inner - T_outer of the bearing.
 
-    Driven by ``shaft_housing`` D is the shaft's temperature less that of the housing, each the mean
-    of what the bearing touches there: rings that are clamped follow shaft and bore, and a cooled
-    housing around a warm shaft tightens them long after the rings themselves are even.
+    With the driver ``shaft_housing``, D is the shaft's temperature minus that of the housing, each
+    the mean of the parts that the bearing touches there: clamped rings follow shaft and bore, and a
+    cooled housing around a warm shaft tightens them long after the rings have equal temperatures.
 
-    A warm inner ring takes up clearance. A 70 mm ring grows by 0.4 um a kelvin in radius, against
-    an elastic approach of 1 to 5 um under preload, and load rises with the power 3/2 of approach:
-    k of 0.1 to 0.6 per kelvin for bearings clamped stiffly, little for spring preload (Hertz
-    stiffness: Harris and Kotzalas, Essential Concepts of Bearing Technology, 5th ed., ch. 6 and 8;
-    thermally induced preload in spindles: Stein and Tu, J. Dyn. Syst. Meas. Control 116 (1994)
-    372-386). The approach under preload is engineering judgement, and the range reaches wider. At
-    ten times its load torque a bearing is taken to be about to seize: the factor goes no further.
-    The shift along the axis that goes with the clearance taken up, cot(contact angle) times it, is
-    left out: between the two bearings of a pair it cancels, and of one on springs no size is known
-    in general.
+    A warm inner ring takes up clearance. A 70 mm ring grows by 0.4 um per kelvin in radius,
+    compared with an elastic approach of 1 to 5 um under preload, and load rises with the power 3/2
+    of approach: k is 0.1 to 0.6 per kelvin for stiffly clamped bearings, small for spring preload
+    (Hertz stiffness: Harris and Kotzalas, Essential Concepts of Bearing Technology, 5th ed., ch. 6
+    and 8; thermally induced preload in spindles: Stein and Tu, J. Dyn. Syst. Meas. Control 116
+    (1994) 372-386). The approach under preload is engineering judgement, and the range is wider.
+    At ten times its load torque a bearing is assumed to be about to seize: the factor is limited
+    to that. The axial shift from the clearance taken up, cot(contact angle) times it, is left out:
+    it cancels between the two bearings of a pair, and for a bearing on springs its size is not
+    known in general.
     """
 
     title = "Preload rising with the temperature difference in the bearing"
@@ -58,7 +58,7 @@ class ThermalPreload(Effect):
 
     @classmethod
     def drivers(cls, machine: Machine) -> dict[str, str]:
-        """Return the two differences, the second where it is another one."""
+        """Return the two differences, or only the first if both are the same."""
         words = {RINGS: "inner ring against outer ring"}
         others = any(
             around_bearing(machine, item) != _rings(machine, item) for item in bearings(machine)
@@ -66,7 +66,7 @@ class ThermalPreload(Effect):
         return words | ({SEAT: "shaft against housing"} if others else {})
 
     def prepare(self) -> None:
-        """Find the bearings, what tightens each, and its load torque [N mm]."""
+        """Find the bearings, the nodes that tighten each, and its load torque [N mm]."""
         between = around_bearing if self.driver == SEAT else _rings
         self._bearings = [
             (
@@ -84,7 +84,7 @@ class ThermalPreload(Effect):
     def heat(
         self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
-        """Add the heat of the torque beyond that at the preload given."""
+        """Add the heat of the torque in excess of that at the given preload."""
         for item, sides, torque in self._bearings:
             inside, outside = (_mean(temperatures, nodes) for nodes in sides)
             warmer = np.maximum(inside - outside, 0.0)

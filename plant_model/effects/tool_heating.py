@@ -1,4 +1,4 @@
-"""Holder and tool that the nose warms."""
+"""Holder and tool warmed by the nose."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ class ToolHeating(Effect):
     """Heat G (T_nose - T_holder) into the holder, on into the tool, and from both to the hall.
 
     Own states are the temperatures of holder and tool. Both come out of the magazine at the hall's
-    temperature and follow the hall from there, as the rest of the machine does: a holder of 80 mm
-    grows by 0.9 um for each kelvin that the hall rises. The holder's growth since the start adds to
-    the elongation over its length, the tool's to its growth per length. Where the structure has a
-    tool of its own, that one already follows the hall, and only the excess over the hall is added.
-    G: an HSK or SK taper has 2 to 20 W/K across its joint, and carries what it takes
-    along some 50 mm of shank, 1 to 8 W/K in all (k A / L, steel 48 W/(m K)). Half of the capacity
-    is the holder's. Joint, masses, lengths and films are engineering judgement. No taper conducts
-    less than 0.5 W/K: below that the growth fades, so that without a holder nothing grows.
+    temperature and then follow the hall, like the rest of the machine: a holder of 80 mm grows by
+    0.9 um for each kelvin that the hall rises. The holder's growth since the start, over its
+    length, adds to the elongation, the tool's to the growth per length. If the structure has a tool
+    of its own, it already follows the hall, and only the excess over the hall is added. G: an HSK
+    or SK taper has 2 to 20 W/K across its joint, and some 50 mm of shank in series, 1 to 8 W/K in
+    total (k A / L, steel 48 W/(m K)). Half of the capacity is the holder's. Joint, masses, lengths
+    and films are engineering judgement. No taper conducts less than 0.5 W/K: below that the growth
+    fades out, so that nothing grows without a holder.
     """
 
     title = "Holder and tool warming"
@@ -50,21 +50,21 @@ class ToolHeating(Effect):
         return np.concatenate([hall] * len(self.states), axis=1)
 
     def state_decay(self) -> FloatArray:
-        """Return what holder and tool lose for each kelvin of their own [1/s]."""
+        """Return the rates at which holder and tool lose their own heat [1/s]."""
         lost = self.shank + 0.5 * self.own("loss")
         taken = self.own("conductance") if self._nose is not None else 0.0
         each = np.broadcast_arrays(lost + taken, lost, np.zeros((1, 1)))
         return np.asarray(np.concatenate(each, axis=-1) / (0.5 * self.own("capacity")))
 
     def _taken(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
-        """Return what the holder takes from the nose [W]."""
+        """Return the heat that the holder takes from the nose [W]."""
         if self._nose is None:
             return np.zeros(states.shape[:-1])
         warmer = temperatures[..., self._nose] - states[..., 0]
         return np.asarray(self.own("conductance") * warmer)
 
     def rate(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
-        """Return how fast holder and tool warm."""
+        """Return the rates of warming of holder and tool [K/s]."""
         holder, tool = states[..., 0], states[..., 1]
         on = self.shank * (holder - tool)
         loss, hall = 0.5 * self.own("loss"), inputs[self._hall]
@@ -76,7 +76,7 @@ class ToolHeating(Effect):
     def heat(
         self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
-        """Take the holder's heat from the nose."""
+        """Subtract the holder's heat from the nose."""
         if self._nose is not None:
             out[..., self._nose] -= self._taken(inputs, temperatures, states)
 

@@ -1,4 +1,4 @@
-"""A bearing that is warmer on one side of its race."""
+"""A bearing whose race is warmer on one side."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ from plant_model.parameters import FloatArray, Parameter
 class UnevenBearingHeating(Effect):
     """Tilt alpha (L / w) D, with tau dD/dt = D_ref P / P_ref - D across the race.
 
-    P is the bearings' heat at the speed in force and P_ref that at half of the highest speed. Load
+    P is the bearings' heat at the present speed and P_ref that at half of the highest speed. Load
     zones, an oil inlet or a rib make one side warmer; up to 5 K around the circumference is
     engineering judgement, as are lag, zone and lever. alpha = 11.5e-6/K for steel; L / w is the
-    length over the width of the zone that bends. No tilt of its own at rest.
+    length over the width of the zone that bends. It causes no tilt at rest.
 
-    Where the housing around a bearing is described in sectors, the ring's warm side also passes
-    more heat on: g D / 2 into the sector whose warming tilts that way, as much less into the one
-    opposite, with the conductance g from the bearing to the sector. It goes with P at once.
+    If the housing around a bearing is described in sectors, the ring's warm side also conducts more
+    heat: g D / 2 more into the sector whose warming tilts that way and as much less into the
+    opposite one, with the conductance g from the bearing to the sector. This part follows P at
+    once.
     """
 
     title = "Uneven heat around the bearing"
@@ -59,9 +60,9 @@ class UnevenBearingHeating(Effect):
         self._aside = self._sectors()
 
     def _sectors(self) -> FloatArray | None:
-        """Return the heat that a kelvin across the rings moves to each node [W/K].
+        """Return the heat moved to each node per kelvin across the rings [W/K].
 
-        Shape (sets or 1, 1, nodes); None where the housing is not described in sectors.
+        Shape (sets or 1, 1, nodes); None if the housing is not described in sectors.
         """
         machine, index = self.machine, self.machine.node_index
         leaning: dict[int, tuple[float, float]] = {}
@@ -90,7 +91,7 @@ class UnevenBearingHeating(Effect):
                 g = self.of(item, "conductance")[..., None] * unit
                 any_sector = True
                 passed, moved = passed + g, moved + 0.5 * g * side[..., None]
-            # What one side gets the others lose, even where they touch the bearing less.
+            # The sum of heat is kept, even if some sectors have less contact with the bearing.
             whole = np.maximum(np.sum(passed, axis=-1, keepdims=True), 1e-9)
             uneven = uneven + moved - passed / whole * np.sum(moved, axis=-1, keepdims=True)
         return uneven if any_sector else None
@@ -103,7 +104,7 @@ class UnevenBearingHeating(Effect):
             out += (self.own("difference") * self._relative(inputs))[..., None] * self._aside
 
     def _relative(self, inputs: Inputs) -> FloatArray:
-        """Return the bearings' heat against that at the reference speed, (sets or 1, times)."""
+        """Return the bearings' heat over that at the reference speed, (sets or 1, times)."""
         power = sum(
             (bearing_heat(self, item, inputs[name]) for item, name in self._bearings),
             np.zeros((1, 1)),
@@ -111,7 +112,7 @@ class UnevenBearingHeating(Effect):
         return np.asarray(power / np.maximum(self._reference, 1e-9))
 
     def target(self, inputs: Inputs, temperatures: FloatArray) -> FloatArray:
-        """Return the bearings' heat against that at the reference speed."""
+        """Return the bearings' heat over that at the reference speed."""
         relative = self._relative(inputs)
         shape = (*np.broadcast_shapes(relative.shape, (1, temperatures.shape[1])), 1)
         return np.broadcast_to(relative[..., None], shape)

@@ -8,11 +8,11 @@ from plant_model.item_forms import ItemSpec, NumberSpec
 
 
 class UnevenCooling(Effect):
-    """Extra or lacking wall conductance of a sector: Q = s dUA (T_jacket - T_wall).
+    """Excess or deficit of a sector's wall conductance: Q = s dUA (T_jacket - T_wall).
 
-    The inlet side of a jacket is cooled better than the far side. ``coolant_unevenness`` gives a
-    sector's difference from the mean; the differences of one ring should sum to zero.
-    Without ``coolant_jacket`` nothing is cooled, and nothing unevenly.
+    The inlet side of a jacket cools better than the far side. ``coolant_unevenness`` gives a
+    sector's difference from the mean; the differences of one ring should sum to zero. Without
+    ``coolant_jacket`` there is no cooling, and this effect does nothing.
     """
 
     title = "Uneven cooling around the circumference"

@@ -12,10 +12,10 @@ from plant_model.parameters import FloatArray, Parameter
 class ViscosityTemperature(Effect):
     """Palmgren's viscous torque with nu(T) = nu0 exp(-b (T - T0)) instead of a constant nu0.
 
-    T is the bearing's inner side, T0 the temperature at which the machine file's viscosity holds:
-    ``viscosity_at`` of the bearing, 25 degC if left out. By the equation of ASTM D341 mineral oils
-    of ISO VG 10 to 68 with a viscosity index near 95 thin by b = 0.032 to 0.050 per kelvin on
-    average between 20 and 60 degC, faster when cold and slower when warm.
+    T is the temperature of the bearing's inner side, T0 that at which the machine file's viscosity
+    holds: ``viscosity_at`` of the bearing, 25 degC if left out. By the equation of ASTM D341,
+    mineral oils of ISO VG 10 to 68 with a viscosity index near 95 thin by b = 0.032 to 0.050 per
+    kelvin on average between 20 and 60 degC, faster when cold and slower when warm.
     """
 
     title = "Viscosity falling with temperature"
@@ -28,7 +28,7 @@ class ViscosityTemperature(Effect):
     needs = ("bearing_friction",)
 
     def prepare(self) -> None:
-        """Find the bearings and the factor that friction already has."""
+        """Find the bearings."""
         self._bearings = self.machine.of_kind("sources", "bearing")
 
     def heat(

@@ -1,4 +1,4 @@
-"""Air friction in the gaps around the turning shaft."""
+"""Air friction in the gaps around the rotating shaft."""
 
 from __future__ import annotations
 
@@ -10,15 +10,16 @@ from plant_model.parameters import FloatArray, Parameter
 
 
 class Windage(Effect):
-    """P = P_high (n / n_high)^3, n_high the highest speed; half to either side of each gap.
+    """P = P_high (n / n_high)^3, n_high is the highest speed; half to each side of each gap.
 
-    A turning cylinder loses C pi rho omega^3 r^4 L / 2 (Bilgen and Boulos, J. Fluids Eng. 95 (1973)
-    122-126, doi:10.1115/1.3446944). C falls with Re^-0.2 where the gap is fully turbulent, and with
-    Re^-0.5 below a gap Reynolds number of 1e4; that is left out. The gaps (kind ``air_gap``) share
-    the power as area times radius cubed; without any, rotor and stator of the motors take it. A
-    smooth rotor of 180 mm length in a gap of 0.7 mm loses 20, 40 or 95 W at 20,000 r/min with a
-    radius of 40, 50 or 65 mm. Slots, end faces and further gaps make up to three times of that, by
-    engineering judgement; the range leaves room for a model that loses the heat too easily.
+    A rotating cylinder loses C pi rho omega^3 r^4 L / 2 (Bilgen and Boulos, J. Fluids Eng. 95
+    (1973) 122-126, doi:10.1115/1.3446944). C falls with Re^-0.2 if the gap is fully turbulent, and
+    with Re^-0.5 below a gap Reynolds number of 1e4; this is left out. The gaps (kind ``air_gap``)
+    share the power in proportion to area times radius cubed; without gaps, rotor and stator of the
+    motors take it. A smooth rotor of 180 mm length in a gap of 0.7 mm loses 20, 40 or 95 W at
+    20,000 r/min with a radius of 40, 50 or 65 mm. Slots, end faces and further gaps raise that up
+    to three times, by engineering judgement; the range leaves room for a model that loses the heat
+    too easily.
     """
 
     title = "Windage"
@@ -47,7 +48,7 @@ class Windage(Effect):
     def heat(
         self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
-        """Add half of each gap's heat to either side."""
+        """Add half of each gap's heat to each side."""
         if self._speed is None:
             return
         highest = max(self._speed.high, -self._speed.low)
