@@ -1,4 +1,4 @@
-"""The gap finder's answer as data: what ``gap.json`` holds."""
+"""The gap finder's answer as data: the content of ``gap.json``."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ def report_of(
     Parameters
     ----------
     judged : Judged
-        What was found, held against the runs that were not used.
+        The result, judged on the held-out runs.
     faults : sequence of DataFault
-        What was left out of the runs beforehand.
+        Data left out of the runs.
     cosimulation : mapping, optional
-        The gap of the plant FMUs on the runs that were not used.
+        The gap of the plant FMUs on the held-out runs.
     """
     result, reference = judged.result, judged.reference
     steps = result.search.steps
@@ -82,12 +82,12 @@ def report_of(
 
 
 def look_at(before: Fit, used: GapComparison) -> list[str]:
-    """Return what calibration says of the description, in lines that name a number or a channel.
+    """Return what calibration shows about the description, in lines that name a number or channel.
 
     Parameters
     ----------
     before : Fit
-        The calibrated machine as it was given.
+        The given machine, calibrated.
     used : GapComparison
         On the runs used.
     """
@@ -97,7 +97,7 @@ def look_at(before: Fit, used: GapComparison) -> list[str]:
 
 
 def _channels(unseen: GapComparison, reference: ReferenceModel) -> dict[str, dict[str, Any]]:
-    """Return the channels' table, with what predicts most of what is left of each."""
+    """Return the table of channels, with the best predictors of each one's residual."""
     table = unseen.channels_against(reference.unseen)
     for name, entry in table.items():
         entry["predicted_by"] = [asdict(source) for source in reference.sources_of(name)]
@@ -105,7 +105,7 @@ def _channels(unseen: GapComparison, reference: ReferenceModel) -> dict[str, dic
 
 
 def _runners_up(judged: Judged) -> list[dict[str, Any]]:
-    """Return what was fully scored first and is not named, the best first."""
+    """Return what was fully scored in the first step and not named, the best first."""
     steps = judged.result.search.steps
     if not steps:
         return []
@@ -122,7 +122,7 @@ def _runners_up(judged: Judged) -> list[dict[str, Any]]:
 
 
 def _separated(entry: Mapping[str, Any] | None, machine: Machine) -> str:
-    """Return in plain words what kind of run or sensor would tell a set apart."""
+    """Return in plain words which further run or sensor would tell a set apart."""
     if entry is None:
         return ""
     names = {name_of(key) for key in entry["one_of"]}
@@ -163,7 +163,7 @@ def _places(judged: Judged) -> list[dict[str, Any]]:
 
 
 def _entry(judged: Judged, place: int) -> dict[str, Any]:
-    """Return one addition as ``gap.json`` has it."""
+    """Return the entry of one addition in ``gap.json``."""
     result = judged.result
     best, machine = result.search.best, result.after.machine
     key, added = best.keys[place], best.additions[place]
@@ -215,13 +215,13 @@ def _entry(judged: Judged, place: int) -> dict[str, Any]:
 
 
 def _in_place(hypothesis: Hypothesis, best: Hypothesis, place: int) -> str:
-    """Return what a hypothesis has in the place of hypothesis addition of the best."""
+    """Return what a hypothesis has in place of one addition of the best."""
     rest = [key for i, key in enumerate(best.keys) if i != place]
     return next((key for key in hypothesis.keys if key not in rest), hypothesis.keys[-1])
 
 
 def _probability(judged: Judged, place: int) -> float:
-    """Return the probability of an addition among all that may stand in its place [1]."""
+    """Return the probability of an addition relative to its rivals [1]."""
     search = judged.result.search
     units = search.steps[-1].units
     scores = [hypothesis.score(units) for hypothesis in (search.best, *search.rivals[place])]

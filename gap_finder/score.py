@@ -1,7 +1,7 @@
-"""The score of a hypothesis: how well it predicts runs left out, and how many there are like it.
+"""Fits a hypothesis and measures how well it predicts left-out runs.
 
-One fit for every hypothesis, "nothing" included: calibrated on all runs, then in each fold anew on
-all runs but one, which is simulated with the numbers of its fold.
+Every hypothesis, including "nothing", is fitted alike: calibrated on all runs, then in each fold on
+all runs but one, which is simulated with the parameters of its fold.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 
 FIRST = 2
-"""Iterations after which a calibration must be worth going on with, where that is asked; set for
+"""Iterations after which a calibration is abandoned if its cost exceeds a given limit; set for
 time, on no data."""
 
 
@@ -34,14 +34,14 @@ class Fit:
     Attributes
     ----------
     base : Machine
-        Before calibration: its values are the prior's centre.
+        Before calibration: its values are the centre of the prior.
     calibration : Calibration
     observed : tuple of Observations
     left : array, shape (R, C)
-        Squares that are left of each run and channel, predicted from the other runs [tolerances
-        squared, each channel of a run as many as it has independent values].
+        Squared error of each run and channel when predicted from the other runs [tolerances
+        squared, times the number of independent values].
     other_position : array, shape (Q - P,)
-        Where the unknowns that calibration does not move lie at the calibrated point [deviations].
+        Estimates of the unknowns that calibration does not move [standard deviations].
     """
 
     base: Machine
@@ -57,22 +57,22 @@ class Fit:
 
     @property
     def cost(self) -> float:
-        """What is left of all runs, each predicted from the others."""
+        """Squared error over all runs, each predicted from the others."""
         return float(self.left.sum())
 
     @property
     def moved_cost(self) -> float:
-        """-2 log of how likely all unknowns are, where they end, by their prior."""
+        """-2 log of the prior density of all unknowns at their estimates."""
         x = np.append(self.position(), self.other_position)
         return float(x @ x)
 
     @property
     def left_each(self) -> float:
-        """What is left per run and channel [tolerances squared]."""
+        """Squared error per run and channel [tolerances squared]."""
         return self.cost / self.left.size
 
     def position(self) -> FloatArray:
-        """Return where calibration left its parameters, in the fitting scale, shape (P,)."""
+        """Return the calibrated parameters in the fitting scale, shape (P,)."""
         return Priors.of(self.base, calibrated=True).position(self.machine)
 
 
@@ -88,12 +88,12 @@ def fit(
     Parameters
     ----------
     base : Machine
-        Its values are the prior's centre.
+        Its values are the centre of the prior.
     observed : sequence of Observations
     start_from : sequence of Machine
-        Each is started from, and the best kept.
+        Starting points, of which the best result is kept.
     sensitivities : sequence of RunSensitivities
-        Of a machine near it: how what only one run has, and what calibration does not move, acts.
+        Derivatives about a similar machine.
     cost_limit : float
         None is returned if the cost is not below this after a few iterations.
     """
@@ -127,14 +127,15 @@ def scored(
 
 @dataclass(frozen=True)
 class _Turn:
-    """Derivatives of all runs turned so that along one step they say what was seen there.
+    """A rank-one update of all runs' derivatives that makes them exact along one step.
 
     C. G. Broyden, Math. Comp. 19 (1965) 577-593, doi:10.1090/S0025-5718-1965-0198670-6.
 
     Attributes
     ----------
     missed, clean : list of array, each (N,)
-        What they said too little of each run; the same less what the run's own unknowns imitate.
+        Change in each run that they did not predict; the same without what the run's own unknowns
+        imitate.
     along : array, shape (Q,)
         The step over its square.
     """
@@ -146,14 +147,14 @@ class _Turn:
 
 @dataclass(eq=False, kw_only=True)
 class _Fold(Descent):
-    """Calibration without one run; its derivatives are those at the start, turned by what it sees.
+    """Calibration without one run, with the initial derivatives updated after each step.
 
     Attributes
     ----------
     run : int
-        The one left out.
+        The left-out run.
     shown : list of array
-        Residuals of all runs where it is, each (N,).
+        Residuals of all runs at its current point, each (N,).
     matrix : array, shape (Q, Q)
         Normal matrix of the other runs, with the prior.
     turns : list of _Turn
@@ -166,10 +167,10 @@ class _Fold(Descent):
 
 
 class _Folds:
-    """Recalibration on all runs but one, for every one of them.
+    """Recalibration without each run in turn.
 
-    Unknown are the parameters that calibration moves, which are simulated, and everything else that
-    is known to a range only, which is linear; what only one run has is minimised over inside it.
+    The unknowns are the parameters that calibration moves, which are simulated, and the others
+    known only to a range, which are linear. Each run's own unknowns are eliminated within that run.
     """
 
     def __init__(
@@ -193,19 +194,19 @@ class _Folds:
         self._start = np.pad(x, (0, self._grams.shape[1] - len(x)))
 
     def other_position(self) -> FloatArray:
-        """Return where the unknowns that calibration does not move lie, shape (Q - P,)."""
+        """Return estimates of the unknowns that calibration does not move, shape (Q - P,)."""
         pairs = zip(self._clean, self._designs, strict=True)
         slope = sum(clean[:, self._count :].T @ design.residual for clean, design in pairs)
         return np.asarray(-np.linalg.solve(self._all[self._count :, self._count :], slope))
 
     def spread(self, unit: float) -> FloatArray:
-        """Return standard deviations of what calibration moves, shape (P,), in the fitting scale.
+        """Return the parameters' standard deviations in the fitting scale, shape (P,).
 
         Parameters
         ----------
         unit : float
-            What is left per run and channel: where that is more than the tolerance explains, what
-            the runs say is less certain by as much.
+            Squared error per run and channel: by how much the variance grows if the error exceeds
+            the tolerance [tolerances squared].
         """
         covariance = np.linalg.inv(self._all)
         spread = np.sqrt(np.diag(covariance))[: self._count]
@@ -214,7 +215,7 @@ class _Folds:
         return np.asarray(np.minimum(spread * np.sqrt(unit), 1.0))
 
     def left(self) -> FloatArray:
-        """Return what is left of each run and channel, predicted from the other runs, (R, C)."""
+        """Return the squared error of each run and channel, predicted from the others, (R, C)."""
         folds = self._folds()
         for _ in range(ITERATIONS):
             going = [fold for fold in folds if not fold.is_done]
@@ -243,7 +244,7 @@ class _Folds:
         return np.array(squares)
 
     def _folds(self) -> list[_Fold]:
-        """Return all folds where they begin: as calibrated, where nothing need be simulated."""
+        """Return all folds at the calibrated point, where residuals are already known."""
         shown = [design.residual for design in self._designs]
         runs = np.arange(len(shown))
         points = np.tile(self._start, (len(runs), 1))
@@ -254,21 +255,21 @@ class _Folds:
         ]
 
     def _trials(self, fold: _Fold) -> FloatArray:
-        """Return where a fold may go, by the runs that it keeps, shape (T, Q)."""
+        """Return the trial points of a fold from the runs that it keeps, shape (T, Q)."""
         slope = fold.x + self._slope(fold, fold.shown)
         matrix, count = fold.matrix, self._count
         diagonal = np.diag(np.diag(matrix))
         steps = np.array(
             [np.linalg.solve(matrix + damping * diagonal, -slope) for damping in fold.dampings]
         )
-        # As in calibration: derivatives know little of what is farther away.
+        # As in calibration: derivatives are unreliable farther away.
         steps[:, :count] = np.clip(steps[:, :count], -FAR, FAR)
         trials = np.asarray(fold.x + steps)
         trials[:, :count] = np.clip(trials[:, :count], self._moved.low, self._moved.high)
         return trials
 
     def _slope(self, fold: _Fold, residuals: Sequence[FloatArray]) -> FloatArray:
-        """Return what a fold's derivatives make of residuals of the runs that it keeps, (Q,)."""
+        """Return the gradient of a fold from residuals of the runs that it keeps, (Q,)."""
         kept = [run for run in range(len(residuals)) if run != fold.run]
         slope = np.sum([residuals[run] @ self._clean[run] for run in kept], axis=0)
         for turn in fold.turns:
@@ -276,7 +277,7 @@ class _Folds:
         return np.asarray(slope)
 
     def _turn(self, fold: _Fold, step: FloatArray, seen: Sequence[FloatArray]) -> None:
-        """Let a fold's derivatives along a step say what was seen."""
+        """Update a fold's derivatives so that they predict what a step changed."""
         if not all(np.isfinite(now).all() for now in seen):
             return
         moved = np.pad(step[: self._count], (0, len(step) - self._count))
@@ -296,7 +297,7 @@ class _Folds:
         fold.turns.append(turn)
 
     def _simulated(self, points: FloatArray) -> list[FloatArray]:
-        """Return every run's residuals at some points, (S, Q): each (S, N)."""
+        """Return every run's residuals, each (S, N), at some points, (S, Q)."""
         residuals = []
         moved = points[:, : self._count]
         shown = residuals_at(self._machine, self._observed, self._moved, moved)
@@ -308,7 +309,7 @@ class _Folds:
     def _costs(
         self, points: FloatArray, shown: Sequence[FloatArray], without: npt.NDArray[np.int64]
     ) -> FloatArray:
-        """Return the cost at some points, (S, Q), each without one of the runs, (S,)."""
+        """Return the costs, (S,), at some points, (S, Q), each without one of the runs."""
         squares = np.array(
             [
                 np.sum(residuals.T * design.cleaned(residuals.T), axis=0)

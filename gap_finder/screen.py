@@ -1,7 +1,7 @@
-"""How well each missing effect explains what calibration leaves, run by run.
+"""Screens how well each candidate explains the residuals of calibration, run by run.
 
-Everything is done on normal matrices, so that leaving out a run and recalibrating within each fold
-cost no simulation.
+It works on normal matrices only, so that leaving out a run and recalibrating in each fold need no
+simulation.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from plant_model.parameters import FloatArray
 
 
 class Answers(Protocol):
-    """What has an answer in every run."""
+    """Anything with a response in every run."""
 
     @property
     def answers(self) -> tuple[FloatArray, ...]:
-        """Weighted, each (N,)."""
+        """Weighted responses, each (N,)."""
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,9 @@ class NormalMatrices:
     shared : array, shape (R, Q, Q)
         Between the shared columns.
     cross : array, shape (R, Q, m)
-        Shared columns against candidates' answers.
+        Between the shared columns and the candidates' responses.
     answers : array, shape (R, m)
-        Squares of the answers.
+        Squares of the responses.
     """
 
     shared: FloatArray
@@ -49,7 +49,7 @@ class NormalMatrices:
 
     @classmethod
     def of(cls, designs: Sequence[RunDesign], tried: Sequence[Answers]) -> NormalMatrices:
-        """Gather the matrices."""
+        """Compute the matrices."""
         shared, cross, answers = [], [], []
         for i, design in enumerate(designs):
             clean_shared = design.cleaned(design.shared)
@@ -63,13 +63,13 @@ class NormalMatrices:
 
     @cached_property
     def alone(self) -> npt.NDArray[np.bool_]:
-        """Where no other run tells a candidate's size, shape (R, m)."""
+        """Where no other run determines a candidate's size, shape (R, m)."""
         return told_by_one_run(self.answers)
 
 
 @dataclass(frozen=True)
 class Residuals:
-    """What is left of every run, against its design.
+    """Products of every run's residual with its shared columns, the responses and itself.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class Residuals:
     against_answers : array, shape (R, m)
     squares : array, shape (R,)
     pull : array, shape (Q,)
-        Where the shared unknowns stand from their prior's centre already.
+        Current distance of the shared unknowns from the centre of their prior.
     """
 
     against_shared: FloatArray
@@ -92,9 +92,9 @@ class Residuals:
         tried: Sequence[Answers],
         moved: FloatArray,
     ) -> Residuals:
-        """Gather from the designs.
+        """Compute them from the designs.
 
-        *moved*, shape (P,), is where calibration left its parameters, in the fitting scale.
+        *moved*, shape (P,), are the calibrated parameters in the fitting scale.
         """
         parts = []
         for i, design in enumerate(designs):
@@ -110,17 +110,17 @@ class Residuals:
 def answers_in_blocks(
     tried: Sequence[Answers], run: int, design: RunDesign
 ) -> Iterator[tuple[slice, FloatArray]]:
-    """Return the candidates' answers in a run, robust-weighted, (N, b), some at a time.
+    """Yield a run's responses to the candidates, with robust weights, (N, b), block by block.
 
-    Thousands of changes of a page's description would fill the memory.
+    All responses to the thousands of changes of a page would fill the memory.
 
     Parameters
     ----------
     tried : sequence of Candidate
     run : int
-        Its position.
+        Position of the run.
     design : RunDesign
-        Its own.
+        Of the run.
 
     Yields
     ------
@@ -136,18 +136,18 @@ def answers_in_blocks(
 
 @dataclass(frozen=True)
 class Scores:
-    """What each candidate gains, runs predicted from the others.
+    """Gain of each candidate, with each run predicted from the others.
 
     Attributes
     ----------
     gain : array, shape (m,)
-        Fall of what is left of all runs.
+        Reduction of the squared error over all runs.
     prior_gain : array, shape (m,)
-        Fall of the squares by which all shared unknowns are away from their priors' centres.
+        Reduction of the squared distance of all shared unknowns from their priors' centres.
     scale : array, shape (m,)
-        By how much the candidate's answer is scaled, all runs together.
+        Factor on the candidate's response, from all runs together.
     cost : float
-        What is left of all runs without any candidate.
+        Squared error over all runs without any candidate.
     """
 
     gain: FloatArray
@@ -186,33 +186,33 @@ class Fold:
         matrix = grams.shared[runs].sum(axis=0)
         self._factor = cho_factor(matrix + np.eye(len(matrix)))
         cross = grams.cross[runs].sum(axis=0)
-        # How the shared columns move when a candidate's answer is added.
+        # How the shared unknowns move when a candidate's response is added.
         self.follow = cho_solve(self._factor, cross)
         squares = grams.answers[runs].sum(axis=0)
         self.left = np.maximum(squares - np.sum(cross * self.follow, axis=0), 1e-12)
         self._cross = cross
 
     def fit(self, data: Residuals) -> tuple[FloatArray, FloatArray]:
-        """Return scale (m,) and shared solution without any candidate (Q,)."""
+        """Return scales, (m,), and the shared solution without any candidate, (Q,)."""
         solved = cho_solve(self._factor, data.against_shared[self.runs].sum(axis=0) + data.pull)
         slope = data.against_answers[self.runs].sum(axis=0) - solved @ self._cross
         scale = np.clip(-slope / self.left, LEAST_SCALE, MOST_SCALE)
         return scale, solved
 
     def predict(self, grams: NormalMatrices, data: Residuals, run: int) -> tuple[FloatArray, float]:
-        """Return the cost of a run left out with each candidate (m,) and without."""
+        """Return the cost of a left-out run with each candidate, (m,), and without."""
         scale, solved = self.fit(data)
         matrix, cross = grams.shared[run], grams.cross[run]
         own = grams.answers[run]
         right, against = data.against_shared[run], data.against_answers[run]
         base = -solved
         without = float(data.squares[run] + 2.0 * right @ base + base @ matrix @ base)
-        # With the candidate scaled by s the shared columns move by -s follow.
+        # With the candidate scaled by s, the shared unknowns move by -s follow.
         shift = self.follow
         linear = against + base @ cross - (right + base @ matrix) @ shift
         quadratic = own - 2.0 * np.sum(cross * shift, axis=0)
         quadratic = quadratic + np.sum(shift * (matrix @ shift), axis=0)
-        # What acts in this very run alone is an unknown of its own, like a zero.
+        # A candidate that acts only in this run is the run's own unknown, like a zero.
         best = np.clip(-linear / np.maximum(quadratic, 1e-12), LEAST_SCALE, MOST_SCALE)
         scale = np.where(grams.alone[run], best, scale)
         with_it = without + 2.0 * linear * scale + quadratic * scale**2

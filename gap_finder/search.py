@@ -1,4 +1,4 @@
-"""How the gap finder looks for what is missing."""
+"""Options of the gap finder's search."""
 
 from __future__ import annotations
 
@@ -6,25 +6,25 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 MOST_ADDITIONS = 4
-"""Additions at most, if the user sets no other limit; set on no data."""
+"""Default maximum number of additions; set on no data."""
 
 
 @dataclass(frozen=True)
 class Search:
-    """How the gap finder looks for what is missing.
+    """Options of the gap finder's search.
 
     Attributes
     ----------
     without : sequence of str
-        Effects that are not to be considered.
+        Effects to ignore.
     most : int
-        Additions at most.
+        Maximum number of additions.
     described : bool
-        Whether the description may be changed, and not only effects added.
+        Whether the description may also be changed.
     seed : int
-        Of starting points.
+        Seed of the random starting points.
     workers : int or None
-        Processes; None: one for each core.
+        Number of processes; None for one per core.
     """
 
     without: Sequence[str] = ()

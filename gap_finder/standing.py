@@ -1,9 +1,9 @@
-"""Thermometers that stand still while the calibrated model says that they moved.
+"""Thermometers that stand still while the calibrated model moves.
 
-What the data alone tells of a frozen thermometer (``measurement.faults``) must be careful: a motor
-whose temperature is written in whole kelvin rightly stands still for hours. A model that follows it
-in all other runs knows better. It is asked about readings that are exactly the same, and about
-nothing else: it does not decide that a reading which moves is wrong.
+The check for frozen thermometers by the data alone (``measurement.faults``) must be cautious: a
+motor temperature written in whole kelvin may rightly stand still for hours. A model that follows
+the thermometer in all other runs can decide. It only judges readings that stay exactly the same,
+and never declares a moving reading wrong.
 """
 
 from __future__ import annotations
@@ -25,21 +25,21 @@ from plant_model.sensors import column_of, displacement_names
 
 
 def standing_still(machine: Machine, observed: Sequence[Observations]) -> list[DataFault]:
-    """Return the thermometers that stand still while a calibrated machine moves.
+    """Return the thermometers that stand still while the calibrated model moves.
 
     Parameters
     ----------
     machine : Machine
         Calibrated.
     observed : sequence of Observations
-        Of two runs or more; only those compared so far count.
+        Of two runs or more; only their channels are checked.
 
     Notes
     -----
-    A standstill of less than `INDEPENDENT_S` hurts little. In a longer one the model must have
-    moved as a machine does that warms, and unusually far beside the thermometer's resolution, its
-    tolerance, and what the model leaves of it in the other runs: a model that does not follow it
-    cannot tell that it is broken.
+    A standstill shorter than `INDEPENDENT_S` does little harm. During a longer one the model must
+    move by as much as a warming machine, and unusually far compared with the thermometer's
+    resolution, its tolerance and its residual in the other runs: a model that does not follow a
+    thermometer cannot tell that it is broken.
     """
     lengths = set(displacement_names(machine))
     left = [residuals(machine, run) for run in observed]
@@ -76,7 +76,7 @@ def calibrated(
     seed: int = 0,
     progress: Progress = quiet,
 ) -> tuple[Calibration, list[Observations], list[DataFault]]:
-    """Calibrate a machine on runs, and once more without what then turns out to stand still.
+    """Calibrate a machine on runs, and again without thermometers that then prove to stand still.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def calibrated(
     -------
     calibration : Calibration
     observed : list of Observations
-        Without what stands still.
+        Without the readings that stand still.
     faults : list of DataFault
     """
     observed = observe(machine, runs, bad)
@@ -107,7 +107,7 @@ def calibrated(
 
 
 def _longest(observed: Observations, column: str) -> tuple[float, float] | None:
-    """Return the longest time for which a column is exactly the same [s], if it is long."""
+    """Return start and end of a column's longest standstill [s]; None below `INDEPENDENT_S`."""
     if column not in observed.run.frame.columns:
         return None
     rows, values = valid(observed.run, column)
@@ -127,7 +127,7 @@ def _moved(run: RunResiduals, channel: int, span: tuple[float, float]) -> float:
 
 
 def _usual(left: Sequence[RunResiduals], channel: int) -> float:
-    """Return what the model leaves of a channel in other runs, the middle one's [K]."""
+    """Return the median over runs of a channel's root mean square residual [K]."""
     rms = [_rms(run.values[:, channel]) for run in left]
     measured = [value for value in rms if np.isfinite(value)]
     return float(np.median(measured)) if measured else float("inf")

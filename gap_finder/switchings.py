@@ -1,8 +1,8 @@
-"""What a part's temperature switches: the settings of a relay that residuals of all runs share.
+"""Coolers switched by a part's temperature: the relay settings common to all runs' residuals.
 
-When a relay was on follows from what the part's thermometer measured, for any setting of it. So
-settings are compared without a simulation: by how well the residuals follow the heat that coolant
-which rests does not carry away, lagged as heat is. Only the best are then simulated.
+For any setting, the readings of the part's thermometer determine when the relay was on. So settings
+are compared without simulation: by how well the residuals follow the heat that resting coolant does
+not carry away, with thermal lags. Only the best settings are simulated.
 """
 
 from __future__ import annotations
@@ -30,25 +30,25 @@ DEAD_BANDS = (0.3, 0.5, 0.8, 1.2, 1.8, 2.7, 4.0, 6.0)
 """Dead bands tried [K]; set on no data."""
 
 LEVELS = tuple(np.linspace(0.05, 0.98, 40).tolist())
-"""Where the relay switches on, as shares of what the part spans in the runs [1]."""
+"""Levels at which the relay switches on, as shares of the part's temperature range in the runs
+[1]."""
 
 QUICK_MIN = LAGS_MIN[:5]
-"""Time constants with which channels may follow the relay [min]: what is slower is no swing."""
+"""Time constants with which channels may follow the relay [min]: slower ones do not oscillate."""
 
 SWITCHINGS, RUNS = 4, 2
-"""The relay switches at least so often in all runs, and in at least so many of them: what goes on
-once, when a machine gets warm, cannot be told from what else comes with warmth. Set on
-no data."""
+"""Least number of switchings over all runs, and of runs with any: a cooler that only switches on
+once as a machine warms cannot be told from other effects of warmth. Set on no data."""
 
 LEAST_FOLLOWING = 0.1
-"""Share of what is quick in the residuals that must follow the relay to be simulated with it [1].
-Set on development cases in which a part switches the cooler, which have 0.12 to 0.6, but for one
-that stays unseen."""
+"""Least share of the quick residuals that must follow a relay for it to be simulated [1]. Set on
+development cases in which a part switches the cooler, which have 0.12 to 0.6, except one that
+remains undetected."""
 
 
 @dataclass(frozen=True)
 class Watched:
-    """What the thermometer of a part measured in one run.
+    """Readings of a part's thermometer in one run.
 
     Attributes
     ----------
@@ -62,13 +62,13 @@ class Watched:
     def on_between(
         self, on_above: FloatArray, dead_band: FloatArray, ends: FloatArray
     ) -> FloatArray:
-        """Return in which share of spans relays are on, shape (settings, K).
+        """Return the share of each span in which relays are on, shape (settings, K).
 
         Parameters
         ----------
         on_above, dead_band : array, shape (settings,)
         ends : array, shape (K + 1,)
-            Of spans that follow each other [s].
+            Ends of consecutive spans [s].
         """
         on = relay(self.temperature, on_above, dead_band)
         steps = np.diff(self.time_s, append=self.time_s[-1])
@@ -81,7 +81,7 @@ class Watched:
 
 @dataclass(frozen=True)
 class Relay:
-    """When a relay was on in one run, as the thermometer of its part has it.
+    """A relay in one run, switched by the readings of its part's thermometer.
 
     Attributes
     ----------
@@ -95,13 +95,13 @@ class Relay:
     dead_band: float
 
     def marked(self, observed: Observations, key: str) -> Observations:
-        """Return observations whose inputs tell an effect when it was on."""
+        """Return observations whose inputs contain for an effect when the relay was on."""
         return observed.with_series(switched_by(key), self._in_steps)
 
     def _in_steps(self, drive: Drive) -> FloatArray:
         setting = (np.array([self.on_above]), np.array([self.dead_band]))
         (on,) = self.watched.on_between(*setting, drive.grid)
-        # What settles at the end of a step is in force in the next.
+        # The state at the end of a step applies to the next one.
         return np.append(on[1:], on[-1])
 
 
@@ -113,9 +113,9 @@ class Switching:
     ----------
     part : str
     relays : tuple of Relay
-        At the same setting, one for each run.
+        One for each run, all at the same setting.
     share : float
-        Of what is quick in the residuals, what follows it [1].
+        Share of the quick residuals that follows it [1].
     """
 
     part: str
@@ -124,7 +124,7 @@ class Switching:
 
 
 def watched(machine: Machine, observed: Observations, part: str) -> Watched | None:
-    """Return what the thermometer of a part measured in a run; None where none did.
+    """Return the readings of a part's thermometer in a run; None if there are none.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ def likely_switchings(
     carried: Sequence[FloatArray],
     parts: Sequence[str],
 ) -> list[Switching]:
-    """Return the parts and settings of a relay that the residuals of all runs follow most.
+    """Return the parts and relay settings that the residuals of all runs follow best.
 
     Parameters
     ----------
@@ -181,15 +181,15 @@ def likely_switchings(
     residuals : sequence of array, each (N,)
         Model minus measurement, weighted.
     carried : sequence of array, each (K,)
-        Heat that coolant carries away at the observations [W], as it is modelled.
+        Modelled heat that coolant carries away at the observations [W].
     parts : sequence of str
-        Those that may switch it.
+        Parts that may switch the cooler.
 
     Returns
     -------
     list of Switching
-        Best first, no more than `MOST_TRIED`; empty where nothing that happens again and
-        again follows any of them.
+        Best first, at most `MOST_TRIED`; empty if no repeated change in the residuals follows any
+        of them.
     """
     compared = _Compared(machine, observed, residuals, carried)
     switchings = []
@@ -218,9 +218,9 @@ def likely_switchings(
 def _apart(
     settings: Sequence[tuple[float, float]], shares: FloatArray
 ) -> list[tuple[float, float]]:
-    """Return the best settings whose dead bands differ, no more than `MOST_TRIED`.
+    """Return the best settings with different dead bands, at most `MOST_TRIED`.
 
-    A wide band and a narrow one below the same level may switch at much the same instants.
+    A wide band and a narrow one below the same level may switch at nearly the same instants.
     """
     chosen: list[tuple[float, float]] = []
     for place in np.argsort(-shares).tolist():
@@ -235,13 +235,13 @@ def _apart(
 def relay(
     temperature: FloatArray, on_above: FloatArray, dead_band: FloatArray
 ) -> npt.NDArray[np.bool_]:
-    """Return when relays are on that a temperature switches, shape (settings, K).
+    """Return when relays switched by a temperature are on, shape (settings, K).
 
     Parameters
     ----------
     temperature : array, shape (K,)
     on_above, dead_band : array, shape (settings,)
-        At the start they rest within the dead band.
+        Relays that start within the dead band are off.
     """
     on = np.zeros((len(on_above), len(temperature)), dtype=bool)
     now = np.zeros(len(on_above), dtype=bool)
@@ -252,7 +252,7 @@ def relay(
 
 
 class _Compared:
-    """Residuals of all runs, to hold relays against; see `likely_switchings`."""
+    """Residuals of all runs, to be compared with relays; see `likely_switchings`."""
 
     def __init__(
         self,
@@ -275,7 +275,7 @@ class _Compared:
     def shares(
         self, seen: Sequence[Watched], settings: Sequence[tuple[float, float]]
     ) -> FloatArray:
-        """Return what share of the residuals follows a relay, 0 where it switches too seldom.
+        """Return the share of the quick residuals that follows each relay; 0 if it rarely switches.
 
         Parameters
         ----------
@@ -304,7 +304,7 @@ class _Compared:
         )
         basis = np.linalg.qr(kept)[0]
         along = np.swapaxes(basis, 1, 2) @ self._shown
-        # What is measured warm while the relay is on may be its cause, and is never its effect.
+        # Warmth while the relay is on may be its cause, but never its effect.
         warmer = ((kept.sum(axis=2)[:, None] @ basis) @ along)[:, 0] < 0.0
         sign = np.where(warmer | ~self._warms, 1.0, -1.0)
         shares[often] = np.sum(np.sum(along**2, axis=1) * sign, axis=1) / self._every
@@ -318,7 +318,7 @@ def _ends(time_s: FloatArray) -> FloatArray:
 
 
 def _lagged(time_s: FloatArray, heat: FloatArray) -> FloatArray:
-    """Return what follows heat with each lag, without what is slow, shape (settings, K, lags).
+    """Return the heat filtered by each lag, without slow changes, shape (settings, K, lags).
 
     Parameters
     ----------

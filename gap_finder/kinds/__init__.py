@@ -1,4 +1,4 @@
-"""What a machine's description may lack, one kind a file; a new file here is a new kind."""
+"""What a machine's description may lack, one kind per file; a new file here is a new kind."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from plant_model.walk import classes_found
 @cache
 def kinds() -> dict[str, type[Change]]:
     """Return every kind of change by its name, in alphabetical order."""
-    # mypy wants a concrete class wherever a type is passed; nothing is made of this one.
+    # mypy requires a concrete class when a type is passed; this one is never instantiated.
     return classes_found(__name__, __path__, Change, "gap/kinds kind")  # type: ignore[type-abstract]
 
 

@@ -1,4 +1,4 @@
-"""What every change of a machine's description is: a place, its numbers, and how it is put in."""
+"""Base classes of all changes of a machine's description: place, numbers, how to apply them."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from plant_model.parameters import FloatArray, Parameter
 SOURCE = "found by the gap finder"
 
 SIZES_W_PER_K = (3.0, 30.0)
-"""Usual conductances of a path: through a thin section or a still surface, and through a joint or
-where motion stirs [W/K]. Set on no data."""
+"""Usual conductances of a path [W/K]: small for a thin section or a surface in still air, large for
+a joint or stirred air. Set on no data."""
 
 
 @dataclass(frozen=True)
 class CalibratedRun:
-    """A run, and what it answers to about the calibrated machine.
+    """A run, and its derivatives about the calibrated machine.
 
     Attributes
     ----------
@@ -50,14 +50,14 @@ class Change(ABC):
     Attributes
     ----------
     name, title : str
-        Its kind, which is the file's name, and what a report prints.
+        Its kind, which is the file's name, and the title in reports.
     amplitude : str
-        Which of its numbers the answer grows with: at 0 nothing is changed.
+        The number that the response grows with: at 0 nothing is changed.
     at_once : int
-        Changes that are simulated in one machine, each with all others off; 1 where a change
-        cannot be switched off by its number.
+        Number of changes simulated in one machine, each with all others off; 1 if a change cannot
+        be switched off by its number.
     in_proportion : bool
-        Whether the answer is in proportion to the amplitude, so that one size tells the others.
+        Whether the response is proportional to the amplitude, so that one size is enough.
     place : tuple of str
         The parts, inputs, sensors or axes.
     """
@@ -72,13 +72,13 @@ class Change(ABC):
 
     @property
     def key(self) -> str:
-        """What it is called among what is tried."""
+        """Its key among all candidates."""
         return key_of(self.name, self.place)
 
     @classmethod
     @abstractmethod
     def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
-        """Return all changes of this kind that a machine may lack.
+        """Yield all changes of this kind that a machine may lack.
 
         Parameters
         ----------
@@ -98,7 +98,7 @@ class Change(ABC):
         ----------
         machine : Machine
         numbers : mapping of str to float
-            One of `points`, or what `read` gave.
+            One of `points`, or the result of `read`.
         """
 
     def usual(self, number: str) -> tuple[float, float]:
@@ -107,20 +107,20 @@ class Change(ABC):
         return min(tried), max(tried)
 
     def possible(self, number: str) -> tuple[float, float]:
-        """Return the range of a number's prior: nobody knows it, so it is wide."""
+        """Return the range of a number's prior, which is wide because nothing is known about it."""
         low, high = self.usual(number)
         return low / TIMES_USUAL, high * TIMES_USUAL
 
     def centre(self) -> dict[str, float]:
-        """Return the middle of the prior of what calibration moves, wherever the search begins."""
+        """Return the centre of the prior of each calibrated number, wherever the search starts."""
         return {name: float(np.sqrt(np.prod(self.usual(name)))) for name in self.parameters()}
 
     def parameters(self) -> dict[str, str]:
-        """Return the full names of its numbers in the machine with it; none if it has none."""
+        """Return the full names of its numbers in the changed machine; empty if it has none."""
         return {}
 
     def scaled(self, numbers: Mapping[str, float], scale: float) -> dict[str, float]:
-        """Return its numbers for an answer so many times as large.
+        """Return its numbers for a response multiplied by *scale*.
 
         Parameters
         ----------
@@ -136,7 +136,7 @@ class Change(ABC):
         Parameters
         ----------
         machine : Machine
-            One that `put_into` gave.
+            One returned by `put_into`.
 
         Returns
         -------
@@ -147,7 +147,7 @@ class Change(ABC):
         return {number: machine.parameters[name].value for number, name in parameters}
 
     def details(self, machine: Machine) -> dict[str, Any]:
-        """Return what else a report says of it.
+        """Return further entries for its report.
 
         Parameters
         ----------
@@ -158,7 +158,7 @@ class Change(ABC):
 
     @classmethod
     def answers(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:
-        """Return what changes of this kind change in a run, weighted.
+        """Return the weighted responses of a run to changes of this kind.
 
         Parameters
         ----------
@@ -168,7 +168,7 @@ class Change(ABC):
         Returns
         -------
         list of array, each (points, N)
-            One for each change: model with it minus model without, over the noise [1]. N counts
+            One for each change: model with it minus model without, times the weights [1]. N is
             instants times channels.
         """
         base = modelled(simulate_at(run.machine, run.observed), run.observed)
@@ -207,7 +207,7 @@ class Change(ABC):
 
 
 class PathChange(Change):
-    """A change that is one more heat path: thousands are computed in one go."""
+    """A change that adds one heat path; thousands of them are computed together."""
 
     @abstractmethod
     def path(self) -> AddedPath:
@@ -219,12 +219,12 @@ class PathChange(Change):
 
     @classmethod
     def answers(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:
-        """Return the answers of all paths in one go."""
+        """Return the responses to all paths, computed together."""
         return path_answers(run.machine, run.observed, [change.path() for change in changes])
 
 
 def with_item(machine: Machine, item: Item, effect: str) -> Machine:
-    """Return the machine with one more item and the effect that gives it its law."""
+    """Return the machine with one more item and the effect that defines its law."""
     effects = machine.effects
     if effect not in effects:
         effects = effects | {effect: dict(catalogue()[effect].parameters)}
@@ -235,13 +235,13 @@ def with_item(machine: Machine, item: Item, effect: str) -> Machine:
 
 
 def free(value: float, unit: str, ends: tuple[float, float]) -> Parameter:
-    """Return a number that calibration may move, its range between two ends or as far as it is."""
+    """Return a number that calibration may move, its range extended to include the value."""
     low, high = min(ends[0], value), max(ends[1], value)
     return Parameter(value, unit, low, high, SOURCE, calibrate=True)
 
 
 def fixed(value: float, unit: str) -> Parameter:
-    """Return a number that stays."""
+    """Return a fixed number."""
     return Parameter(value, unit, value, value, SOURCE)
 
 
@@ -250,7 +250,7 @@ def joined(
 ) -> Machine:
     """Return the machine with a heat path; one to a boundary temperature is a film.
 
-    *conductance* is then the film's coefficient [W/(m2 K)] on an area, on which laws of films act.
+    *conductance* is then the film's coefficient [W/(m2 K)] on an area, which film laws act on.
     """
     if pair[1] in machine.boundary_index:
         film = replace(conductance, unit="W/(m2 K)")
@@ -262,12 +262,12 @@ def joined(
 
 
 def conductance_of(pair: tuple[str, str], *, boundary: bool) -> str:
-    """Return the full name of the number that `joined` gives a path."""
+    """Return the full name of the parameter of a path made by `joined`."""
     return f"links.{'-'.join(pair)}.{'coefficient' if boundary else 'conductance'}"
 
 
 def parts_joined(machine: Machine) -> list[str]:
-    """Return what a new part can be joined to: parts, and boundary temperatures."""
+    """Return what a new part can be joined to: parts and boundary temperatures."""
     parts = [node.name for node in machine.nodes] if "conduction" in machine.effects else []
     if "surface_convection" in machine.effects:
         parts += list(machine.boundary_index)
@@ -275,6 +275,6 @@ def parts_joined(machine: Machine) -> list[str]:
 
 
 def taken_names(machine: Machine) -> set[str]:
-    """Return the names that parts and signals of the machine have."""
+    """Return the names of the machine's parts and signals."""
     taken = {node.name for node in machine.nodes} | {sensor.name for sensor in machine.sensors}
     return taken | {entry.name for entry in machine.inputs}

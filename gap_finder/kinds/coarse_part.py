@@ -1,8 +1,8 @@
-"""A part that is one lump and should be two: it has two time constants where the file has one.
+"""A part that is one lump and should be two: it has two time constants instead of one.
 
-Half of its mass and of its surface becomes a far side. Heat comes in on the near side; either its
-thermometers, or what else it touches, or both are on the far side. Thermometers on one part that
-disagree are the same: one of them is on the far side.
+Half of its mass and of its surface becomes a far side. Heat enters on the near side; its
+thermometers, its links to other parts, or both are on the far side. If thermometers on one part
+disagree, one of them is on the far side.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ from plant_model.parameters import Parameter
 
 @dataclass(frozen=True)
 class CoarsePart(Change):
-    """A part in two.
+    """A part split in two.
 
     Attributes
     ----------
     capacity : float
         Of the whole part [J/K].
     sensors : tuple of str
-        Thermometers that are on the far side.
+        Thermometers on the far side.
     links : bool
-        Whether what else it touches is there, too.
+        Whether its links are also on the far side.
     """
 
     name: ClassVar[str] = "coarse_part"
@@ -51,11 +51,11 @@ class CoarsePart(Change):
 
     @classmethod
     def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
-        """Return every part, cut in each way that may show."""
+        """Yield every part, split in each way that may be visible."""
         machine = runs[0].machine
         taken, others = taken_names(machine), parts_joined(machine)
         for node in machine.nodes:
-            # A cell of a drawn body is as small as its conduction asks for: the drawing says so.
+            # Cells of a drawn body are already as small as their conduction requires.
             drawn = bool(node.capacity.tied)
             if drawn or f"{node.name}_far" in taken or node.name not in others:
                 continue
@@ -77,7 +77,7 @@ class CoarsePart(Change):
         return f"{self.place[0]}_far"
 
     def points(self) -> list[dict[str, float]]:
-        """Return a few delays of the far side."""
+        """Return conductances for a few delays of the far side."""
         return [{self.amplitude: self._conductance(delay)} for delay in LAGS_MIN]
 
     def _conductance(self, delay_min: float) -> float:
@@ -88,11 +88,11 @@ class CoarsePart(Change):
         return {self.amplitude: conductance_of((self.place[0], self._far), boundary=False)}
 
     def scaled(self, numbers: Mapping[str, float], scale: float) -> dict[str, float]:
-        """Return a conductance with which the far side is so many times as far behind."""
+        """Return the conductance for a delay of the far side multiplied by *scale*."""
         return {self.amplitude: numbers[self.amplitude] / scale}
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
-        """Return the machine with the part in two."""
+        """Return the machine with the part split in two."""
         name = self.place[0]
         nodes = []
         for node in machine.nodes:
@@ -115,7 +115,7 @@ class CoarsePart(Change):
         return joined(grown, (name, self._far), path)
 
     def _near(self, item: Item) -> Item:
-        """Return an item as it is afterwards: half of a surface; another link may have moved."""
+        """Return an item after the split: surfaces are halved, other links may move."""
         if self._is_surface(item):
             half = {**item.parameters, "area": _half(item.parameters["area"])}
             return replace(item, parameters=half)
@@ -125,7 +125,7 @@ class CoarsePart(Change):
         return item.kind == "convection" and self.place[0] in item.refs["between"]
 
     def _on_far_side(self, item: Item) -> Item:
-        """Return a link of the part as one of its far side; its name stays."""
+        """Return a link of the part moved to its far side, with the same name."""
         pair = item.refs.get("between", ())
         if item.family != "links" or self.place[0] not in pair:
             return item

@@ -1,7 +1,7 @@
-"""A conductance that rises with speed or feed: a moving axis cools its nut.
+"""A conductance that rises with speed or feed: for example, a moving axis cools its nut.
 
-The path at rest stays as it is; what motion adds is a link of its own. A flow or a flag that the
-runs hold counts as motion, too: flood coolant, or a door that lets in the hall's air.
+The path at rest is unchanged; motion adds a separate link. A recorded flow or flag also counts as
+motion: flood coolant, or a door that lets in the hall's air.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ MOTIONS = ("rpm", "mm_min", "lpm", "1")
 
 @dataclass(frozen=True)
 class ConductanceWithMotion(PathChange):
-    """More exchange on a path of the machine while an input moves it."""
+    """A path with a higher conductance while an input moves."""
 
     name: ClassVar[str] = "conductance_with_motion"
     title: ClassVar[str] = "Conductance that rises with motion"
@@ -28,7 +28,7 @@ class ConductanceWithMotion(PathChange):
 
     @classmethod
     def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
-        """Return every path with every motion, and every part with the air around it."""
+        """Yield every path, and every part with every boundary, with each motion."""
         machine = runs[0].machine
         columns = set().union(*(run.observed.run.frame.columns for run in runs))
         moving = [e.name for e in machine.inputs if e.unit in MOTIONS and e.column in columns]
@@ -45,7 +45,7 @@ class ConductanceWithMotion(PathChange):
                     yield change
 
     def path(self) -> AddedPath:
-        """Return the path that motion adds to."""
+        """Return the path that motion adds."""
         return AddedPath(self.place[:2], self.sizes(), self.place[2])
 
     @property
@@ -57,7 +57,7 @@ class ConductanceWithMotion(PathChange):
         return [{self.amplitude: size} for size in SIZES_W_PER_K]
 
     def parameters(self) -> dict[str, str]:
-        """Return what motion adds at the top of the input's range."""
+        """Return the conductance added at the top of the input's range."""
         return {self.amplitude: f"links.{self._name}.conductance"}
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:

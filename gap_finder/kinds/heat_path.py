@@ -1,4 +1,4 @@
-"""Heat paths that the machine file forgot: between two parts, or from a part to the air."""
+"""Heat paths missing in the machine file: between two parts, or from a part to the air."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class HeatPath(PathChange):
 
     @classmethod
     def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
-        """Return the paths that the machine does not have."""
+        """Yield the paths that the machine does not have."""
         machine = runs[0].machine
         there = {frozenset(item.refs.get("between", ())) for item in machine.items}
         names = {item.name for item in machine.items}
@@ -54,7 +54,7 @@ class HeatPath(PathChange):
         return [{self.amplitude: size} for size in SIZES_W_PER_K]
 
     def parameters(self) -> dict[str, str]:
-        """Return the conductance; that of a surface is the coefficient on 1 m2."""
+        """Return the conductance; for a surface, the coefficient on 1 m2."""
         return {self.amplitude: conductance_of(self.place, boundary=self.boundary)}
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:

@@ -1,4 +1,4 @@
-"""Heat that the machine file forgot: in a part, always there or driven by an input."""
+"""Heat sources missing in the machine file: in a part, constant or driven by an input."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from gap_finder.kinds.base import CalibratedRun, Change, fixed, free, with_item
 from plant_model.machine import Item, Machine
 
 SIZES_W = (20.0, 200.0)
-"""Usual powers, which are tried: the answer is in proportion to them [W]. Set on no data."""
+"""Usual powers, which are tried: the response is proportional to them [W]. Set on no data."""
 
 
 @dataclass(frozen=True)
 class HeatSource(Change):
-    """Heat in a part."""
+    """A heat source in a part."""
 
     name: ClassVar[str] = "heat_source"
     title: ClassVar[str] = "Heat source that the machine file does not have"
@@ -25,16 +25,16 @@ class HeatSource(Change):
 
     @classmethod
     def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
-        """Return a source for every part, always on or driven by each input that is given.
+        """Yield a source for every part, constant or driven by each recorded input.
 
-        None for an input that heats the part already.
+        An input that already heats the part is left out.
         """
         machine = runs[0].machine
         columns = set().union(*(run.observed.run.frame.columns for run in runs))
         driving = [e.name for e in machine.inputs if not e.is_boundary and e.column in columns]
         sources = [item for item in machine.items if item.family == "sources"]
         names = {item.name for item in sources}
-        # Where an input heats a part already, it is the law that is wrong and no source that lacks.
+        # If an input already heats a part, its law is wrong, but no source is missing.
         there = {
             (part, driver)
             for item in sources
@@ -60,7 +60,7 @@ class HeatSource(Change):
         return {self.amplitude: f"sources.{self._name}.power"}
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
-        """Return the machine with this source, in proportion to what drives it."""
+        """Return the machine with this source, proportional to its input if it has one."""
         given = {"power": free(numbers[self.amplitude], "W", self.possible(self.amplitude))}
         refs: dict[str, tuple[str, ...]] = {"node": self.place[:1]}
         kind = "steady_heat"

@@ -1,4 +1,4 @@
-"""A mass behind a part that the machine file forgot: what is bolted on and follows by itself."""
+"""A mass behind a part, missing in the machine file: something bolted on that follows slowly."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from gap_finder.reference import LAGS_MIN
 from plant_model.machine import Machine, Node
 
 MASSES = (0.5, 2.0)
-"""Heat capacities tried, in those of the part [1]; set on no data."""
+"""Heat capacities tried, as multiples of the part's [1]; set on no data."""
 
 
 @dataclass(frozen=True)
 class HiddenMass(PathChange):
-    """A mass behind a part; it loses heat to that part only and starts as warm as that."""
+    """A mass behind a part; it exchanges heat only with that part and starts at its temperature."""
 
     name: ClassVar[str] = "hidden_mass"
     title: ClassVar[str] = "Mass behind a part that the machine file does not have"
@@ -37,7 +37,7 @@ class HiddenMass(PathChange):
 
     @classmethod
     def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
-        """Return a mass for every part."""
+        """Yield a mass for every part."""
         machine = runs[0].machine
         taken, others = taken_names(machine), parts_joined(machine)
         for node in machine.nodes:
@@ -64,14 +64,14 @@ class HiddenMass(PathChange):
         ]
 
     def parameters(self) -> dict[str, str]:
-        """Return its conductance to the part, and its heat capacity."""
+        """Return its conductance to the part and its heat capacity."""
         return {
             self.amplitude: conductance_of((self.place[0], self._mass), boundary=False),
             "capacity": f"nodes.{self._mass}.capacity",
         }
 
     def scaled(self, numbers: Mapping[str, float], scale: float) -> dict[str, float]:
-        """Return the numbers of a mass so many times as large that follows as fast."""
+        """Return the numbers of a mass multiplied by *scale* with the same delay."""
         return {name: value * scale for name, value in numbers.items()}
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:

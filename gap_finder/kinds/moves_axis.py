@@ -1,4 +1,4 @@
-"""A part that moves an axis, which the machine file does not know."""
+"""A part that moves an axis without the machine file saying so."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from plant_model.machine import Item, Machine
 from plant_model.sensors import displacement_names
 
 SIZES_MM = (60.0, 600.0)
-"""Usual lengths of a part, which are tried: the answer is in proportion to them [mm]. Set on no
+"""Usual lengths of a part, which are tried: the response is proportional to them [mm]. Set on no
 data."""
 
 EXPANSION = 11.0
 """Given by steel and cast iron, between 10 and 12 [1e-6/K]."""
 
 AXES = {"X": "x", "Y": "y", "Z": "elongation"}
-"""Axes, and what a structure calls them."""
+"""Axes, and their names in a structure."""
 
 
 @dataclass(frozen=True)
 class MovesAxis(Change):
-    """A part whose growth moves one axis, either way."""
+    """A part whose growth moves one axis, in either direction."""
 
     name: ClassVar[str] = "moves_axis"
     title: ClassVar[str] = "Part that moves an axis"
@@ -34,9 +34,9 @@ class MovesAxis(Change):
 
     @classmethod
     def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
-        """Return every part with every axis that is measured, either way.
+        """Yield every part with every measured axis, in either direction.
 
-        None for what the structure has already: its length is calibrated there, or was drawn.
+        Pairs already in the structure are left out: their length is calibrated there, or was drawn.
         """
         machine = runs[0].machine
         if "thermal_expansion" not in machine.effects:
@@ -61,7 +61,7 @@ class MovesAxis(Change):
         return [{self.amplitude: size} for size in SIZES_MM]
 
     def parameters(self) -> dict[str, str]:
-        """Return the length that would move the axis as much."""
+        """Return the length that would move the axis by the same amount."""
         return {self.amplitude: f"structure.{self._name}.length"}
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
@@ -78,7 +78,7 @@ class MovesAxis(Change):
 
 
 def _measured(run: CalibratedRun) -> list[str]:
-    """Return the axes that some displacement that is compared shows."""
+    """Return the axes measured by a compared displacement."""
     rig, channels = run.machine.rig, run.observed.channels
     if rig["kind"] == "direct":
         return sorted({probe["axis"] for name, probe in rig["axes"].items() if name in channels})

@@ -1,7 +1,7 @@
-"""A thermometer that reads partly another part than the machine file says.
+"""A thermometer that partly reads another part than the machine file says.
 
-It is written as what it is: a small tip of its own between the two parts, which weighs and conducts
-next to nothing. Which share of each it reads is the ratio of its two contacts.
+It is modelled as a small tip between the two parts, with almost no mass and conductance. The ratio
+of its two contacts determines which share of each part it reads.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ TIP_SHARES = (0.1, 0.5)
 """Usual shares, which are tried [1]; set on no data."""
 
 CONTACT_W_PER_K, TIP_J_PER_K, TIP_M2 = 0.01, 0.03, 1e-4
-"""Of the tip with its own part, its capacity and its surface: it follows within seconds, carries
-less heat between the two than any path that shows, and has next to nothing of what laws of films
-bring [W/K, J/K, m2]. Set on no data."""
+"""The tip's contact with its own part, its heat capacity and its surface [W/K, J/K, m2]: it follows
+within seconds, carries less heat between the parts than any visible path, and is hardly affected by
+film laws. Set on no data."""
 
 
 @dataclass(frozen=True)
 class SensorPlace(Change):
-    """A thermometer beside its place; the place is the thermometer and the other part."""
+    """A misplaced thermometer; the place is the thermometer and the other part."""
 
     name: ClassVar[str] = "sensor_place"
     title: ClassVar[str] = "Thermometer that reads partly another part"
@@ -49,7 +49,7 @@ class SensorPlace(Change):
 
     @classmethod
     def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
-        """Return every thermometer on a part with every other part and boundary temperature."""
+        """Yield every thermometer on a part with every other part and boundary temperature."""
         machine, channels = runs[0].machine, runs[0].observed.channels
         taken = taken_names(machine)
         others = parts_joined(machine)
@@ -64,7 +64,7 @@ class SensorPlace(Change):
         return f"{self.place[0]}_tip"
 
     def points(self) -> list[dict[str, float]]:
-        """Return a small and a large share: the answer is in proportion to them."""
+        """Return a small and a large share: the response is proportional to them."""
         return [{self.amplitude: share} for share in TIP_SHARES]
 
     def parameters(self) -> dict[str, str]:
@@ -72,7 +72,7 @@ class SensorPlace(Change):
         return {self.amplitude: conductance_of((self._tip, self.place[1]), boundary=self.boundary)}
 
     def scaled(self, numbers: Mapping[str, float], scale: float) -> dict[str, float]:
-        """Return the share so many times as large, as far as there is one."""
+        """Return the share multiplied by *scale*, at most 0.9."""
         return {self.amplitude: min(numbers[self.amplitude] * scale, 0.9)}
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
@@ -91,16 +91,16 @@ class SensorPlace(Change):
 
     @property
     def _contact(self) -> float:
-        """With the other part, if it is read as much; that with the air is a film."""
+        """Contact with the other part for equal shares [W/K]; with a boundary, film [W/(m2 K)]."""
         return CONTACT_W_PER_K / TIP_M2 if self.boundary else CONTACT_W_PER_K
 
     def possible(self, number: str) -> tuple[float, float]:
-        """Return the range of the tip's contact."""
+        """Return the range of the tip's contact with the other part."""
         low, high = (self._contact * _odds(share) for share in self.usual(number))
         return low / TIMES_USUAL, high * TIMES_USUAL
 
     def read(self, machine: Machine) -> dict[str, float]:
-        """Return the share that it reads of the other part."""
+        """Return the share of the other part that it reads."""
         g = machine.parameters[self.parameters()[self.amplitude]].value
         return {self.amplitude: g / (g + self._contact)}
 
@@ -110,7 +110,7 @@ class SensorPlace(Change):
 
     @classmethod
     def answers(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:
-        """Return the answers, which need no simulation: a mean of what is known."""
+        """Return the responses without simulating the tip: means of known temperatures."""
         index, observed = run.machine.node_index, run.observed
         shown = simulate_at(run.machine, observed)
         warm = shown.temperatures[0, 1:]

@@ -1,10 +1,10 @@
-"""Parts that start wrongly: one that no sensor starts, or that is not at rest when a run begins.
+"""Parts with a wrong starting temperature: without a sensor, or not at rest when a run begins.
 
-The machine file says at which signal a part starts. Where a part is still warm from the run before,
-or no sensor sits on it, that may be wrong, and a wrong start looks like any slow effect. Here every
-part, and all that start at the same boundary temperature together, are tried at every other
-thermometer. What each would change is known without simulating: it is the answer to a part's start,
-which calibration has already.
+The machine file says at which signal's temperature a part starts. If the part is still warm from
+the run before, or has no sensor, this may be wrong, and a wrong start looks like a slow effect.
+Here every part, and all parts with the same boundary as their start together, are tried at every
+other signal. No simulation is needed: calibration already has the responses to starting
+temperatures.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ from plant_model.parameters import FloatArray
 from plant_model.sensors import column_of, displacement_names
 
 START_SHARES = (0.5, 1.0)
-"""Shares of the way from the first boundary temperature to the thermometer's reading, tried;
-set on no data."""
+"""Shares tried, of the way from the first boundary temperature to the signal's [1]; set on no
+data."""
 
 
 @dataclass(frozen=True)
 class StartState(Change):
-    """Another start of some parts.
+    """Another starting temperature of some parts.
 
     Attributes
     ----------
     signal : str
-        The thermometer or input that they start at.
+        The thermometer or input at whose temperature they start.
     shares : tuple of float
-        Shares of the way there from the first boundary temperature that are tried [1].
+        Shares tried, of the way there from the first boundary temperature [1].
     at_hall : bool
-        Whether the file starts them at that temperature: only then the share can be scaled.
+        Whether they start at the first boundary in the file: only then can the share be scaled.
     """
 
     name: ClassVar[str] = "start_state"
@@ -51,7 +51,7 @@ class StartState(Change):
 
     @classmethod
     def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
-        """Return every part, and all together that start at a boundary, at every signal."""
+        """Yield every part, and all parts that start at the same boundary, at every signal."""
         machine = runs[0].machine
         firsts = [_first_values(run) for run in runs]
         begins = [_begins(run) for run in runs]
@@ -59,7 +59,7 @@ class StartState(Change):
         for place in _places(machine):
             at = [machine.node_index[name] for name in place]
             at_hall = all(machine.nodes[i].start == hall for i in at)
-            # A start that is nowhere further from the file's than any run may be is not tried.
+            # Starts that differ from the file's by less than the prior allows are not tried.
             for signal in (name for name in firsts[0] if all(name in first for first in firsts)):
                 shares = tuple(
                     share
@@ -78,7 +78,7 @@ class StartState(Change):
         return [{self.amplitude: share} for share in self.shares]
 
     def scaled(self, numbers: Mapping[str, float], scale: float) -> dict[str, float]:
-        """Return another share of the way, if the parts start at the hall in the file."""
+        """Return the share multiplied by *scale* if the file starts the parts at the hall."""
         share = numbers[self.amplitude] * (scale if self.at_hall else 1.0)
         return {self.amplitude: round(share, 3)}
 
@@ -104,7 +104,7 @@ class StartState(Change):
 
     @classmethod
     def answers(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:
-        """Return the answers, which calibration has already."""
+        """Return the responses, which follow from those that calibration already has."""
         machine = run.machine
         first, begin = _first_values(run), _begins(run)
         hall = next(iter(machine.boundary_index))
@@ -123,12 +123,12 @@ def _target(first: Mapping[str, float], hall: str, signal: str, share: float) ->
 
 
 def _begins(run: CalibratedRun) -> FloatArray:
-    """Return where every part starts as the file has it [degC], shape (nodes,)."""
+    """Return the starting temperature of every part from the file [degC], shape (nodes,)."""
     return np.asarray(simulate_at(run.machine, run.observed).temperatures[0, 0])
 
 
 def _places(machine: Machine) -> list[tuple[str, ...]]:
-    """Return every part, and those together that start at the same boundary temperature."""
+    """Return every part, and each group of parts that start at the same boundary temperature."""
     together = [
         tuple(node.name for node in machine.nodes if node.start == name)
         for name in machine.boundary_index
