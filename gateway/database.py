@@ -168,7 +168,7 @@ class Frame:
 
     @property
     def a_second(self) -> float:
-        """How many come in a second: a control sends one page at a time, the gateway all."""
+        """Frames per second: a control sends one page at a time, the gateway all pages [1/s]."""
         return (len(self.pages) if self.sender == COMPENSATOR else 1) / self.cycle_s
 
 

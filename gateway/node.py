@@ -269,7 +269,7 @@ class GatewayNode:
         self._judge.forget()
 
     def farewell(self, state: str = "stopping") -> None:
-        """Announce that this node leaves the bus: offsets are invalid and no longer sent."""
+        """Announce that this node leaves the bus: offsets are invalid and no longer available."""
         values: dict[str, Value] = {"valid": "invalid", "gateway_state": state}
         for _ in range(FAREWELLS):
             self._send(self._sender.messages(values))
