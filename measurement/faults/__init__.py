@@ -1,11 +1,11 @@
-"""What is wrong with measured runs: the one detector of broken sensors that every command asks.
+"""Finds faults in measured runs: the one detector of broken sensors that every command uses.
 
-`find_faults` looks at runs, alone and against each other, and returns one `Fault` for each thing
-that is wrong: run, column, span, what, and what is done about it. `cleaned` takes out of the runs
-what is not to be used; `looked_over` lets runs carry their faults along. Each check is a file of
-`checks`. No model takes part: the data alone decide. A number of the checks is "set on the planted
-faults" where those of `benchmarks.sensor_faults.run setting` decided; docs/results.md reports on
-other runs, but for standstills counted in steps of a thermometer's resolution.
+`find_faults` checks runs, one by one and against each other, and returns one `Fault` per problem:
+run, column, span, text, and how it is handled. `cleaned` removes unusable readings from the runs;
+`looked_over` attaches the faults to the runs. Each check is a file in `checks`. No model is
+involved, only the data. "Set on the planted faults" means that a number was chosen on those of
+`benchmarks.sensor_faults.run setting`; docs/results.md reports on other runs, except for
+standstills counted in steps of a thermometer's resolution.
 """
 
 from measurement.faults.fault import STANDING, Fault

@@ -1,4 +1,4 @@
-"""One thing that is wrong with the data, in the words that every command uses."""
+"""A fault in the data, described in the same words by every command."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ if TYPE_CHECKING:
     from measurement.runs import Run
 
 STANDING = ("frozen", "saturated")
-"""Kinds of a channel that stands still: the first reading of such a time was true."""
+"""Kinds of a constant channel: the first reading of the span was true."""
 
 
 @dataclass(frozen=True)
 class Kind:
-    """What is done about faults of one kind.
+    """How faults of one kind are handled.
 
     Attributes
     ----------
     handling : str
         In words.
     use : {"none", "rises", "all"}
-        What may be used of the channel in this time: nothing, for what was read then is not what
-        the machine did; its rises, because only the level is wrong; or all of it.
+        Usable part of the channel in this span: none, because the readings are not what the machine
+        did; its rises, because only the level is wrong; or all of it.
     """
 
     handling: str
@@ -35,22 +35,22 @@ WRONG_LEVEL = Kind("not used where absolute levels count; rises are not affected
 
 @dataclass(frozen=True)
 class Fault:
-    """Something that is wrong with one channel in one span of one run.
+    """A fault of one channel in one span of one run.
 
     Attributes
     ----------
     run : str
         The run's name.
     column : str
-        The channel; ``time_s`` for what befell the whole record.
+        The channel; ``time_s`` if the whole record is affected.
     kind : str
         One of `measurement.faults.kinds.HANDLING`.
     start_s, end_s : float
-        When [s].
+        Start and end of the span [s].
     text : str
         What is wrong, in words.
     place : int
-        Which of the runs that were looked at: their names need not differ.
+        Index of the run among those checked, because names need not differ.
     """
 
     run: str
@@ -71,26 +71,26 @@ class Fault:
 
     @property
     def handling(self) -> str:
-        """What is done about it, in words."""
+        """How it is handled, in words."""
         from measurement.faults.kinds import HANDLING  # made from the checks, which need this file
 
         return HANDLING[self.kind]
 
     @property
     def is_gross(self) -> bool:
-        """Whether this time of the channel is not to be used at all."""
+        """Whether the channel is unusable in this span."""
         from measurement.faults.kinds import GROSS
 
         return self.kind in GROSS
 
     def line(self) -> str:
-        """Return run, column, span, what, and what is done about it."""
+        """Return run, column, span, what is wrong, and how it is handled."""
         return f"{self.run}, {self.column}, {self.when()}: {self.text}; {self.handling}"
 
     def when(self) -> str:
-        """Return its span in minutes."""
+        """Return the span in minutes."""
         start, end = self.start_s / 60.0, self.end_s / 60.0
-        # One reading, or a span too short to have two ends in minutes.
+        # One reading, or a span whose ends are the same minute.
         return f"at {start:.0f} min" if end - start < 0.5 else f"{start:.0f} to {end:.0f} min"
 
     def to_dict(self) -> dict[str, Any]:

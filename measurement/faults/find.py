@@ -1,4 +1,4 @@
-"""The detector: every check, stage by stage, each on what the stages before it left."""
+"""The detector: runs every check, stage by stage, on what the previous stages left."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from measurement.runs import TIME, Run
 
 
 def find_faults(runs: Sequence[Run]) -> list[Fault]:
-    """Return what is wrong with runs, by run and time.
+    """Return the faults of runs, sorted by run and time.
 
     Parameters
     ----------
     runs : sequence of Run
-        All that belong together: some faults show only against other runs. A fault's place is that
-        of its run among them. Runs that `looked_over` returned are not looked at again.
+        All runs that belong together, because some faults show only against other runs. A fault's
+        place is the index of its run. Runs from `looked_over` are not checked again.
     """
     if all(run.faults is not None for run in runs):
         return [
@@ -36,7 +36,7 @@ def find_faults(runs: Sequence[Run]) -> list[Fault]:
     for _, stage in groupby(checks(), key=lambda check: check.stage):
         seen = Seen(runs, left, faults)
         faults = [*faults, *(fault for check in stage for fault in check.find(seen))]
-        # That a thermometer leaps where another recording was joined on is explained by that.
+        # A leap of a thermometer at a seam is explained by the seam.
         seams = {(fault.place, fault.start_s) for fault in faults if fault.kind == "jump"}
         faults = [
             fault
@@ -48,14 +48,14 @@ def find_faults(runs: Sequence[Run]) -> list[Fault]:
 
 
 def looked_over(runs: Sequence[Run]) -> list[Run]:
-    """Return the runs with what `find_faults` finds in all of them together.
+    """Return the runs with the faults that `find_faults` finds in all of them together.
 
-    Whatever part of them is looked at later, for a fold or for a figure, the verdict is the same.
+    Any part of them used later, in a fold or a figure, then has the same verdict.
 
     Parameters
     ----------
     runs : sequence of Run
-        All that belong together, as `find_faults` takes them.
+        All runs that belong together, as for `find_faults`.
     """
     faults = find_faults(runs)
     return [
@@ -65,13 +65,13 @@ def looked_over(runs: Sequence[Run]) -> list[Run]:
 
 
 def unusable(faults: Sequence[Fault], kinds: Collection[str] = GROSS) -> list[Fault]:
-    """Return the faults whose time is not to be used, those inside others left out.
+    """Return the faults whose span is unusable, except those inside others.
 
     Parameters
     ----------
     faults : sequence of Fault
     kinds : collection of str
-        The kinds that count; by default those whose readings are not what the machine did.
+        Kinds to include; by default those whose readings are not what the machine did.
     """
     widest = sorted(
         (fault for fault in faults if fault.kind in kinds),
@@ -94,23 +94,23 @@ def unusable(faults: Sequence[Fault], kinds: Collection[str] = GROSS) -> list[Fa
 def cleaned(
     runs: Sequence[Run], faults: Sequence[Fault], kinds: Collection[str] = GROSS
 ) -> list[Run]:
-    """Return the runs without the readings that are not to be used.
+    """Return the runs without the unusable readings.
 
     Parameters
     ----------
     runs : sequence of Run
-        Those that `find_faults` was given, in the same order.
+        The runs passed to `find_faults`, in the same order.
     faults : sequence of Fault
-        What it found.
+        The faults found.
     kinds : collection of str
-        Faults of other kinds are passed over.
+        Faults of other kinds are ignored.
 
     Returns
     -------
     list of Run
-        Readings taken out are NaN. The first reading of a run stays even if the channel is frozen
-        from it on: it was true. After a
-        seam all displacements go, for what they count from is another recording's.
+        Removed readings are NaN. The first reading of a run stays even if the channel is frozen
+        from it on, because it was true. After a seam all displacements are removed, because they
+        count from another recording's zero.
     """
     result = list(runs)
     for place, run in enumerate(runs):

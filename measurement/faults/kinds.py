@@ -1,4 +1,4 @@
-"""The kinds of faults that the checks find, the gravest first."""
+"""The kinds of faults that the checks find, most serious first."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from measurement.faults.checks import checks
 from measurement.faults.fault import Kind
 
 ABSENT = {"absent": Kind("nothing that needs it is given")}
-"""What a run lacks of its rig: no check of runs, `measurement.iso230` says it."""
+"""Columns of the rig that a run lacks: reported by `measurement.iso230`, not by a check."""
 
 _KINDS = {**ABSENT, **{name: kind for check in checks() for name, kind in check.kinds.items()}}
 _BY_USE = {
@@ -17,6 +17,6 @@ _BY_USE = {
 LEVELS = _BY_USE["rises"]
 """Kinds of a thermometer whose level is wrong while its rises may be right."""
 GROSS = _BY_USE["none"]
-"""Kinds whose time is not to be used: what was read then is not what the machine did."""
+"""Kinds whose span is unusable: the readings are not what the machine did."""
 HANDLING = {name: _KINDS[name].handling for names in _BY_USE.values() for name in names}
-"""What is done about each kind, in the order in which they are told."""
+"""How each kind is handled, in the order in which they are reported."""

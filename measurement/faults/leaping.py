@@ -1,10 +1,10 @@
-"""Whether a signal leaps: one score for every check that asks.
+"""The odds that a signal leaps, used by every check that needs them.
 
-A move from one reading to the next is ordinary where it is as large as the largest of those beside
-it that go the same way, or as the channel's usual move; so a sensor that is noisy, coarse or read
-rarely, and a machine that was just switched, say themselves what is ordinary. A leap is as large as
-what the channel does in the whole run. Both are taken as Laplace's, and a leap must be likelier by
-the odds that any one of the readings is one.
+An ordinary move from one reading to the next has the size of the largest neighbouring move in the
+same direction, or of the channel's usual move; so a noisy, coarse or rarely read sensor, or a
+machine that was just switched, sets its own scale. A leap has the size of the channel's range in
+the whole run. Both have Laplace distributions, and a leap must be more likely by the odds that any
+one of the readings is a leap.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from measurement.resampling import FINEST_K, GAP_INTERVALS, WRONG, FloatArray
 from measurement.runs import Run
 
 BESIDE = 3
-"""So many moves on each side of one say what is ordinary, and what lasts for fewer readings has
-come back at once [1]. Set on the planted faults."""
+"""Number of moves on each side that define what is ordinary; a change that lasts for fewer readings
+has come back at once [1]. Set on the planted faults."""
 
 OF_THREE = 1.0 + 1.0 / 2.0 + 1.0 / 3.0
-"""What the largest of three sizes of Laplace's is over their scale, on average [1]: half of the six
-moves beside one go its way. Given by arithmetic."""
+"""Mean of the largest of three Laplace magnitudes over their scale [1]: half of the six moves next
+to one have its direction. Given by arithmetic."""
 
 
 @dataclass(frozen=True)
 class Moves:
-    """How a channel moves from reading to reading.
+    """The moves of a channel from reading to reading.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class Moves:
     by : array, shape (n - 1,)
         From each reading to the next [K, um].
     odds : array, shape (n - 1,)
-        Logarithm of how much likelier a leap is than not [1].
+        Logarithm of the odds of a leap [1].
     """
 
     rows: IntArray
@@ -48,12 +48,12 @@ class Moves:
     odds: FloatArray
 
     def leaps(self) -> list[int]:
-        """Return the places of the readings after which the channel leaps."""
+        """Return the indices of the readings after which the channel leaps."""
         return np.flatnonzero(self.odds > 0.0).tolist()
 
 
 def moves_of(run: Run, column: str) -> Moves:
-    """Return the moves of a channel of a run; over a pause of the record nothing is a leap."""
+    """Return the moves of a channel of a run; a move across a pause of the record is no leap."""
     there, values = valid(run, column)
     intervals = np.diff(run.time_s[there])
     by = np.diff(values)
@@ -69,8 +69,8 @@ def leap_odds(values: FloatArray, finest: float) -> FloatArray:
     Parameters
     ----------
     values : array, shape (n,)
-        Readings one after the other, none missing. One that repeats the one before is passed over:
-        a channel that is read rarely and held moves when it is read.
+        Consecutive readings, none missing. Repeated readings are skipped: a channel that is read
+        rarely and held moves only when it is read.
     finest : float
         A move of this size is ordinary [K, um].
     """
@@ -89,7 +89,7 @@ def leap_odds(values: FloatArray, finest: float) -> FloatArray:
 
 
 def _largest_beside(steps: FloatArray) -> FloatArray:
-    """Return for each step the largest of those beside it; 0 where none is more than that."""
+    """Return the largest neighbour of each step; 0 if none is larger than that."""
     padded = np.pad(steps, BESIDE)
     shifts = [n for n in range(2 * BESIDE + 1) if n != BESIDE]
     return np.asarray(np.max([padded[n : n + len(steps)] for n in shifts], axis=0))

@@ -1,4 +1,4 @@
-"""When a run switched speed, feed, torque, power or flow: readings may rightly leap then."""
+"""When a run switched speed, feed, torque, power or flow, near which readings may really leap."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ def near_switch(run: Run, after_s: float = NEAR_S) -> BoolArray:
         How long after a switch a row still counts as near [s].
     """
     time = run.time_s
-    # What was switched before the first sample is not known.
+    # Switches before the first sample are unknown.
     near: BoolArray = time <= time[0] + after_s
     for at in np.flatnonzero(switched_after(run)).tolist():
         near |= (time >= time[at] - NEAR_S) & (time <= time[at + 1] + after_s)
-        # Coarse sampling: the samples on both sides belong to it, however far apart.
+        # With coarse sampling the samples on both sides count, however far apart.
         near[max(0, at - 1) : at + 3] = True
     return near
 

@@ -1,4 +1,4 @@
-"""Faults in the words that every command uses."""
+"""Formats faults as text, in the same words for every command."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from measurement.runs import TIME
 
 
 def by_column(faults: Sequence[Fault]) -> list[list[Fault]]:
-    """Return faults of one kind and column together, in the order in which they are told.
+    """Return faults grouped by kind and column, in the order in which they are reported.
 
     Parameters
     ----------
@@ -24,12 +24,12 @@ def by_column(faults: Sequence[Fault]) -> list[list[Fault]]:
 
 
 def faults_text(faults: Sequence[Fault]) -> str:
-    """Return faults as lines: one alone in full, several of a kind and column by the longest.
+    """Return faults as lines: a single one in full, several of a kind and column by the longest.
 
     Parameters
     ----------
     faults : sequence of Fault
-        May be empty, which is said in words.
+        May be empty; the text then says so.
     """
     if not faults:
         return "  nothing that these checks see"
@@ -60,5 +60,5 @@ def group_line(group: Sequence[Fault]) -> str:
 
 
 def _rank(fault: Fault) -> tuple[bool, int]:
-    """Return in which place a fault is told: those of the whole record last."""
+    """Return the rank in which a fault is reported: those of the whole record last."""
     return fault.column == TIME, list(HANDLING).index(fault.kind)

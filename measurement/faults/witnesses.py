@@ -1,4 +1,4 @@
-"""What the other thermometers say of one: how it followed them at other times tells the rest."""
+"""Predicts one thermometer from the others, by how it followed them at other times."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from measurement.runs import FloatArray, Run
 WITNESS_GRID_S = 300.0
 """Readings are compared on a grid of this step [s]: set on no data."""
 WINDOW = int(LAG_S / WITNESS_GRID_S)
-"""Changes over so many rows of the grid are compared."""
+"""Number of grid rows over which changes are compared."""
 
 
 class Witnesses:
@@ -39,17 +39,17 @@ class Witnesses:
 
     @cached_property
     def _changes(self) -> list[dict[str, FloatArray]]:
-        """Of each run, by how much each thermometer moved over every window [K]."""
+        """By how much each thermometer moved over every window, by run [K]."""
         return [
             {name: values[WINDOW:] - values[:-WINDOW] for name, values in table.items()}
             for _, table in self._grids
         ]
 
     def told(self, place: int, column: str, start_s: float, end_s: float) -> float:
-        """Return by how much the others say that a thermometer moved in a span of a run [K].
+        """Return by how much a thermometer moved in a span of a run, predicted by the others [K].
 
-        A ridge regression of its changes over half an hour on those of all others, learnt outside
-        the span, is summed over it. 0 where there is too little to learn from, or where the sum is
+        A ridge regression of its changes over half an hour on those of all others, fitted outside
+        the span, is summed over the span. 0 if there is too little to learn from, or if the sum is
         within its own error.
         """
         having = [run for run, table in enumerate(self._changes) if column in table]
@@ -79,7 +79,7 @@ class Witnesses:
 
 
 def _learnt(x: FloatArray, y: FloatArray) -> tuple[FloatArray, float]:
-    """Return the weights of the others, and the error of one change, learnt in two halves [K]."""
+    """Return the weights of the others and the cross-validated error of one change [K]."""
     halves = np.array_split(np.arange(len(y)), 4)
     missed = []
     for half in halves:
@@ -89,7 +89,7 @@ def _learnt(x: FloatArray, y: FloatArray) -> tuple[FloatArray, float]:
 
 
 def _ridge(x: FloatArray, y: FloatArray) -> FloatArray:
-    # What the readings of both ends leave open of a change damps the weights.
+    # The reading uncertainty at both ends of a change damps the weights.
     errors = 2.0 * FINEST_K**2 * len(x) * np.eye(x.shape[1])
     return np.asarray(np.linalg.solve(x.T @ x + errors, x.T @ y))
 

@@ -1,4 +1,4 @@
-"""A table as a file holds it: headings, and a column of cells for each, nothing interpreted yet."""
+"""A table as in the file: headings, and a column of cells for each, not yet interpreted."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ MISSING = frozenset(
         *("1.#IND", "1.#INF", "inf", "infinity"),
     )
 )
-"""What recorders write where there is no value, in small letters, without the signs about it."""
+"""What recorders write for a missing value, in lower case, without enclosing signs."""
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """A table as a file holds it.
+    """A table as in the file.
 
     Attributes
     ----------
     path : Path
     title : str
-        Of a workbook's sheet or a log's group; empty for a text table.
+        Title of a workbook's sheet or a log's group; empty for a text table.
     headings : tuple of Heading
     columns : list of list
         Cells of each column, as text, number or time.
     rows : list of int
-        For each row of cells its number in the file, the first being 1.
+        Number of each row in the file, from 1.
     decimal : str
-        Mark in numbers that are texts.
+        Decimal mark of numbers that are text.
     notes : tuple of str
-        What was passed over.
+        What was ignored.
     """
 
     path: Path
@@ -51,11 +51,11 @@ class Sheet:
 
     @property
     def where(self) -> str:
-        """How a message names the table."""
+        """Name of the table in messages."""
         return f"{self.path}, {self.title}" if self.title else str(self.path)
 
     def part(self, name: str, columns: Sequence[int], rows: Sequence[int], *, first: bool) -> Sheet:
-        """Return some columns and rows, by their places, as a sheet; the first keeps the notes."""
+        """Return some columns and rows, by index, as a sheet; the first part keeps the notes."""
         return replace(
             self,
             title=f"{self.title}, {name}" if self.title else name,
@@ -67,5 +67,5 @@ class Sheet:
 
 
 def is_missing(cell: Cell) -> bool:
-    """Return whether a cell says that there is no value."""
+    """Return whether a cell marks a missing value."""
     return cell is None or (isinstance(cell, str) and cell.strip("+-*?#! \t").casefold() in MISSING)

@@ -1,4 +1,4 @@
-"""Time of a table's rows: elapsed, or local time, or ISO 8601, in one column or in two."""
+"""Reads the time of a table's rows: elapsed, local or ISO 8601, in one column or two."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ from measurement.resampling import FloatArray
 ZEROS_S = {"d": (SINCE_1900_S,), "0.1 us": (SINCE_1601_S,)} | dict.fromkeys(
     ("s", "ms", "us", "ns"), (0.0, SINCE_1904_S)
 )
-"""By unit, from which dates the numbers of a clock may count [s before 1970]."""
+"""By unit, the epochs from which a clock's numbers may count [s before 1970]."""
 RECORDED_S = (4.7e8, 2.5e9)
-"""A number is a date if it counts to between these [s since 1970]: 1985 to 2049, so that one zero
-is left of two. Set on no data."""
+"""A number is a date if it falls between these [s since 1970]: 1985 to 2049, which leaves one of
+two possible epochs. Set on no data."""
 MOST_S_OF_A_STAMP = 60.0
-"""Rows that share a time stamp are spread over it if the next comes within this time [s]: given by
-stamps of hours and minutes, the coarsest that a clock writes."""
+"""Rows that share a time stamp are spread over it if the next stamp follows within this time [s]:
+given by stamps of hours and minutes, the coarsest that a clock writes."""
 
 
 @dataclass(frozen=True)
@@ -50,17 +50,17 @@ class Clock:
     Attributes
     ----------
     time_s : array, shape (rows,)
-        Seconds since 1970 if *absolute* (as the recorder's clock showed it, or universal where the
-        zone is known), else since some zero of the recorder.
+        Seconds since 1970 if *absolute* (by the recorder's clock, or UTC if the zone is known),
+        else since a zero of the recorder.
     absolute : bool
     columns : tuple of int
-        The columns of the sheet that it was made of.
+        The sheet's columns that hold the time.
     rule : TimeRule
-        How, for the mapping file.
+        How it was read, for the mapping file.
     shared : int
-        Rows that had the same time stamp as the row before them.
+        Number of rows with the same time stamp as the row before.
     of_day : bool
-        Whether time counts since a midnight, of a day that is not told.
+        Whether time counts from midnight of an unknown day.
     """
 
     time_s: FloatArray
@@ -71,7 +71,7 @@ class Clock:
     of_day: bool = False
 
     def on_day_of(self, dated: Clock) -> Clock:
-        """Return a clock of times of day on the day on which it begins next to a dated one."""
+        """Return a clock of times of day on the day that puts its start next to a dated one's."""
         days = round(float(dated.time_s[0] - self.time_s[0]) / DAY_S)
         return replace(self, time_s=self.time_s + days * DAY_S, absolute=True, of_day=False)
 
@@ -83,12 +83,12 @@ def clock_of(sheet: Sheet, rule: TimeRule | None = None) -> Clock:
     ----------
     sheet : Sheet
     rule : TimeRule, optional
-        What a mapping file says; what it leaves open is found.
+        From a mapping file; what it leaves open is detected.
 
     Raises
     ------
     BadInput
-        If there is no time, or it cannot be told, or it goes back.
+        If there is no time, it is ambiguous, or it goes backwards.
     """
     rule = rule or TimeRule()
     if rule.every_row_s:
@@ -112,7 +112,7 @@ def clock_of(sheet: Sheet, rule: TimeRule | None = None) -> Clock:
 
 
 def _columns(sheet: Sheet, rule: TimeRule) -> tuple[int, ...]:
-    """Return which column is the time, or which are date and time of day."""
+    """Return the column of the time, or those of date and time of day."""
     texts = [entry.text for entry in sheet.headings]
     given = [texts.index(name) for name in rule.columns if name in texts]
     if given:
@@ -157,7 +157,7 @@ def _elapsed(sheet: Sheet, at: int, rule: TimeRule) -> tuple[FloatArray, bool, T
 
 
 def _zero_s(value: float, unit: str) -> float | None:
-    """Return how long before 1970 a clock's zero is [s]; None if it counts from a start."""
+    """Return how long before 1970 a clock's zero is [s]; None if it counts from its start."""
     kind = conversion_of(unit)
     seconds = float(kind(np.array([value]))[0]) if kind else math.nan
     zeros = next((found for each, found in ZEROS_S.items() if conversion_of(each) == kind), ())
@@ -184,14 +184,14 @@ def _joined(cells: Sequence[Cell]) -> str:
     """Return a date, or a date and its time of day, as one text."""
     if len(cells) == 2 and isinstance(cells[0], (dt.datetime, dt.date)):
         hours = cells[1]
-        if isinstance(hours, dt.datetime):  # a workbook's time of day, on some day of its own
+        if isinstance(hours, dt.datetime):  # a workbook's time of day, on an arbitrary day
             hours = hours.time()
         return f"{cells[0].isoformat()[:10]} {as_text(hours)}".strip()
     return " ".join(as_text(cell) for cell in cells).strip()
 
 
 def _universal(sheet: Sheet, name: str, time: FloatArray, zone: str) -> FloatArray:
-    """Return local times as universal ones, so that an hour that clocks repeat stays two hours."""
+    """Return local times as UTC, so that the hour repeated in autumn stays two hours."""
     try:
         ZoneInfo(zone)
     except (ZoneInfoNotFoundError, ValueError, OSError):
@@ -211,15 +211,15 @@ def _time_of_day(cell: Cell) -> float | None:
 
 
 def _passing_midnight(time: FloatArray) -> FloatArray:
-    """Return times of day with a day added at each midnight."""
+    """Return times of day with a day added after each midnight."""
     back = np.diff(time, prepend=time[:1]) < -DAY_S / 2.0
     return np.asarray(time + DAY_S * np.cumsum(back))
 
 
 def _ordered(sheet: Sheet, at: int, time: FloatArray, *, dated: bool) -> tuple[FloatArray, int]:
-    """Check that time is there and never goes back, and spread rows that share a stamp.
+    """Check that time is present and never goes backwards, and spread rows that share a stamp.
 
-    Recorders that write whole seconds or minutes give several rows the same one.
+    Recorders that write whole seconds or minutes give several rows the same stamp.
     """
     name = f"column {sheet.headings[at].text}"
 

@@ -1,4 +1,4 @@
-"""What a column is called and what its unit is, from a header as people write it."""
+"""Splits headers as people write them into a column's name and unit."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ _TRANSLITERATED = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss",
 
 @dataclass(frozen=True)
 class Heading:
-    """A header taken apart.
+    """A header split into name and unit.
 
     Attributes
     ----------
     text : str
-        As the file has it; with a unit from a second header line in brackets.
+        As in the file; a unit from a second header line is added in brackets.
     name : str
-        What is measured, as the file calls it.
+        What is measured, as in the file.
     unit : str
-        The unit as the file writes it; empty if it says none that is known.
+        The unit as in the file; empty if it has no known unit.
     said : str
-        What stands where a unit would; it may be no unit that is known.
+        The text in place of a unit, whether or not it is a known unit.
     """
 
     text: str
@@ -49,12 +49,12 @@ class Heading:
 
     @property
     def is_time(self) -> bool:
-        """Whether the name is one of time."""
+        """Whether the name means time."""
         return bool(_TIME.match(self.name.strip()))
 
 
 def _heading(text: str, second: str) -> Heading:
-    """Take one header apart, whatever the others are."""
+    """Split one header, regardless of the others."""
     text = " ".join(text.split())
     second = " ".join(second.split())
     if second:
@@ -74,7 +74,7 @@ def _heading(text: str, second: str) -> Heading:
     for pattern in (_SEPARATED, _QUOTIENT, _LAST_WORD):
         found = pattern.match(text)
         if pattern is _QUOTIENT and found and any(map(conversion_of, (text, found["name"]))):
-            continue  # "mm/min" is a unit, and "m/s" no name and unit
+            continue  # "mm/min" is a unit, and "m/s" is not a name and a unit
         # "Temp C" and "Temp K" have a unit; "Spindle 1" and "Bearing s" have none.
         if found and _is_surely_a_unit(found["unit"], pattern is not _LAST_WORD):
             return Heading(text, found["name"], found["unit"], found["unit"])
@@ -83,9 +83,9 @@ def _heading(text: str, second: str) -> Heading:
 
 
 def headings(texts: Sequence[str], seconds: Sequence[str]) -> list[Heading]:
-    """Take the headers of a table apart, and the units that a second line or the file gives.
+    """Split the headers of a table, with units from a second line or the file.
 
-    A C or F at the end may be a name ("Sensor C"); where several columns end so, it is their unit.
+    A C or F at the end may be a name ("Sensor C"); if several columns end with it, it is a unit.
 
     Examples
     --------
@@ -122,7 +122,7 @@ def _is_surely_a_unit(text: str, after_a_mark: bool) -> bool:
 
 
 def is_unit_line(cells: list[str]) -> bool:
-    """Return whether a header line holds units: most of its cells are, and none is a long text."""
+    """Return whether a header line holds units: most cells do, and none is a long text."""
     filled = [cell.strip() for cell in cells if cell.strip()]
     known = [cell for cell in filled if conversion_of(cell.strip("[](){}<> ")) is not None]
     if not filled or any(len(cell) > 14 for cell in filled):
@@ -131,7 +131,7 @@ def is_unit_line(cells: list[str]) -> bool:
 
 
 def signal_name(text: str) -> str:
-    """Return a name that a run file may hold.
+    """Return a name that is allowed in a run file.
 
     >>> signal_name("Temp. Lager hinten (außen)")
     'Temp_Lager_hinten_aussen'

@@ -1,4 +1,4 @@
-"""Several tables as logs: one after the other, or side by side on one clock; no row is invented."""
+"""Joins tables into logs, end to end or side by side on one clock, without inventing rows."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from measurement.importing.tables import Table
 from measurement.runs import TIME
 
 SAME_S = 1e-3
-"""Rows of two tables within this time are one row [s], unless one table alone has rows as close:
-set on no data."""
+"""Rows of two tables within this time are one row [s], unless a single table has rows as close: set
+on no data."""
 
 
 @dataclass(frozen=True)
 class Log:
-    """Everything that was recorded on one clock.
+    """Everything recorded on one clock.
 
     Attributes
     ----------
@@ -30,9 +30,9 @@ class Log:
     frame : DataFrame
         ``time_s`` first, then the signals; NaN where a table has no row.
     absolute : bool
-        Whether time counts since 1970.
+        Whether time counts from 1970.
     sources : dict of str to str
-        For each column the header that it came from.
+        Header that each column came from.
     paths : tuple of Path
     """
 
@@ -44,18 +44,18 @@ class Log:
 
 
 def joined(tables: Sequence[Table]) -> tuple[list[Log], list[str]]:
-    """Join tables into logs, and say which tables were left out.
+    """Join tables into logs, and return notes on the tables left out.
 
-    Tables with the same columns follow each other; where their clocks start anew in each, each is a
-    log of its own. Tables with other columns stand side by side: every row of each stays, at its
-    own time, and what the other tables did not record then is missing. Where several tables of each
-    kind count from a start of their own, those go together whose names say so (`_paired`), and so
-    does a time of day with a date.
+    Tables with the same columns are joined end to end; if the clock restarts in each, each is a
+    separate log. Tables with other columns are joined side by side: every row stays, at its own
+    time, and what the other tables did not record then is missing. If several tables of each kind
+    each count from their own start, they are matched by name (`_paired`), and so is a time of day
+    with a date.
 
     Raises
     ------
     BadInput
-        If tables overlap, or their clocks have nothing to do with each other.
+        If tables overlap, or their clocks are unrelated.
     """
     chains = _on_one_clock(_chains(tables))
     if chains[0][0].clock.absolute:
@@ -72,9 +72,9 @@ def joined(tables: Sequence[Table]) -> tuple[list[Log], list[str]]:
 
 
 def _paired(chains: Sequence[Sequence[Table]]) -> tuple[list[Log], list[str]]:
-    """Return tables of different columns side by side where they have one name, in any file.
+    """Join tables of different columns side by side if they have the same name, in any file.
 
-    A table's name is what tells it from the others of its columns: ``day 3`` of
+    A table's name is what distinguishes it from others with its columns: ``day 3`` of
     ``temperatures.xlsx`` goes with ``day 3`` of ``probe.xlsx``, ``t_day3.csv`` with ``d_day3.csv``.
     """
     groups: dict[tuple[str | int, ...], list[Table]] = {}
@@ -99,7 +99,7 @@ def _paired(chains: Sequence[Sequence[Table]]) -> tuple[list[Log], list[str]]:
 
 
 def _keys(chain: Sequence[Table]) -> list[tuple[str | int, ...]]:
-    """Return what tells tables apart: the words and numbers that not all of their names share."""
+    """Return what distinguishes tables: the words and numbers that not all of their names share."""
     words = [_words(f"{table.sheet.path.stem}/{table.sheet.title}") for table in chain]
     if len(chain) == 1:
         return [_words(chain[0].sheet.title or chain[0].sheet.path.stem)]
@@ -122,7 +122,7 @@ def _examples(chain: Sequence[Table]) -> str:
 
 
 def natural(name: str) -> list[tuple[bool, int, str]]:
-    """Return what puts names in the order that people mean: Sheet2 before Sheet10.
+    """Return a sort key for natural order: Sheet2 before Sheet10.
 
     >>> sorted(["Sheet10", "Sheet2", "Cover"], key=natural)
     ['Cover', 'Sheet2', 'Sheet10']
@@ -132,7 +132,7 @@ def natural(name: str) -> list[tuple[bool, int, str]]:
 
 
 def padded(names: Sequence[str]) -> list[str]:
-    """Return names whose order is natural for a shell, too: numbers get leading zeros.
+    """Return names with leading zeros in numbers, so that a shell also sorts them naturally.
 
     >>> padded(["Sheet2", "Sheet10"])
     ['Sheet02', 'Sheet10']
@@ -151,7 +151,7 @@ def padded(names: Sequence[str]) -> list[str]:
 
 
 def _chains(tables: Sequence[Table]) -> list[list[Table]]:
-    """Return the tables of the same columns together; on some days one may be more or less."""
+    """Return the tables grouped by columns, which may differ slightly from day to day."""
     chains: list[list[Table]] = []
     for table in tables:
         alike = (chain for chain in chains if _same_columns(table.sources, chain[0].sources))
@@ -163,17 +163,17 @@ def _chains(tables: Sequence[Table]) -> list[list[Table]]:
 
 
 def _same_columns(one: Mapping[str, str], other: Mapping[str, str]) -> bool:
-    """Return whether each has most of its columns in common with the other."""
+    """Return whether both have most of their columns in common."""
     return 2 * len(one.keys() & other.keys()) > max(len(one), len(other))
 
 
 def _on_one_clock(chains: Sequence[Sequence[Table]]) -> list[list[Table]]:
-    """Return the tables with dates where one of their name has them and they have the time of day.
+    """Return tables of times of day with the dates of a dated table of the same name.
 
     Raises
     ------
     BadInput
-        If only some of them have dates then.
+        If only some of them get dates.
     """
     named = [list(zip(_keys(chain), chain, strict=True)) for chain in chains]
     dated = {key: one for pairs in named for key, one in pairs if one.clock.absolute}
@@ -191,7 +191,7 @@ def _on_one_clock(chains: Sequence[Sequence[Table]]) -> list[list[Table]]:
 
 
 def _on_its_day(table: Table, dated: Table | None) -> Table:
-    # Where a zone is known dates are universal time, and a time of day is not.
+    # With a known zone dates are in UTC, but a time of day is not.
     if dated is None or not table.clock.of_day or dated.clock.rule.timezone:
         return table
     return replace(table, clock=table.clock.on_day_of(dated.clock))
@@ -206,7 +206,7 @@ def _log(table: Table) -> Log:
 
 
 def _after_each_other(chain: Sequence[Table]) -> Log:
-    """Return tables of the same columns as one, in order of time."""
+    """Return tables of the same columns joined in order of time."""
     logs = sorted((_log(table) for table in chain), key=lambda log: float(log.frame[TIME].iloc[0]))
     for before, after in pairwise(logs):
         if float(after.frame[TIME].iloc[0]) <= float(before.frame[TIME].iloc[-1]):
@@ -216,7 +216,7 @@ def _after_each_other(chain: Sequence[Table]) -> Log:
 
 
 def _beside(logs: Sequence[Log]) -> Log:
-    """Return logs of different columns as one, on the union of their times."""
+    """Return logs of different columns joined on the union of their times."""
     if len(logs) == 1:
         return logs[0]
     before = set[str]()
@@ -250,7 +250,7 @@ def _as_one(logs: Sequence[Log], frame: pd.DataFrame) -> Log:
 
 
 def _overlapping(logs: Sequence[Log]) -> None:
-    """Refuse tables that have no time in common: their clocks are not the same."""
+    """Refuse tables that do not overlap in time: their clocks differ."""
     spans = [(float(log.frame[TIME].iloc[0]), float(log.frame[TIME].iloc[-1])) for log in logs]
     start, end = max(first for first, _ in spans), min(last for _, last in spans)
     if start > end:

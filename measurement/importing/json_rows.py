@@ -1,4 +1,4 @@
-"""Logs with a JSON object for each row, one a line or all in one list."""
+"""Logs with a JSON object per row, one per line or all in one list."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from measurement.importing.logs import sheet_of
 
 
 def is_json(text: str) -> bool:
-    """Return whether a text begins as such a log does."""
+    """Return whether a text begins like such a log."""
     return "".join(text[:80].split()).startswith(("{", "[{"))
 
 
 def read_json(path: Path, text: str) -> list[Sheet]:
-    """Read one table, or none; objects and lists within a row become columns of their own.
+    """Read one table, or none; nested objects and lists become separate columns.
 
     Raises
     ------
     BadInput
-        For the first row that is no JSON object.
+        For the first row that is not a JSON object.
     """
     if text.lstrip().startswith("["):
         objects = _parsed(path, "", text)
@@ -43,7 +43,7 @@ def read_json(path: Path, text: str) -> list[Sheet]:
 
 
 def _flat(path: Path, row: int, value: dict[str, Any]) -> dict[str, Any]:
-    """Return the values of an object and of all within it, by their names one after the other."""
+    """Return the values of an object and its nested objects, by their joined names."""
     found: dict[str, Any] = {}
     for name, cell in _leaves("", value):
         if name in found:
@@ -64,7 +64,7 @@ def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
 
 def _parsed(path: Path, place: str, text: str) -> Any:
     try:
-        # A whole number may be too large for a double, which then says that there is no value.
+        # An integer too large for a double becomes infinite, which marks a missing value.
         return json.loads(text, parse_int=float)
     except (ValueError, RecursionError) as error:
         raise BadInput(path, place, f"is no JSON: {error}") from None

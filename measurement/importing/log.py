@@ -1,4 +1,4 @@
-"""From files of any recorder to runs: all steps in order."""
+"""Imports files of any recorder as runs: all steps in order."""
 
 from __future__ import annotations
 
@@ -25,24 +25,24 @@ from measurement.units import split_column
 
 @dataclass(frozen=True)
 class Imported:
-    """What became of a log.
+    """The result of importing a log.
 
     Attributes
     ----------
     pieces : tuple of Piece
         The runs, each with how it began.
     mapping : Mapping
-        What was decided.
+        The decisions made.
     hints : dict of str to str
-        By header: columns that could not be placed, and what would place them.
+        By header: columns that could not be identified, and how to include them.
     doubts : tuple of Doubt
         Column and what its numbers contradict.
     notes : tuple of str
-        What was passed over, and what was said of the tables.
+        What was ignored, and notes on the tables.
     sources : dict of str to str
-        For each column of the runs the header that it came from.
+        Header that each column of the runs came from.
     asks : dict of str to str
-        By header: displacements that do not tell their axis, and what would tell it.
+        By header: displacements whose axis is unknown, and how to state it.
     """
 
     pieces: tuple[Piece, ...]
@@ -59,7 +59,7 @@ class Imported:
         return [piece.run for piece in self.pieces]
 
     def mapping_text(self) -> str:
-        """Return the mapping file's text, hints and doubts as comments."""
+        """Return the mapping file's text, with hints and doubts as comments."""
         remarks = dict(self.hints)
         for column, text in self.doubts:
             header = self.sources.get(column, "")
@@ -75,15 +75,15 @@ def import_files(
     units: Mapped[str, str] | None = None,
     axes: Mapped[str, str] | None = None,
 ) -> Imported:
-    """Read logs and make runs of them.
+    """Read logs and make runs from them.
 
     Parameters
     ----------
     paths : iterable of Path
-        Text tables, workbooks or logs. Tables with the same columns follow each other; others
-        stand side by side on one clock.
+        Text tables, workbooks or logs. Tables with the same columns are joined end to end, others
+        side by side on one clock.
     mapping : Mapping, optional
-        What an earlier import decided.
+        Decisions of an earlier import.
     units : mapping of str to str, optional
         Units by header (``*`` and ``?`` allowed), for columns whose header has none.
     axes : mapping of str to str, optional
@@ -92,12 +92,12 @@ def import_files(
     Returns
     -------
     Imported
-        The runs, what was decided on the way, and what is doubtful.
+        The runs, the decisions made, and what is doubtful.
 
     Raises
     ------
     BadInput
-        For the first thing that cannot be used; or if no column could be placed.
+        For the first error, or if no column could be identified.
     """
     mapping, units, axes = mapping or Mapping(), units or {}, axes or {}
     sheets = [
@@ -153,7 +153,7 @@ def import_files(
 
 
 def _once(paths: Iterable[Path]) -> Iterator[Path]:
-    """Give the files, and refuse one that was there before."""
+    """Give the files, and refuse one that is given twice."""
     before = set()
     for path in map(Path, paths):
         if path.resolve() in before:
@@ -196,7 +196,7 @@ def _sparse(log: Log, pieces: Sequence[Piece], mapping: Mapping) -> list[str]:
 
 
 def _speeds(sources: Mapped[str, str]) -> list[str]:
-    """Say that commands know none of several speeds."""
+    """Return a note that commands use none of several speeds."""
     several = [header for name, header in sources.items() if split_column(name)[1] == "rpm"]
     if len(several) < 2 or "speed_rpm" in sources:
         return []
@@ -205,10 +205,10 @@ def _speeds(sources: Mapped[str, str]) -> list[str]:
 
 
 def _decided(tables: Sequence[Table], mapping: Mapping) -> Mapping:
-    """Return the mapping with everything that was found out."""
+    """Return the mapping with everything that was detected."""
     columns: dict[str, ColumnRule] = {}
     for table in tables:
-        # What a table with values says of a column counts more than what one without does.
+        # A table with values for a column takes precedence over one without.
         columns |= {
             header: rule
             for header, rule in table.rules.items()

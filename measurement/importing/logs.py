@@ -1,4 +1,4 @@
-"""Logs of measuring systems: TDMS (LabVIEW) and MDF (ASAM), where their libraries are installed."""
+"""Reads logs of measuring systems, TDMS (LabVIEW) and MDF (ASAM), with optional libraries."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from measurement.importing.headers import headings
 from measurement.resampling import FloatArray
 
 Channel = tuple[str, str, list[Cell]]
-"""Name, unit and values; the unit is empty where the name may tell it."""
+"""Name, unit and values; the unit is empty if the name may contain it."""
 
 
 def clock(times: FloatArray) -> Channel:
-    """Return times [s] as the channel that a sheet's rows follow."""
+    """Return times [s] as the time channel of a sheet."""
     return "time", "s", times.tolist()
 
 
 def read_log(path: Path) -> list[Sheet]:
-    """Read a TDMS or MDF log; each group of channels with a clock of its own is a sheet.
+    """Read a TDMS or MDF log; each group of channels with its own clock is a sheet.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def _tdms(path: Path) -> Iterable[Sheet]:
 
 
 def _waveform(channel: Any) -> FloatArray:
-    """Return the times of a waveform's samples, since 1970 where its start is known [s]."""
+    """Return the times of a waveform's samples [s], since 1970 if its start is known."""
     told = channel.properties
     start = told.get("wf_start_time")
     zero = 0.0 if start is None else pd.Timestamp(start).timestamp()
@@ -93,7 +93,7 @@ def _mdf(path: Path) -> Iterable[Sheet]:
 
 
 def _places(log: Any, group: int) -> list[tuple[None, int, int]]:
-    """Return where the channels of a group are, its clock left out."""
+    """Return the places of a group's channels, except its clock."""
     found = log.included_channels(group)[group]
     return [(None, part, channel) for part, channels in found.items() for channel in channels]
 

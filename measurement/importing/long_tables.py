@@ -1,4 +1,4 @@
-"""Tables with a row for each value, as historians export them: time, name of the signal, value."""
+"""Tables with one row per value, as historians export them: time, signal name, value."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _UNIT = re.compile(r"units?|einheit|eng(ineering)?[ _]?units?", re.IGNORECASE)
 
 
 def by_signal(sheet: Sheet) -> list[Sheet]:
-    """Return a sheet for each signal of a table with a row for each value; any other as it is.
+    """Return a sheet for each signal of a table with one row per value; other tables unchanged.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def by_signal(sheet: Sheet) -> list[Sheet]:
     Raises
     ------
     BadInput
-        For a value without the name of its signal.
+        For a value without a signal name.
     """
     names = [entry.name.strip() for entry in sheet.headings]
     signals = [at for at, name in enumerate(names) if _NAME.fullmatch(name)]

@@ -1,4 +1,4 @@
-"""LabVIEW's measurement files (``.lvm``): a header for the file, and one for each segment."""
+"""Reads LabVIEW measurement files (``.lvm``): a header for the file, and one per segment."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ Facts = dict[str, list[str]]
 
 
 def read_lvm(path: Path, text: str) -> list[Sheet]:
-    """Read the channels of all segments; those with a clock of their own are a sheet.
+    """Read the channels of all segments; channels with their own clock are a sheet.
 
     Parameters
     ----------
     path : Path
     text : str
-        The file's, which begins with `BEGIN`.
+        The file's text, which begins with `BEGIN`.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def _segment(path: Path, title: str, body: str, facts: Facts, mark: str) -> Iter
     for name, cells in zip(names, columns, strict=True):
         if name.strip() == CLOCK_NAME:
             told = [at for at, cell in enumerate(cells) if cell is not None]
-            # Channels may end early; a time that is missing before that is refused like any other.
+            # Channels may end early; a time missing before that is refused as usual.
             rows = list(range(told[-1] + 1 if told else len(lines)))
             step = float(_of(facts, "Delta_X", channel, "1").replace(decimal, "."))
             first = float(_of(facts, "X0", channel, "0").replace(decimal, "."))

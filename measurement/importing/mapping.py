@@ -1,4 +1,4 @@
-"""The mapping file: what the first import decided about a log, for a person to mend and reuse."""
+"""The mapping file: the decisions of a first import, for a person to correct and reuse."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ class TimeRule(_Strict):
     Attributes
     ----------
     columns : list of str
-        Headers of the column, or of date and time of day.
+        Header of the time column, or headers of date and time of day.
     unit : str
-        Of a number: s, ms, min, h or d.
+        Unit of a number: s, ms, min, h or d.
     day_first : bool, optional
         Whether 03/04 is the 3rd of April.
     timezone : str
         IANA name, if the clock follows summer time.
     every_row_s : float
-        For tables without a time: how long after each row the next one follows; else 0 [s].
+        For tables without a time: time from row to row; else 0 [s].
     """
 
     columns: list[str] = Field(default_factory=list)
@@ -55,11 +55,11 @@ class ColumnRule(_Strict):
     name : str
         The signal's name in the run file, without its unit.
     unit : str
-        What the log's numbers are in; empty if nobody knows.
+        Unit of the log's numbers; empty if unknown.
     keep : bool
-        Whether it is wanted.
+        Whether to keep the column.
     sign : int
-        -1 turns it round.
+        -1 reverses the sign.
     """
 
     name: str
@@ -78,9 +78,9 @@ class Mapping(_Strict):
     split : str
         ``pauses``, ``days`` or ``none``: where a log is cut into runs.
     pause_s : float
-        A pause longer than this ends a run [s].
+        A longer pause ends a run [s].
     cold_after_s : float
-        After a rest of this length a machine is cold [s].
+        A machine is cold after a rest of this length [s].
     every_s : float
         Step of an even grid for the runs; 0 leaves the rows as they are [s].
     time : TimeRule
@@ -99,20 +99,20 @@ class Mapping(_Strict):
 
 
 def adjusted(mapping: Mapping, source: str, **rules: object) -> Mapping:
-    """Return a mapping with some of its rules, and those of its time, put otherwise.
+    """Return a mapping with some rules, including those of its time, replaced.
 
     Parameters
     ----------
     mapping : Mapping
     source : str
-        Who says so, for the refusal.
+        Where the rules come from, for the refusal.
     **rules
-        None leaves a rule as it is; ``time`` may be the header of its column.
+        None leaves a rule unchanged; ``time`` may be the header of the time column.
 
     Raises
     ------
     BadInput
-        For a rule that is not known, or not allowed.
+        For a rule that is unknown or not allowed.
     """
     table = mapping.model_dump(exclude_none=True)
     for name, value in rules.items():
@@ -137,12 +137,12 @@ def read_mapping(path: Path) -> Mapping:
     Returns
     -------
     Mapping
-        What an earlier import decided.
+        Decisions of an earlier import.
 
     Raises
     ------
     BadInput
-        If it is no mapping file, or something in it is not allowed.
+        If it is not a mapping file, or something in it is not allowed.
     """
     table = read_toml(path)
     if table.get("kind") != KIND:
@@ -157,7 +157,7 @@ def mapping_text(mapping: Mapping, remarks: dict[str, str]) -> str:
     ----------
     mapping : Mapping
     remarks : dict of str to str
-        What stands behind a column as a comment.
+        Comment after each column.
     """
     document = tomlkit.document()
     for line in HEAD.splitlines():

@@ -1,4 +1,4 @@
-"""Logs that plug-ins read: an entry point for each ending of a file's name."""
+"""Logs that plug-ins read: one entry point per file extension."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from measurement.plugins import IMPORTERS, PlugIn, plugged_in
 EXCEL = (".xlsx", ".xlsm", ".xlsb", ".xls", ".ods")
 LOGS = (".tdms", ".mf4", ".mdf")
 TEXTS = (".csv", ".txt", ".tsv", ".dat", ".lvm")
-"""Endings of workbooks, logs and texts that the project reads itself."""
+"""Extensions of workbooks, logs and texts that the project reads itself."""
 Reader = Callable[[Path], Mapping[str, pd.DataFrame]]
 """From a file to its tables by title; columns are named as in a text table, ``Speed [rpm]``."""
 
 
 @cache
 def importers() -> dict[str, PlugIn[Reader]]:
-    """Return the readers of plug-ins, by the ending that each reads, without its dot.
+    """Return the plug-ins' readers by file extension, without the dot.
 
     Raises
     ------
     BadInput
-        For a plug-in that is no function, or whose ending the project reads itself.
+        For a plug-in that is not a function, or whose extension the project reads itself.
     """
     shipped = [ending.removeprefix(".") for ending in (*EXCEL, *LOGS, *TEXTS)]
     return plugged_in(
@@ -37,12 +37,12 @@ def importers() -> dict[str, PlugIn[Reader]]:
 
 
 def read_plugged(path: Path) -> list[Sheet] | None:
-    """Return the tables of a file that a plug-in reads; None where none does.
+    """Return the tables of a file that a plug-in reads; None if no plug-in does.
 
     Raises
     ------
     BadInput
-        If the plug-in fails, or gives anything but frames by title.
+        If the plug-in fails, or returns anything but frames by title.
     """
     plugin = importers().get(path.suffix.lower().removeprefix("."))
     if plugin is None:
@@ -51,7 +51,7 @@ def read_plugged(path: Path) -> list[Sheet] | None:
         tables = plugin.thing(path)
     except BadInput:
         raise
-    except Exception as error:  # a stranger's reader may raise anything
+    except Exception as error:  # third-party code may raise anything
         problem = f"cannot be read by {plugin.source}: {type(error).__name__}: {error}"
         raise BadInput(path, "", problem) from None
     if not isinstance(tables, Mapping) or not all(

@@ -1,4 +1,4 @@
-"""Units as people write them, and how their numbers become those of a run file."""
+"""Units as people write them, and their conversion to the units of a run file."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Conversion:
 
     def __call__(self, values: FloatArray) -> FloatArray:
         """Return values in the run file's unit."""
-        # Rounded, so that 294.15 K is 21 degC and no more digits than were measured are written.
+        # Rounded, so that 294.15 K is 21 degC and no digits are added to the measured ones.
         return np.asarray(np.round(values * self.factor + self.offset, 9))
 
 
@@ -73,29 +73,29 @@ _SPELLINGS: tuple[tuple[Conversion, str], ...] = (
     (Conversion("1"), "1 - bool boolean flag on/off status code -/-"),
 )
 _EXACT = {"Nm": Conversion("Nm"), "nm": Conversion("um", 1e-3), "N m": Conversion("Nm")}
-"""Where capitals tell units apart."""
+"""Units that differ only in case."""
 _BY_SPELLING = {word: kind for kind, words in _SPELLINGS for word in words.split()}
 KNOWN_UNITS = (
     "s, min, h, degC, K, degF, um, mm, rpm, Hz, mm/min, Nm, W, kW, l/min, urad, 1 (a flag)"
 )
-"""The usual ones, for a message."""
+"""The usual units, for a message."""
 _MULTIPLE = re.compile(
     r"(?:1 ?/ ?(?P<over>10+)|(?P<count>0[.,]0*1|1000)) ?[*x·]? ?(?P<unit>[^\W\d].*|[°%].*)"
 )
-"""So many of a unit, such as 0.1 °C, 1/10 K and 1000 µm; 10K may be a kind of thermistor."""
+"""Multiples of a unit, such as 0.1 °C, 1/10 K and 1000 µm; 10K may be a type of thermistor."""
 LENGTH = re.compile(r"tool|length|laenge|länge|position|pos(?![a-z])|abstand", re.IGNORECASE)
-"""Names of lengths in millimetres or inches; others of these are displacement."""
+"""Names of lengths in millimetres or inches; other columns in these units are displacements."""
 
 
 def conversion_of(unit: str, name: str = "") -> Conversion | None:
-    """Return how numbers in a unit are converted; None if the unit is not known.
+    """Return the conversion from a unit; None if the unit is unknown.
 
     Parameters
     ----------
     unit : str
-        As a header writes it.
+        As written in a header.
     name : str
-        What is measured: millimetres and inches are a length or a displacement.
+        What is measured: decides whether millimetres and inches are a length or a displacement.
 
     Examples
     --------
@@ -110,7 +110,7 @@ def conversion_of(unit: str, name: str = "") -> Conversion | None:
     >>> conversion_of("1/10 K")(np.array([2940.0])).round(3).tolist()
     [20.85]
     """
-    text = unit.replace("º", "°").replace("˚", "°")  # NFKC would make letters of them
+    text = unit.replace("º", "°").replace("˚", "°")  # NFKC would turn them into letters
     text = unicodedata.normalize("NFKC", text).replace("μ", "µ").replace("−", "-")
     text = text.strip().strip("[]").strip()
     text = text[1:-1] if text.startswith("(") else text
@@ -132,21 +132,21 @@ def conversion_of(unit: str, name: str = "") -> Conversion | None:
 
 
 def checked_conversion(unit: str, name: str, refuse: Callable[[str], Exception]) -> Conversion:
-    """Return how a unit that somebody gave is converted.
+    """Return the conversion from a unit that a user gave.
 
     Parameters
     ----------
     unit : str
         As a person writes it, such as ``mm/min`` or ``°F``.
     name : str
-        The header of the column, which decides where a unit has two meanings.
+        The header of the column, which decides if a unit has two meanings.
     refuse : callable
-        Makes the error to be raised of a text.
+        Makes the error to raise from a text.
 
     Raises
     ------
     Exception
-        What *refuse* makes of the text, for a unit that is not known.
+        The error from *refuse*, if the unit is unknown.
     """
     found = conversion_of(unit, name)
     if found is None:

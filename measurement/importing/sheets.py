@@ -1,4 +1,4 @@
-"""A file as sheets: where its tables begin and end, and what their headers are."""
+"""Reads a file as sheets: finds where its tables begin and end, and their headers."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ def read_sheets(path: Path) -> list[Sheet]:
     Parameters
     ----------
     path : Path
-        A text table, or by its ending a workbook (``.xlsx``, ``.xls``, ...) or a log (``.tdms``,
-        ``.mf4``, ``.mdf``, ``.dat`` where it is one), or what a plug-in reads.
+        A text table; or, by its extension, a workbook (``.xlsx``, ``.xls``, ...), a log (``.tdms``,
+        ``.mf4``, ``.mdf``, ``.dat`` if it is one), or a file that a plug-in reads.
 
     Raises
     ------
     BadInput
-        If there is no table in it, or it cannot be read.
+        If it has no table, or cannot be read.
     """
     ending = path.suffix.lower()
     data = read_bytes(path)
@@ -79,7 +79,7 @@ def _workbook(path: Path) -> list[Sheet]:
                 for name in book.sheet_names
                 if visible[name]
             ]
-    except Exception as error:  # the library has an error for each format, and no common one
+    except Exception as error:  # the library's errors for each format have no common base
         raise BadInput(path, "", f"is no workbook that can be read: {error}") from None
     sheets: list[Sheet] = []
     left_out = [BadInput(path, name, "is hidden") for name, seen in visible.items() if not seen]
@@ -90,7 +90,7 @@ def _workbook(path: Path) -> list[Sheet]:
         try:
             sheets.append(_sheet(path, name, cells))
         except BadInput as error:
-            # A workbook may hold a cover or figures; it must hold one table at least.
+            # A workbook may contain a cover or figures, but must contain at least one table.
             left_out.append(error)
     if left_out and not sheets:
         raise left_out[0]
@@ -106,7 +106,7 @@ def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
     Raises
     ------
     BadInput
-        If there is none, or a row does not fit it.
+        If there is no header, or a row does not fit it.
     """
     place = f"{title}, " if title else ""
     fewest, usual = min(2, _usual_filled(rows)), _usual_length(rows[len(rows) // 2 :])
@@ -132,7 +132,7 @@ def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
         notes.append(f"{_lines(after)} after the last row of numbers: skipped")
     kept = [(i + 1, rows[i]) for i in range(first, last + 1) if _filled(rows[i])]
     heads = {str(rows[i][0]): rows[i] for i in range(first) if rows[i]}
-    # A recorder that goes on writes its header anew.
+    # A recorder that is resumed writes its header again.
     again = {number for number, row in kept if row == heads.get(str(row[0]))}
     if again:
         notes.append(f"{_lines(len(again))} that repeat the header: skipped")
@@ -172,13 +172,13 @@ def _nameless(path: Path, place: str, headings: Sequence[Heading]) -> BadInput:
 def _headings(
     path: Path, rows: list[list[Cell]], first: int, place: str
 ) -> tuple[list[Heading], int, int]:
-    """Return the headings, how wide the table is, and how many lines stand before its header."""
+    """Return the headings, the table's width, and the number of lines before its header."""
     above = [i for i in range(first) if _filled(rows[i])]
     if not above:
         raise BadInput(path, f"{place}row {first + 1}", "no header with names stands above it")
     names, units, at = _names_and_units([_texts(rows[i]) for i in above], _usual_filled(rows))
     upper = _texts(rows[above[at - 1]]) if at and above[at - 1] == above[at] - 1 else []
-    if len(upper) == len(names):  # a cell that is merged with the one above it stands there
+    if len(upper) == len(names):  # a merged cell has its text in the upper line
         names = [name or over for name, over in zip(names, upper, strict=True)]
     usual = _usual_length(rows[first:])
     width = max(len(_trimmed(row)) for row in rows[first : first + 50] if len(row) == usual)
@@ -187,10 +187,10 @@ def _headings(
 
 
 def _names_and_units(lines: list[list[str]], filled: int) -> tuple[list[str], list[str], int]:
-    """Return names and units, and the place of the names among the lines above the numbers.
+    """Return names and units, and the index of the names among the lines above the numbers.
 
-    The last line has the names, or the units to those above it. Lines of comments may follow the
-    units: they do where none of them names a time, and the line above the units does.
+    The last line has the names, or the units of the names above it. Comment lines may follow the
+    units: they do if none of them names a time and the line above the units does.
     """
     last = len(lines) - 1
     plain = (lines[last], [""] * len(lines[last]), last)
@@ -221,7 +221,7 @@ def _check_widths(
     width: int,
     notes: list[str],
 ) -> None:
-    """Refuse a row that is wider or narrower than the others; the last may have been cut off."""
+    """Refuse a row wider or narrower than the others; the last one may be cut off."""
     usual = _usual_length([row for _, row in kept])
     for number, row in kept:
         if len(row) == usual or (len(row) > usual and len(_trimmed(row)) <= width):
@@ -238,7 +238,7 @@ def _wrong_width(path: Path, place: str, cells: int, usual: int) -> BadInput:
 
 
 def _usual_length(rows: Sequence[Sequence[Cell]]) -> int:
-    """Return how many cells most rows have, blank ones left out."""
+    """Return the number of cells that most rows have, ignoring blank rows."""
     return Counter(len(row) for row in rows if _filled(row)).most_common(1)[0][0]
 
 
@@ -254,7 +254,7 @@ def _trimmed(row: Sequence[Cell]) -> list[Cell]:
 
 
 def _blank_end(texts: Sequence[str]) -> int:
-    """Return how many texts at the end are empty."""
+    """Return the number of empty texts at the end."""
     return next((n for n, text in enumerate(reversed(texts)) if text), len(texts))
 
 
@@ -267,9 +267,9 @@ def _is_blank(cell: Cell) -> bool:
 
 
 def _usual_filled(rows: Sequence[Sequence[Cell]]) -> int:
-    """Return how many filled cells most rows have that have any; a table may be one column.
+    """Return the number of filled cells that most rows with any have; a table may be one column.
 
-    Lines before the header are passed over by looking at the second half alone.
+    Only the second half is used, to skip lines before the header.
     """
     later = [row for row in rows[len(rows) // 2 :] if _filled(row)]
     counts = Counter(sum(not _is_blank(cell) for cell in row) for row in later)
@@ -277,7 +277,7 @@ def _usual_filled(rows: Sequence[Sequence[Cell]]) -> int:
 
 
 def _numeric_columns(rows: Sequence[Sequence[Cell]]) -> set[int]:
-    """Return which columns hold numbers or times in most rows of the second half."""
+    """Return the columns that hold numbers or times in most rows of the second half."""
     later = [row for row in rows[len(rows) // 2 :] if _filled(row)][:HEAD_LINES]
     said = [(at, cell) for row in later for at, cell in enumerate(row) if not is_missing(cell)]
     spoken, values = Counter(at for at, _ in said), Counter(at for at, c in said if _is_value(c))
@@ -295,8 +295,8 @@ def _is_data(row: Sequence[Cell], numeric: set[int], fewest: int) -> bool:
 
 
 def _is_summed_up(row: Sequence[Cell], numeric: set[int]) -> bool:
-    """Return whether a row of numbers is a mean or a maximum of those above: a word says so where
-    they have the first number or time.
+    """Return whether a row is a mean or maximum of those above: it has a word in the column of
+    their first number or time.
     """
     first = row[min(numeric)] if min(numeric) < len(row) else None
     return not is_missing(first) and not _is_value(first)

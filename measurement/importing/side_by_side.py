@@ -1,4 +1,4 @@
-"""Blocks of columns side by side, each with a clock of its own: each is a table by itself."""
+"""Splits blocks of columns side by side, each with its own clock, into separate tables."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ _NUMBERED = re.compile(r"[\s_.]*\d+$")
 
 
 def by_clock(sheet: Sheet, clocks: Sequence[str] = ()) -> list[Sheet]:
-    """Return a sheet for each block of columns that begins with a clock; mostly one.
+    """Return a sheet for each block of columns that begins with a clock; usually one.
 
-    A further clock is one of the first one's kind (dates, times of day, or numbers called as
-    time), with other columns before and behind it.
+    A further clock is of the same kind as the first (dates, times of day, or numbers named as
+    time), with other columns before and after it.
 
     Parameters
     ----------
     sheet : Sheet
     clocks : sequence of str
-        Headers that are clocks, whatever they are called.
+        Headers of clocks, whatever their names.
     """
     kinds = [_kind(sheet, at, clocks) for at in range(len(sheet.headings))]
     first = next((at for at, kind in enumerate(kinds) if kind), 0)
@@ -39,7 +39,7 @@ def by_clock(sheet: Sheet, clocks: Sequence[str] = ()) -> list[Sheet]:
 
 
 def _kind(sheet: Sheet, at: int, clocks: Sequence[str]) -> str:
-    """Return what kind of clock a column is; empty if it is none."""
+    """Return the kind of clock in a column; empty if it is not a clock."""
     entry = sheet.headings[at]
     some = [cell for cell in sheet.columns[at][:20] if not is_missing(cell)]
     if len(set(map(str, some))) > 1 and all(map(is_date, some)):
@@ -48,14 +48,14 @@ def _kind(sheet: Sheet, at: int, clocks: Sequence[str]) -> str:
         return "times of day"
     plain = replace(entry, name=_NUMBERED.sub("", entry.name))
     unit = conversion_of(entry.unit) if entry.unit else None
-    # T and T2 are temperatures where no unit of time says otherwise.
+    # T and T2 are temperatures unless they have a unit of time.
     counts = unit.suffix == "s" if unit else not entry.said and len(plain.name) > 1
     called = entry.text in clocks or (plain.is_time and counts)
     return "numbers" if called and is_numeric(sheet, at) else ""
 
 
 def _block(sheet: Sheet, start: int, end: int) -> Sheet:
-    """Return some columns of a sheet, without the rows that are empty there."""
+    """Return some columns of a sheet, without rows in which they are empty."""
     rows = enumerate(zip(*sheet.columns[start:end], strict=True))
     filled = [row for row, cells in rows if not all(map(is_missing, cells))]
     return sheet.part(f"columns {start + 1} to {end}", range(start, end), filled, first=not start)

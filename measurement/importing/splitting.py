@@ -1,4 +1,4 @@
-"""A long log cut into runs, and which of them began warm."""
+"""Cuts a long log into runs, and finds which of them began warm."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ class Piece:
     run : Run
         Its time starts at 0, unless the log is a single run that starts elsewhere.
     starts : str
-        When, as its recorder's clock showed it; empty where that is not known.
+        Start time by the recorder's clock; empty if unknown.
     rested_s : float
-        Time between the last row of the run before it and its first; NaN for the first [s].
+        Time from the last row of the previous run to its first; NaN for the first run [s].
     warm : bool or None
-        Whether it began warm; None if that cannot be told.
+        Whether it began warm; None if unknown.
     """
 
     run: Run
@@ -52,7 +52,7 @@ def split(log: Log, mapping: Mapping) -> tuple[list[Piece], list[str]]:
     ----------
     log : Log
     mapping : Mapping
-        ``split``, ``pause_s`` and ``every_s`` of it.
+        Its ``split``, ``pause_s`` and ``every_s`` are used.
 
     Returns
     -------
@@ -64,7 +64,7 @@ def split(log: Log, mapping: Mapping) -> tuple[list[Piece], list[str]]:
     Raises
     ------
     BadInput
-        If days are asked for and the log has no dates, or nothing is left.
+        If the log is to be cut by days and has no dates, or nothing is left.
     """
     time = log.frame[TIME].to_numpy()
     cuts = _cuts(log, mapping, time)
@@ -112,7 +112,7 @@ def _cuts(log: Log, mapping: Mapping, time: FloatArray) -> list[int]:
 
 
 def _is_put_forward(time: FloatArray, row: int) -> bool:
-    """Return whether a pause is the hour that summer time takes out, and nothing else."""
+    """Return whether a pause is only the hour skipped when summer time begins."""
     step = float(np.median(np.diff(time)))
     hour = pd.Timestamp(time[row - 1] + step, unit="s")
     zones = ("Europe/Berlin", "America/New_York")
@@ -146,12 +146,12 @@ def warm_starts(
     rests: Sequence[float],
     cold_after_s: float,
 ) -> list[bool | None]:
-    """Tell which runs of a log began warm.
+    """Return which runs of a log began warm.
 
-    A machine that rested long enough is cold. After a shorter rest it is warm if a run since then
-    has warmed it. Its thermometers are not asked how warm: where they are fixed, a spindle is back
-    at the hall's temperature long before its structure is, and half of the drift may be left then.
-    How the first run of a log began nobody knows.
+    A machine that rested long enough is cold. After a shorter rest it is warm if a run since the
+    last cold start has warmed it. The thermometers do not decide: at their places a spindle returns
+    to the hall's temperature long before its structure does, when half of the drift may remain. How
+    the first run of a log began is unknown.
 
     Parameters
     ----------
@@ -160,14 +160,14 @@ def warm_starts(
     parts : sequence of array
         The rows of each run.
     rests : sequence of float
-        Rest before each run; NaN if not known [s].
+        Rest before each run; NaN if unknown [s].
     cold_after_s : float
-        Which rest is long enough [s].
+        Rest that is long enough [s].
 
     Returns
     -------
     list of bool or None
-        For each run; None where it cannot be told.
+        For each run; None if unknown.
     """
     found: list[bool | None] = []
     warmed = False
@@ -184,7 +184,7 @@ def warm_starts(
 
 
 def _warms(rows: pd.DataFrame) -> bool:
-    """Return whether a thermometer rises over the middle of all, so that it is not the hall."""
+    """Return whether a thermometer rises relative to the median of all: more than the hall does."""
     names = [name for name in rows.columns if str(name).endswith("_degC")]
     filled = rows[names].interpolate(limit_direction="both").to_numpy(dtype=np.float64)
     filled = filled[:, np.isfinite(filled).all(axis=0)]

@@ -1,4 +1,4 @@
-"""Dates and times of day as recorders and spreadsheets write them."""
+"""Reads dates and times of day as recorders and spreadsheets write them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _EPOCH = dt.datetime(1970, 1, 1)
 
 
 def seconds_of_day(cell: Cell) -> float | None:
-    """Return a time of day, or an elapsed time such as 26:10:00 [s]; None if it is none.
+    """Return a time of day, or an elapsed time such as 26:10:00 [s]; None if it is neither.
 
     >>> seconds_of_day("1:02:03,5"), seconds_of_day("02:15 pm"), seconds_of_day("noon")
     (3723.5, 51300.0, None)
@@ -48,9 +48,9 @@ def seconds_of_day(cell: Cell) -> float | None:
 
 
 def seconds_of_date(text: str, day_first: bool) -> float | None:
-    """Return the seconds since 1970 of a date with or without time of day; None if it is none.
+    """Return the seconds since 1970 of a date with or without time of day; None if it is no date.
 
-    A zone behind it is taken off, so that the time is universal then, else as the clock showed it.
+    With a zone the time is converted to UTC, otherwise it is as the clock showed it.
 
     >>> seconds_of_date("01.02.1970", True), seconds_of_date("1970-01-01T01:00:00+01:00", True)
     (2678400.0, 0.0)
@@ -90,9 +90,9 @@ def _day(found: re.Match[str], day_first: bool) -> dt.datetime | None:
 
 
 def day_comes_first(texts: Sequence[str]) -> bool | None:
-    """Return whether the day stands before the month in dates; None if that cannot be told.
+    """Return whether the day comes before the month in dates; None if ambiguous.
 
-    Dates that begin with the year, or name the month, are True: they leave no choice.
+    Dates that begin with the year, or name the month, give True: they are unambiguous.
     """
     dates = [found for text in texts if (found := _DATE.match(text.strip()))]
     if not dates or any(len(found["a"]) == 4 for found in dates) or dates[0]["mark"] == ".":

@@ -1,4 +1,4 @@
-"""A sheet as signals: every column named, in the units of a run file, on the sheet's own clock."""
+"""Reads a sheet's signals: named columns in the units of a run file, on the sheet's own clock."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from measurement.rig import PLACES, FivePointRig, axis_of
 from measurement.units import UNITS, column
 
 DISPLACEMENT = {1.0: "1000 um", 25.4: "1000 mil"}
-"""By a unit's millimetres, as much displacement, whatever its column is called."""
+"""The same displacement by a unit's size in millimetres, whatever its column is called."""
 
 
 @dataclass(frozen=True)
@@ -38,15 +38,15 @@ class Table:
     sheet : Sheet
     clock : Clock
     frame : DataFrame
-        A column for each signal, named as in a run file; a row for each of the clock's.
+        One column per signal, named as in a run file; one row per row of the clock.
     sources : dict of str to str
-        For each column the header that it came from.
+        Header that each column came from.
     rules : dict of str to ColumnRule
-        By header: what was decided, what could not be placed included.
+        By header: the decisions, including those on unidentified columns.
     hints : dict of str to str
         By header: why a column was left out, and what to do.
     notes : tuple of str
-        What was taken for missing.
+        Values treated as missing.
     """
 
     sheet: Sheet
@@ -59,7 +59,7 @@ class Table:
 
     @property
     def where(self) -> str:
-        """How a message names it."""
+        """Its name in messages."""
         return self.sheet.where
 
 
@@ -72,18 +72,18 @@ def table_of(
     ----------
     sheet : Sheet
     mapping : Mapping
-        What it says of a header is done.
+        Its rules for headers are applied.
     units : mapping of str to str
-        Units by header, ``*`` and ``?`` allowed; they win. With ``*`` or ``?`` only over another
-        unit of the same quantity, and where the header has none.
+        Units by header, ``*`` and ``?`` allowed; they take precedence. With ``*`` or ``?`` only
+        over another unit of the same quantity, or if the header has none.
     axes : mapping of str to str
         Axes of displacements by header, such as ``X`` or ``-Z``, ``*`` and ``?`` allowed.
 
     Raises
     ------
     BadInput
-        If there is no time, a cell is no number, values are outside the unit's range, or two
-        columns would have one name.
+        If there is no time, a cell is not a number, values are outside the unit's range, or two
+        columns would have the same name.
     """
     time = mapping.time
     given = [unit for pattern, unit in units.items() if _times(sheet, time.columns, pattern, unit)]
@@ -109,7 +109,7 @@ def table_of(
 
 
 def _times(sheet: Sheet, clocks: Sequence[str], pattern: str, unit: str) -> bool:
-    """Return whether a unit is meant for the column of time: ``*=degC`` is not."""
+    """Return whether a unit is meant for the time column: ``*=degC`` is not."""
     kind = conversion_of(unit)
     of_time = kind is not None and kind.suffix == "s"
     return any(
@@ -120,9 +120,9 @@ def _times(sheet: Sheet, clocks: Sequence[str], pattern: str, unit: str) -> bool
 
 
 def fits(header: str, pattern: str) -> bool:
-    """Return whether a header is the one meant; brackets are brackets, not classes.
+    """Return whether a header matches; brackets are literal, not character classes.
 
-    A column may be called by its name in the run files, too.
+    A column's name in the run files also matches.
     """
     plain = pattern.replace("[", "[[]")
     return header == pattern or any(
@@ -133,7 +133,7 @@ def fits(header: str, pattern: str) -> bool:
 def _rules(
     sheet: Sheet, clock: Clock, mapping: Mapping, units: Mapped[str, str]
 ) -> tuple[dict[str, ColumnRule], dict[str, str]]:
-    """Return what to do with each column but time, and a hint for each that is left out."""
+    """Return the rule for each column except time, and a hint for each one left out."""
     rules: dict[str, ColumnRule] = {}
     hints: dict[str, str] = {}
     for at, entry in enumerate(sheet.headings):
@@ -160,15 +160,13 @@ def _rules(
 
 
 def _may_be(rule: ColumnRule, unit: str) -> bool:
-    """Return whether a unit for many columns goes for this one: it measures the same, or nobody
-    knows what.
-    """
+    """Return whether a unit for many columns applies to this one: same or unknown quantity."""
     known, asked = conversion_of(rule.unit, rule.name), conversion_of(unit, rule.name)
     return known is None or (asked is not None and asked.suffix == known.suffix)
 
 
 def _hint(sheet: Sheet, at: int, entry: Heading, rule: ColumnRule) -> str:
-    """Return why a column cannot be placed, and what would place it; empty if it can."""
+    """Return why a column cannot be identified, and how to include it; empty if it can."""
     if all(is_missing(cell) for cell in sheet.columns[at]):
         return "holds no value"
     if rule.unit:
@@ -183,7 +181,7 @@ def _hint(sheet: Sheet, at: int, entry: Heading, rule: ColumnRule) -> str:
 
 
 def _likely(name: str, sheet: Sheet, at: int) -> str:
-    """Return a unit that a column may be in; empty without an idea."""
+    """Return a likely unit of a column; empty if there is none."""
     values = numbers_of(sheet, at)
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     plain = name.casefold()
@@ -199,8 +197,8 @@ def _likely(name: str, sheet: Sheet, at: int) -> str:
 def _signal(sheet: Sheet, at: int, rule: ColumnRule, notes: list[str]) -> tuple[str, np.ndarray]:
     """Return a signal's column name and its values in the run file's unit.
 
-    One number outside the unit's range among sound ones, such as -999, is a recorder's sign of a
-    broken wire: missing.
+    If all values outside the unit's range are the same number, such as -999, it is a recorder's
+    mark for a broken wire, and they become missing.
     """
     place = f"column {sheet.headings[at].text}"
 
@@ -231,7 +229,7 @@ def _signal(sheet: Sheet, at: int, rule: ColumnRule, notes: list[str]) -> tuple[
 
 
 def _name_the_speed(rules: dict[str, ColumnRule], hints: Mapped[str, str]) -> None:
-    """Call the only rotational speed ``speed``, and the only feed ``feed``: commands look there."""
+    """Rename the only rotational speed ``speed`` and the only feed ``feed``, as commands expect."""
     for suffix, name in (("rpm", "speed"), ("mm_min", "feed")):
         found = [
             header
@@ -243,9 +241,9 @@ def _name_the_speed(rules: dict[str, ColumnRule], hints: Mapped[str, str]) -> No
 
 
 def _name_the_axes(rules: dict[str, ColumnRule], axes: Mapped[str, str]) -> None:
-    """Let the names of displacements tell the axis that was given: commands read it there."""
+    """Put the given axes into the names of displacements, where commands read them."""
     for header, rule in rules.items():
-        # Said of this very column, an axis makes a displacement of a length, too.
+        # If given for exactly this column, an axis also makes a length a displacement.
         kind = _conversion(rule)
         moved = DISPLACEMENT.get(kind.factor) if kind and kind.suffix == "mm" else None
         given = [
@@ -260,27 +258,27 @@ def _name_the_axes(rules: dict[str, ColumnRule], axes: Mapped[str, str]) -> None
         axis = given[-1].lstrip("+-").lower()
         named = axis_of(rule.name)
         name = rule.name if named == (axis.upper(), 1) else f"{rule.name}_{axis}"
-        if axis_of(name) != (axis.upper(), 1):  # the name told another axis
+        if axis_of(name) != (axis.upper(), 1):  # the name has another axis
             name = f"disp_{axis}"
         sign = -1 if given[-1].startswith("-") else 1
         rules[header] = rule.model_copy(update={"name": name, "sign": sign})
 
 
 def is_displacement(rule: ColumnRule) -> bool:
-    """Return whether a column is kept, and is a displacement."""
+    """Return whether a column is kept and is a displacement."""
     kind = _conversion(rule)
     return kind is not None and kind.suffix == "um"
 
 
 def _conversion(rule: ColumnRule) -> Conversion | None:
-    """Return how a column is converted; None where it is not kept or has no unit."""
+    """Return a column's conversion; None if it is not kept or has no unit."""
     return conversion_of(rule.unit, rule.name) if rule.unit and rule.keep else None
 
 
 def axes_to_ask(rules: Mapped[str, ColumnRule]) -> list[str]:
-    """Return the headers of displacements that do not tell which axis they measure.
+    """Return the headers of displacements whose axis is unknown.
 
-    Five sensors called as those of the usual five-point rig need none.
+    Five sensors named like those of the usual five-point rig need no axis.
     """
     moved = {header: rule.name for header, rule in rules.items() if is_displacement(rule)}
     if {FivePointRig.model_fields[place].default for place in PLACES} <= set(moved.values()):

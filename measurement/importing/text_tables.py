@@ -1,4 +1,4 @@
-"""Text tables: encoding, separator, decimal mark, and cells, whatever wrote them."""
+"""Reads text tables of any origin: encoding, separator, decimal mark, cells."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from measurement.errors import BadInput, shown
 SEPARATORS = (";", "\t", "|", ",")
 """In this order: a comma may also be a decimal mark."""
 ONE_COLUMN = "\0"
-"""What separates the cells of one column: nothing that a text holds."""
+"""Separator of a table with one column: a character that no text contains."""
 HEAD_LINES = 400
-"""Among so many lines the header and the separator are looked for: set on no data."""
+"""Number of lines in which to look for header and separator: set on no data."""
 _ONE_NUMBER = re.compile(r"\s*[+-]? *\d+(?:[.,]\d*)?(?:[eE][+-]?\d+)?\s*")
 _APART = "' \u00a0\u202f\u2009\u2019"
 _GROUPS = {
@@ -25,7 +25,7 @@ _GROUPS = {
     for decimal, other, name in ((".", ",", "comma"), (",", ".", "point"))
 }
 GROUPED = {mark: re.compile(rf"[+-]? *{groups}") for mark, groups in _GROUPS.items()}
-"""By decimal mark: numbers whose thousands are set apart."""
+"""By decimal mark: numbers with thousands separators."""
 NUMBER = re.compile(
     rf"\s*[+-]? *(?:(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?|{_GROUPS['.']}|{_GROUPS[',']})\s*"
 )
@@ -38,7 +38,7 @@ def decoded(data: bytes, path: Path) -> str:
     Raises
     ------
     BadInput
-        If it is no text, or empty.
+        If it is not text, or empty.
     """
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         text = data.decode("utf-16", "replace")
@@ -59,7 +59,7 @@ def decoded(data: bytes, path: Path) -> str:
 
 
 def separator_of(text: str, path: Path) -> str:
-    """Return what stands between the cells.
+    """Return the separator of the cells.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def separator_of(text: str, path: Path) -> str:
     if said:
         return said[1]
     body = lines[-max(2, len(lines) * 3 // 4) :]
-    # A decimal comma that no header shares divides nothing.
+    # A comma that occurs in the numbers but not in the header is a decimal mark.
     if all(_ONE_NUMBER.fullmatch(line) for line in body) and not re.search("[;\t|,]", lines[0]):
         return ONE_COLUMN
     for mark in SEPARATORS:
@@ -109,9 +109,9 @@ def cells_of(text: str, path: Path) -> list[list[str]]:
 def decimal_mark(columns: Iterable[Sequence[str]], path: Path) -> str:
     """Return the decimal mark of a table's numbers.
 
-    Where 6,000 may be six or six thousand, other numbers tell: 0,125 and 20,5 hold a decimal mark,
-    and so does 1.250,5. Without any, thousands are set apart where numbers below them have no mark,
-    as in 0 and 6,000.
+    If 6,000 may be six or six thousand, other numbers decide: 0,125 and 20,5 contain a decimal
+    mark, and so does 1.250,5. Without any, the mark separates thousands if smaller numbers have
+    none, as in 0 and 6,000.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def decimal_mark(columns: Iterable[Sequence[str]], path: Path) -> str:
     Raises
     ------
     BadInput
-        If both marks stand in numbers that cannot be told apart.
+        If both marks occur and the numbers are ambiguous.
     """
     sure: dict[str, str] = {}
     apart: dict[str, str] = {}

@@ -18,7 +18,7 @@ C = TypeVar("C")
 _FLAGS = {"on": 1.0, "off": 0.0, "true": 1.0, "false": 0.0, "ein": 1.0, "aus": 0.0, "yes": 1.0}
 _FLAGS |= {"no": 0.0, "wahr": 1.0, "falsch": 0.0, "ja": 1.0, "nein": 0.0}
 _POINT = {".": {}, ",": str.maketrans(",.", ".,")}
-"""By decimal mark, how a number is told to Python; the other mark is refused."""
+"""By decimal mark, the translation of a number for Python; the other mark is refused."""
 
 
 def numbers_of(sheet: Sheet, at: int) -> FloatArray:
@@ -27,7 +27,7 @@ def numbers_of(sheet: Sheet, at: int) -> FloatArray:
     Raises
     ------
     BadInput
-        For the first cell that is neither a number nor a usual sign of a missing one.
+        For the first cell that is neither a number nor a usual mark of a missing value.
     """
     plain = _plain(sheet.columns[at], sheet.decimal)
     if plain is not None:
@@ -40,12 +40,12 @@ def numbers_of(sheet: Sheet, at: int) -> FloatArray:
 def read_cells(
     sheet: Sheet, at: int, cells: Sequence[C], read: Callable[[C], float | None], kind: str
 ) -> FloatArray:
-    """Return what *read* makes of cells of a column, shape (rows,); it refuses one by None.
+    """Return *read* applied to the cells of a column, shape (rows,); None refuses a cell.
 
     Raises
     ------
     BadInput
-        For the first cell that is refused: it is not of that *kind*.
+        For the first refused cell, which is not of that *kind*.
     """
     found = np.full(len(sheet.rows), np.nan)
     for row, cell in enumerate(cells):
@@ -58,7 +58,7 @@ def read_cells(
 
 
 def _plain(cells: list[Cell], decimal: str) -> FloatArray | None:
-    """Return numbers as Python reads them, which is fast; None where a cell needs a closer look."""
+    """Return numbers as Python reads them, which is fast; None if a cell needs `number_of`."""
     if decimal != "." and any(isinstance(cell, str) for cell in cells):
         return None
     try:
@@ -70,7 +70,7 @@ def _plain(cells: list[Cell], decimal: str) -> FloatArray | None:
 
 
 def number_of(cell: Cell, sheet: Sheet) -> float | None:
-    """Return a cell's number; NaN if it says that there is none, and None if it is something else.
+    """Return a cell's number; NaN if it marks a missing value, None if it is something else.
 
     A flag (on, off, true, false) is 1 or 0.
     """

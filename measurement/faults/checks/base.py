@@ -1,4 +1,4 @@
-"""What every check of measured runs shares."""
+"""The base class of all checks of measured runs."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from measurement.runs import Run
 
 @dataclass(frozen=True)
 class Seen:
-    """What a check looks at.
+    """The input of a check.
 
     Attributes
     ----------
     runs : sequence of Run
-        As they were read; all belong together.
+        Runs of one machine, as read.
     left : sequence of Run
-        The same without the readings that checks of earlier stages found unusable.
+        The same runs without the readings that earlier stages found unusable.
     faults : sequence of Fault
-        What those found.
+        Faults that earlier stages found.
     """
 
     runs: Sequence[Run]
@@ -30,15 +30,15 @@ class Seen:
 
 
 class Check:
-    """One thing that may be wrong with runs; a subclass overrides `in_run` or `find`.
+    """A check for one kind of problem in runs; a subclass overrides `in_run` or `find`.
 
     Attributes
     ----------
     kinds : dict of str to Kind
         The kinds of faults that it finds, by name.
     stage : int
-        What one check explains away, a later one must not see: what stood still catches up in a
-        leap, and a leap looks like running away. 0: the record and what stands still; 1: leaps;
+        Later stages do not see what earlier ones have explained: a frozen channel catches up in a
+        leap, and a leap looks like running away. 0: the record and frozen channels; 1: leaps;
         2: thermometers that run away; 3: the rest.
     """
 
@@ -46,11 +46,11 @@ class Check:
     stage: ClassVar[int] = 3
 
     def in_run(self, run: Run) -> Iterable[Fault]:
-        """Return what is wrong with one run, without regard to the others."""
+        """Return the faults of one run, considered alone."""
         return ()
 
     def find(self, seen: Seen) -> Iterator[Fault]:
-        """Return what is wrong with the runs; a fault's place is that of its run among them."""
+        """Return the faults of the runs; a fault's place is the index of its run."""
         for place, run in enumerate(seen.left):
             for fault in self.in_run(run):
                 yield replace(fault, place=place)

@@ -1,8 +1,8 @@
-"""Readings that leap: away and back, to another level for good or for a while.
+"""Readings that leap: away and back, or to another level for good or for a while.
 
-Real effects leap, too, near a switch of the machine: a shaft that centrifugal force widens, coolant
-whose pump starts. A level left in one leap is not told near a switch unless no switch does so much,
-and the limits lie above what a floating bearing (20 um) and a chiller (3 K) do by themselves.
+Real effects also leap near a switch of the machine: centrifugal force widens a shaft, a coolant
+pump starts. So a change of level near a switch is a fault only if it is larger than any switch
+causes; the limits are above what a floating bearing (20 um) and a chiller (3 K) do by themselves.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from measurement.runs import Run
 from measurement.units import split_column
 
 BY_ITSELF = {"degC": 3.0, "um": 25.0}
-"""A sound channel leaps by this much at most while nothing is switched [K, um]: a chiller's dead
-band, a bearing that slips. Set on the planted faults."""
+"""Largest leap of a sound channel while nothing is switched [K, um]: a chiller's dead band, a
+bearing that slips. Set on the planted faults."""
 SWITCHED = {"degC": 15.0, "um": float("inf")}
-"""And by this much where something is [K, um]. Set on the planted faults."""
+"""Largest leap of a sound channel near a switch [K, um]. Set on the planted faults."""
 
 
 class Leaps(Check):
@@ -36,7 +36,7 @@ class Leaps(Check):
 
     def in_run(self, run: Run) -> Iterator[Fault]:
         """Return the spikes and steps of a run's thermometers and displacements."""
-        # How many rows near a switch, and how many switches, there are before each row.
+        # Number of rows near a switch, and of switches, before each row.
         near = np.r_[0, np.cumsum(near_switch(run))].tolist()
         switched = np.r_[0, 0, np.cumsum(switched_after(run))].tolist()
         for column in [*run.temperatures, *lengths_of(run)]:
@@ -59,10 +59,10 @@ def _of_channel(
         back = next((j for j in large if j > k and abs(moves.by[j] + by) < LASTS * abs(by)), None)
         last = len(moves.by) if back is None else back
         leaps, away = [k] if back is None else [k, back], range(k + 1, last + 1)
-        if len(away) >= BESIDE > k + 1:  # a record begins at a level that it leaves at once
+        if len(away) >= BESIDE > k + 1:  # the record leaves its first level at once
             leaps, away, by = [k], range(k + 1), -by
         if len(away) < BESIDE:
-            # A short pulse may move a shaft and be over.
+            # A short pulse of speed may move a shaft and back.
             if unit == "degC" or not all(_at_switch(moves, j, switched) for j in leaps):
                 spikes |= dict.fromkeys(away, by)
             until = leaps[-1] + 1
@@ -75,13 +75,13 @@ def _of_channel(
                 yield _fault(
                     run, column, "step", moves, away, f"{said}, more than a switch explains"
                 )
-                # The leap back may come at a switch: someone put the probe right.
+                # The leap back may come at a switch: someone has corrected the probe.
                 until = last + 1
     yield from _spikes(run, column, moves, spikes)
 
 
 def _spikes(run: Run, column: str, moves: Moves, spikes: Mapping[int, float]) -> Iterator[Fault]:
-    """Return one fault for each reading that leaps away, or one for all where they are many."""
+    """Return one fault for each reading that leaps away, or one for all if there are many."""
     unit, count = unit_of(column), len(moves.values)
     if len(spikes) > max(2.0, WRONG * count):
         most = max(map(abs, spikes.values()))
@@ -101,12 +101,12 @@ def _fault(run: Run, column: str, kind: str, moves: Moves, away: range, text: st
 
 
 def _at_switch(moves: Moves, k: int, switched: Sequence[int]) -> bool:
-    """Return whether something was switched in the row of a leap or in one beside it."""
+    """Return whether something was switched in the row of a leap or an adjacent one."""
     first, last = int(moves.rows[k]), int(moves.rows[k + 1])
     return switched[min(last + 2, len(switched) - 1)] > switched[first]
 
 
 def _near_switch(moves: Moves, k: int, near: Sequence[int]) -> bool:
-    """Return whether a switch lies near, or since the reading before a leap was first shown."""
+    """Return whether a switch is near, or came since the reading before a leap first appeared."""
     begun = int(moves.rows[stretches(moves.values[: k + 1])[0][-1]])
     return near[int(moves.rows[k + 1]) + 1] > near[begun]

@@ -1,8 +1,8 @@
 """Thermometers that are far from all others from the first sample on.
 
-A hot bearing is far from the other thermometers, too. But it got there by heat: it began near them
-or the others are spread as well, its neighbours warm with it, and it comes and goes with the load.
-A broken sensor is off while all others are close together, whatever the machine does.
+A hot bearing is also far from the other thermometers, but because of heat: it began near them, or
+the others are spread as well; its neighbours warm with it, and it follows the load. A broken sensor
+is off while all others are close together, whatever the machine does.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from measurement.runs import Run
 
 
 class Levels(Check):
-    """Thermometers whose level is off in some runs, or was never right: each over a whole run."""
+    """Thermometers whose level is wrong in some runs or in all, each over a whole run."""
 
     kinds: ClassVar = {"level_jump": WRONG_LEVEL, "never_right": WRONG_LEVEL}
 
@@ -49,7 +49,7 @@ class Levels(Check):
 
 
 class _Distances:
-    """How far each thermometer is from the middle of the others, over one run [K]."""
+    """Distance of each thermometer from the median of the others, over one run [K]."""
 
     def __init__(self, run: Run, columns: Sequence[str]) -> None:
         table = run.frame[list(columns)].interpolate(limit_area="inside").to_numpy()
@@ -63,7 +63,7 @@ class _Distances:
             warnings.simplefilter("ignore", RuntimeWarning)  # A row without a value has no median.
             for place in range(count):
                 others = np.delete(table, place, axis=1)
-                # Much faster where nothing is missing.
+                # Much faster if nothing is missing.
                 median = np.nanmedian if np.isnan(others).any() else np.median
                 middle = median(others, axis=1)
                 self.away[place] = table[:, place] - middle
@@ -73,9 +73,9 @@ class _Distances:
                 self._range[place] = np.subtract(*np.nanpercentile(begin, [95, 5]))
 
     def range(self, column: int) -> tuple[float, float, float]:
-        """Return the 5 %, 50 % and 95 % of a sensor's distance, its start included [K].
+        """Return the 5 %, 50 % and 95 % quantiles of a sensor's distance, its start included [K].
 
-        A part that is hot for most of a run began near the others. NaN without a value.
+        A part that is hot for most of a run began near the others. NaN if there is no value.
         """
         away = self.away[column][np.isfinite(self.away[column])]
         if not away.size:
@@ -85,7 +85,7 @@ class _Distances:
         return min(float(low), start), float(middle), max(float(high), start)
 
     def never_right(self, column: int) -> float:
-        """Return the distance of a sensor that is far from all others all the time; else 0 [K]."""
+        """Return the distance of a sensor that is always far from all others, else 0 [K]."""
         away = self.away[column][np.isfinite(self.away[column])]
         if len(self.away) < 4 or away.size < FEWEST_SAMPLES:
             return 0.0
@@ -96,7 +96,7 @@ class _Distances:
 
 
 def _level_jumps(tables: Sequence[_Distances], column: int) -> list[tuple[int, float]]:
-    """Return the runs in which a sensor's level is off, and by how much [K]."""
+    """Return the runs in which a sensor's level is wrong, and by how much [K]."""
     ranges = np.array([table.range(column) for table in tables]).reshape(-1, 3)
     have = np.flatnonzero(np.isfinite(ranges).all(axis=1))
     if len(have) < 3:
@@ -106,13 +106,13 @@ def _level_jumps(tables: Sequence[_Distances], column: int) -> list[tuple[int, f
     gaps = np.diff(ranked)
     cut = float(ranked[int(np.argmax(gaps))])
     above: npt.NDArray[np.bool_] = middle > cut
-    if not above.any():  # all alike to the last digit
+    if not above.any():  # all equal to the last digit
         return []
-    # By so much its distance from the others differs at all times.
+    # Its distance from the others differs by at least this much at all times.
     between = float(low[above].min() - high[~above].max())
     if max(np.ptp(middle[above]), np.ptp(middle[~above])) > gaps.max():
         return []
-    # The level that is nearer to all other sensors' is the right one.
+    # The level nearer to those of all other sensors is the right one.
     off = float(np.median(middle[above]) - np.median(middle[~above]))
     wrong = above
     if abs(np.median(middle[above])) < abs(np.median(middle[~above])):

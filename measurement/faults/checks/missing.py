@@ -15,9 +15,9 @@ from measurement.runs import Run
 
 
 class Missing(Check):
-    """Samples that are not there, where a gap between them is too long to be bridged.
+    """Missing samples, if the gap is too long to be bridged.
 
-    A channel that is sampled slowly misses none: its own usual interval counts.
+    Gaps are compared with the channel's own usual interval, so slow sampling is not a fault.
     """
 
     kinds: ClassVar = {
@@ -37,11 +37,11 @@ class Missing(Check):
 
 
 def _are_bridged(run: Run, there: np.ndarray) -> bool:
-    """Return whether readings follow each other closely wherever rows are without one."""
+    """Return whether readings are close together wherever rows lack one."""
     time = run.time_s
     if there.sum() < FEWEST_SAMPLES:
         return False
-    # From reading to reading, the run's ends included; a pause of the record is no matter of this.
+    # From reading to reading, including the run's ends; `pauses` checks for pauses of the record.
     rows = np.unique(np.r_[0, np.flatnonzero(there), len(time) - 1])
     gaps = np.diff(time[rows])[(np.diff(rows) > 1) | ~there[rows[:-1]] | ~there[rows[1:]]]
     return bool(gaps.max(initial=0.0) <= GAP_INTERVALS * np.median(np.diff(time[there])))

@@ -1,4 +1,4 @@
-"""Displacements that come back far from where they froze: they moved unseen."""
+"""Displacements that return far from where they froze: they moved unseen."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from measurement.faults.series import lengths_of
 
 
 class Restarts(Check):
-    """Asked of the readings as they were: the place where it froze counts."""
+    """Uses the readings as read, because it needs the value at which the channel froze."""
 
     kinds: ClassVar = {"restart": Kind("kept: the reading is right again after it")}
 
     def find(self, seen: Seen) -> Iterator[Fault]:
-        """Return the displacements that jump on coming back."""
+        """Return the displacements that jump on their return."""
         for fault in seen.faults:
             run = seen.runs[fault.place]
             if fault.kind != "frozen" or fault.column not in lengths_of(run):
@@ -28,7 +28,7 @@ class Restarts(Check):
             after = np.flatnonzero((run.time_s > fault.end_s) & np.isfinite(values))
             if after.size < 3:
                 continue
-            # A few samples on: the reading may take one or two to come back.
+            # A few samples later, because the reading may take one or two to return.
             step = np.median(values[after[:5]]) - values[run.time_s >= fault.start_s][0]
             if abs(step) >= MOVING_UM:
                 text = f"jumps by {step:+.0f} um on coming back"

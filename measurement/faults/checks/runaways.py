@@ -1,4 +1,4 @@
-"""Thermometers that leave all others within half an hour, while nothing was switched."""
+"""Thermometers that leave all others within half an hour while nothing is switched."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from measurement.runs import FloatArray, Run
 
 
 class Runaways(Check):
-    """Heat comes with a switch, and warms the neighbours: a broken sensor goes alone."""
+    """Heat comes with a switch and also warms the neighbours; a broken sensor moves alone."""
 
     kinds: ClassVar = {"runaway": LEFT_OUT}
     stage = 2
@@ -52,6 +52,6 @@ class Runaways(Check):
 
 
 def _alone(others: FloatArray, first: int, last: int, way: float) -> bool:
-    """Return whether no other thermometer went along."""
+    """Return whether no other thermometer moved with it."""
     change = (others[last] - others[first]) * np.sign(way)
     return bool(np.max(change) < LASTS * abs(way))

@@ -1,4 +1,4 @@
-"""Records that were joined of two: half of the thermometers leap at once."""
+"""Records joined from two recordings: half of the thermometers leap at once."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from measurement.runs import TIME, Run
 
 
 class Seams(Check):
-    """A leap too large for one record.
+    """A leap that does not occur within one record.
 
-    In one record no half of the thermometers leap together, even where the machine is switched and
+    In one record half of the thermometers never leap together, even if the machine is switched and
     samples are far apart.
     """
 
@@ -31,10 +31,10 @@ class Seams(Check):
         odds = np.full((len(run.time_s) - 1, len(names)), -np.inf)
         for name, column in zip(names, odds.T, strict=True):
             moves = moves_of(run, name)
-            # A missing neighbour is no witness, and over a pause heat has time to flow.
+            # A missing neighbouring row proves nothing, and during a pause heat has time to flow.
             beside = np.diff(moves.rows) == 1
             column[moves.rows[:-1][beside]] = moves.odds[beside]
-        needed = max(len(names) // 2, 2)  # a single one that leaps is that one's matter
+        needed = max(len(names) // 2, 2)  # a single thermometer that leaps is no seam
         leaps = np.sort(odds, axis=1)[:, -needed] > 0.0
         if leaps.any():
             at = int(np.argmax(leaps))

@@ -1,4 +1,4 @@
-"""Displacements that are read in coarse steps, or stand still between them."""
+"""Displacements that are read in coarse steps."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from measurement.faults.series import lengths_of
 from measurement.runs import FloatArray, Run
 
 COARSE_SHARE = 1 / 200
-"""Readings whose smallest step is more than this share of their range, and that repeat the
-reading before in most samples, are on a staircase [1]: set on no data."""
+"""A channel is a staircase if its median step is more than this share of its range and most samples
+repeat the previous one [1]: set on no data."""
 
 
 class Staircases(Check):
-    """No error below the step can be told; nothing is wrong with the rest."""
+    """Errors below the step cannot be resolved; the readings are otherwise sound."""
 
     kinds: ClassVar = {"staircase": Kind("kept: no error smaller than the step can be seen")}
 
     def in_run(self, run: Run) -> Iterator[Fault]:
-        """Return the displacements of a run that are read so."""
+        """Return the displacements of a run that are staircases."""
         for name in lengths_of(run):
             values: FloatArray = run.frame[name].dropna().to_numpy()
             moves = np.abs(np.diff(values))

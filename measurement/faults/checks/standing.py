@@ -1,10 +1,10 @@
-"""Channels that stand exactly still while the machine moves: frozen, dead, at the end of the range.
+"""Channels that stay exactly constant while the machine moves: frozen, dead, at end of range.
 
-That a reading repeats says nothing: a machine at rest, a coarse sensor and one that is read rarely
-repeat, too. It takes witnesses. A displacement stands wrongly if temperatures or other
-displacements move meanwhile. A thermometer stands wrongly if it dropped there in one leap; if it
-stands far longer than it ever does and half of the others move far more than its resolution; or if
-the others, by how it followed them at other times, say that it must have moved.
+A repeated reading alone proves nothing: it also occurs on a machine at rest, with a coarse sensor,
+or with slow sampling. Other channels must contradict it. A displacement is frozen if temperatures
+or other displacements move meanwhile. A thermometer is frozen if it reached its value in one leap;
+if it stays constant far longer than otherwise while half of the others move far more than its
+resolution; or if the others, from how it followed them at other times, predict that it moved.
 """
 
 from __future__ import annotations
@@ -36,27 +36,27 @@ from measurement.runs import FloatArray, Run
 from measurement.units import split_column
 
 FROZEN_S = 900.0
-"""A channel that is exactly constant for longer is looked at [s]. Thermal drift that goes on leaves
-a sensor's resolution step within a quarter of an hour. Set on the planted faults."""
+"""A channel that is exactly constant for longer is checked [s]. Continuing thermal drift leaves a
+sensor's resolution step within a quarter of an hour. Set on the planted faults."""
 MOVING_UM = 5.0
-"""Another displacement that changes by this much in the meantime says that the machine is not at
-rest [um]: beyond any resolution step. A displacement that comes back from a standstill this far
-away has moved unseen. Set on no data."""
+"""If another displacement changes by this much meanwhile, the machine is not at rest [um]: more
+than any resolution step. A displacement that returns from a standstill this far away has moved
+unseen. Set on no data."""
 
 
 class Standing(Check):
-    """Channels that show exactly the same reading while the machine moves."""
+    """Channels whose reading is exactly constant while the machine moves."""
 
     kinds: ClassVar = {"frozen": LEFT_OUT, "saturated": LEFT_OUT, "dead": LEFT_OUT}
     stage = 0
 
     def find(self, seen: Seen) -> Iterator[Fault]:
-        """Return the thermometers and displacements that stand wrongly."""
+        """Return the thermometers and displacements that are frozen."""
         yield from _thermometers(seen.runs)
         yield from super().find(seen)
 
     def in_run(self, run: Run) -> Iterator[Fault]:
-        """Return the displacements that stand still while other channels move."""
+        """Return the displacements that stay constant while other channels move."""
         for name in lengths_of(run):
             rows, values = valid(run, name)
             for first, last in _long(run.time_s[rows], values, FEWEST_SAMPLES):
@@ -73,7 +73,7 @@ class Standing(Check):
 
 
 def _thermometers(runs: Sequence[Run]) -> Iterator[Fault]:
-    """Find thermometers that stand still while the others move, unlike at other times."""
+    """Find thermometers that stay constant while the others move, unlike at other times."""
     witnesses = Witnesses(runs)
     for column in dict.fromkeys(name for run in runs for name in run.temperatures):
         having = {place: run for place, run in enumerate(runs) if column in run.frame}
@@ -85,7 +85,7 @@ def _thermometers(runs: Sequence[Run]) -> Iterator[Fault]:
         for place, run in having.items():
             elsewhere = [longest[other] for other in having if other != place and span > 0.0]
             usual_s = float(np.median(elsewhere or [0.0]))
-            # It may have been read more coarsely in this run than in the others.
+            # Its resolution may be coarser in this run than in the others.
             finest = max(resolution, resolution_of([run], column))
             coarse = 0.0 < span < UNUSUALLY * resolution
             asked = partial(witnesses.told, place, column)
@@ -100,17 +100,17 @@ def _stands(
     usual_s: float,
     told_by_others: Callable[[float, float], float],
 ) -> Iterator[Fault]:
-    """Find where one thermometer stands wrongly in one run.
+    """Find where one thermometer is frozen in one run.
 
     Parameters
     ----------
     finest : float
         Its resolution [K].
     usual_s : float
-        For how long it stands still in other runs; infinite where its readings span too few steps
-        to be judged by that [s].
+        How long it stays constant in other runs [s]; infinite if its readings span too few steps to
+        judge by that.
     told_by_others : callable
-        From a span to how far it must have moved [s], [K].
+        From a span [s] to how far it must have moved [K].
     """
     enough = max(WARMS_K, UNUSUALLY * finest)
     rows, values = valid(run, column)
@@ -141,7 +141,7 @@ def _stands(
 
 
 def _long(time: FloatArray, values: FloatArray, samples: int) -> Iterator[tuple[int, int]]:
-    """Yield first and last place of the stretches that are worth a look."""
+    """Yield the first and last index of the stretches to check."""
     if not values.size:
         return
     firsts, lasts = stretches(values)
@@ -150,7 +150,7 @@ def _long(time: FloatArray, values: FloatArray, samples: int) -> Iterator[tuple[
 
 
 def _lengths(run: Run, column: str) -> FloatArray:
-    """Return how long each stretch of two equal readings or more lasts [s]."""
+    """Return the duration of each stretch of two or more equal readings [s]."""
     rows, values = valid(run, column)
     if not values.size:
         return np.zeros(0)
@@ -160,11 +160,11 @@ def _lengths(run: Run, column: str) -> FloatArray:
 
 
 def _dropped(time: FloatArray, values: FloatArray, first: int) -> float:
-    """Return the leap [K] with which a reading came to stand still; 0 if it came there slowly."""
+    """Return the leap [K] with which a reading became constant; 0 if it got there slowly."""
     if not first or time[first] - time[first - 1] > GAP_INTERVALS * np.median(np.diff(time)):
         return 0.0
     leap = float(values[first] - np.median(values[max(0, first - FEWEST_SAMPLES) : first]))
-    # Two samples may be needed: a wire that breaks is caught in between.
+    # It may take two samples: one may be read while the wire breaks.
     for at in range(max(first - 1, 1), first + 1):
         odds = leap_odds(np.r_[values[:at], values[first:]], FINEST_K)
         if odds[at - 1] > 0.0 and abs(leap) > BY_ITSELF["degC"]:
@@ -173,7 +173,7 @@ def _dropped(time: FloatArray, values: FloatArray, first: int) -> float:
 
 
 def _half_moved(run: Run, column: str, start: int, end: int) -> float:
-    """Return by how much half of the other thermometers moved in the meantime [K]."""
+    """Return by how much half of the other thermometers moved meanwhile [K]."""
     others = [name for name in run.temperatures if name != column]
     if not others:
         return 0.0
@@ -185,7 +185,7 @@ def _half_moved(run: Run, column: str, start: int, end: int) -> float:
 
 
 def _what_moved(run: Run, name: str, start: int, end: int) -> str | None:
-    """Return in words what moved most between two samples, or None if all stood still."""
+    """Return in words what moved most between two samples, or None if nothing did."""
     part = run.frame.iloc[start : end + 1]
     for others, enough, unit in (
         (run.temperatures, WARMS_K, "K"),
@@ -199,7 +199,7 @@ def _what_moved(run: Run, name: str, start: int, end: int) -> str | None:
 
 
 def _spread(values: FloatArray) -> float:
-    """Return the range without the outermost twentieths, so that one bad sample does not count."""
+    """Return the range without the outermost 5 % on each side, which ignores one bad sample."""
     values = values[~np.isnan(values)]
     return float(np.subtract(*np.percentile(values, [95, 5]))) if values.size else 0.0
 
@@ -207,9 +207,9 @@ def _spread(values: FloatArray) -> float:
 def _at_end_of_range(run: Run, name: str, start: int, end: int) -> bool:
     """Return whether the standstill is at the end of the sensor's range.
 
-    It is at the channel's own extreme, and either further from all others than these are from each
-    other, or reached while the spindle was turning: a channel that a stop freezes is at its extreme
-    by chance.
+    That is, at the channel's own extreme, and either further from all others than these are from
+    each other, or reached while the spindle was turning: a channel that freezes at a stop is at its
+    extreme by chance.
     """
     values = run.frame[name].to_numpy()
     value = values[start]
