@@ -1,10 +1,10 @@
-"""Whether a truth and its owner's file are of the same machine.
+"""Checks that a simulator and its owner's file describe the same machine.
 
 ``python -m benchmarks.gap.agree --truth belt --cases 3`` hides nothing, gives the owner exact
-masses and surfaces, calibrates that file on four runs, and prints what it leaves on the fifth, in
-units of sensor noise and by channel. If that is far above noise, truth and file disagree about
-what both know, and every answer of the gap finder about other cases says so. ``--careless`` does
-the same with the guesses that the owner makes in the benchmark.
+masses and surfaces, calibrates that file on four runs, and prints the residual on the fifth, in
+units of sensor noise and by channel. If it is far above noise, simulator and file disagree where
+they should not, and this affects every other answer of the gap finder. ``--careless`` does the
+same with the owner's guesses in the benchmark.
 """
 
 from __future__ import annotations
@@ -30,18 +30,18 @@ from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 
 FIRST = 500_000
-"""Seeds that neither split has."""
+"""First seed, outside of all splits."""
 
 
 def never_moves(machine: Machine, observed: Sequence[Observations]) -> float:
-    """Return what a model that never moves leaves of runs, in noise units."""
+    """Return the gap of a model that never moves, in noise units."""
     still = np.concatenate([one.values - one.values[:1] for one in observed])
     noise = noise_of(machine, observed[0].channels)
     return float(np.sqrt(np.nanmean((still / noise) ** 2)))
 
 
 def agreement(name: str, seed: int, *, careless: bool) -> None:
-    """Print what calibration leaves of one case with nothing hidden."""
+    """Print the residuals of calibration in one case with nothing hidden."""
     truth = TRUTHS[name]
     case = TruthCase(truth.first + seed, careless=careless)
     begun = time.perf_counter()

@@ -1,4 +1,4 @@
-"""The machine of the page `jig_borer`: the same simulator drawn around it, and its owner's page."""
+"""Adapts the fine simulator to the machine of the page `jig_borer`, and makes its owner's page."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ def joint(film: float, seat_mm: float, length_mm: float, face_mm: float, other_m
 
 
 def drawn() -> dict[str, float]:
-    """Return the fine simulator's numbers for the machine of the page, worked out by hand.
+    """Return the fine simulator's numbers for the machine of the page, calculated by hand.
 
-    Masses, sections and surfaces from the drawing; joints, films and friction from the handbook
-    values that a page starts from. The fine simulator draws its machine around them, and keeps its
-    own cells, laws, and sleeves that spread a bearing's heat over 120 mm of housing.
+    Masses, sections and surfaces come from the drawing; joints, films and friction from the
+    handbook values that a page starts from. The fine simulator varies its machines around them, but
+    keeps its own cells, laws, and sleeves that spread a bearing's heat over 120 mm of housing.
     """
     bearing = 0.68 * 7850.0 * ring(90.0, 55.0) * 0.018 * 470.0
     rear, motor, front = ring(160.0, 90.0), ring(190.0, 150.0), ring(190.0, 90.0)
@@ -54,7 +54,7 @@ def drawn() -> dict[str, float]:
         "c_bar": STEEL * ring(55.0, 0.0) * 0.15,
         "ka_shaft": K * ring(55.0, 20.0),
         "ka_bar": K * ring(55.0, 0.0),
-        # One number stands for all three sections there: their mean along the axis.
+        # The fine simulator has one number for all three sections: their mean along the axis.
         "ka_housing": K * float(np.average([rear, motor, front], weights=lengths)),
         "kt_housing": K
         * float(np.average([0.035 / 0.0625, 0.02 / 0.085, 0.05 / 0.07], weights=lengths)),
@@ -92,7 +92,7 @@ def drawn() -> dict[str, float]:
 
 @contextmanager
 def drawn_around_page() -> Iterator[None]:
-    """Let the fine simulator draw its machines around the page, not around the machine in lumps."""
+    """Let the fine simulator vary its machines around the page instead of the lumped machine."""
     before = dict(parameters.TABLE)
     try:
         for name, value in drawn().items():

@@ -1,4 +1,4 @@
-"""Ask the gap finder about one case, as a user would, and keep what it says and why."""
+"""Run the gap finder on one case, as a user would, and keep its answer and details."""
 
 from __future__ import annotations
 
@@ -29,34 +29,35 @@ MACHINE = "jig_borer_lumps"
 
 
 def runs_of(folder: Path) -> tuple[list[Run], list[Run]]:
-    """Return a case's runs: those to calibrate on, and the one to judge by."""
+    """Return a case's runs: those to calibrate on, and the held-out run."""
     runs = [read_run(path) for path in sorted(folder.glob("run_*.csv"))]
     return runs, [read_run(folder / f"{RUNS[-1]}.csv")]
 
 
 def machine_of(folder: Path) -> Machine:
-    """Return the machine of a case: its owner's file, or else the shipped one."""
+    """Return the machine of a case: its owner's file if there is one, else the shipped one."""
     own = folder / OWNERS_FILE
     return read_machine(str(own) if own.exists() else MACHINE)
 
 
 def ask(folder: Path, without: Sequence[str] = (), seed: int = 0) -> dict[str, Any]:
-    """Return what the gap finder says of a case.
+    """Return the gap finder's answer to a case.
 
     Parameters
     ----------
     folder : Path
-        Of the case's runs, and of its owner's file where it has one. That is all that the gap
-        finder is given.
+        With the case's runs and its owner's file, if there is one; the gap finder is given nothing
+        else.
     without : sequence of str
-        Effects that it is not to know.
+        Effects removed from its catalogue.
     seed : int
-        Its own.
+        Of the gap finder.
 
     Returns
     -------
     dict
-        ``answer`` is the content of ``gap.json``, ``details`` what led to it, ``seconds`` the time.
+        ``answer`` is the content of ``gap.json``, ``details`` how it was reached, ``seconds`` the
+        time.
     """
     machine = machine_of(folder)
     with clocked() as spent:
@@ -71,15 +72,15 @@ def answered(
     without: Sequence[str] = (),
     seed: int = 0,
 ) -> tuple[Judged, dict[str, Any]]:
-    """Return what is found, held against runs not used, and the content of ``gap.json``."""
+    """Return the result, judged on unseen runs, and the content of ``gap.json``."""
     sound, kept, faults = usable_runs(machine, runs, unseen)
-    # One process: the cases themselves run side by side.
+    # One process, because several cases run in parallel.
     judged, more = answer(machine, sound, kept, Search(without, seed=seed, workers=1))
     return judged, report_of(judged, [*faults, *more])
 
 
 def ask_empty(folder: Path, seed: int = 0) -> dict[str, Any]:
-    """Return the gap that calibration leaves where nothing is hidden, as ``answer`` has it."""
+    """Return the gap of calibration with nothing hidden, in the form of ``answer``."""
     machine = machine_of(folder)
     with clocked() as spent:
         runs, unseen, _ = usable_runs(machine, *runs_of(folder))
@@ -93,10 +94,7 @@ def ask_empty(folder: Path, seed: int = 0) -> dict[str, Any]:
 
 
 def _details(judged: Judged) -> dict[str, Any]:
-    """Return what judgement numbers can be studied with afterwards.
-
-    What every step scored, and every run's residual by channel.
-    """
+    """Return data for studying thresholds later: all scores, and residuals by run and channel."""
     first, last = judged.result.before.machine, judged.result.after.machine
     used, unseen = judged.used, judged.unseen
     before, after = (*used.before, *unseen.before), (*used.after, *unseen.after)
@@ -134,7 +132,7 @@ def _details(judged: Judged) -> dict[str, Any]:
 
 @cache
 def finder_version() -> str:
-    """Return a fingerprint of everything that the gap finder consists of and is given."""
+    """Return a fingerprint of the gap finder's code, the plant model's and the shipped machine."""
     rooms = [Path(module.__file__ or "").parent for module in (gap_finder, plant_model)]
     digest = hashlib.sha256()
     for room in rooms:

@@ -1,7 +1,7 @@
-"""A case: one machine, four runs to calibrate on and one to judge by, something hidden or not.
+"""A case: one machine, four runs to calibrate on and a held-out run, something hidden or not.
 
-The bench of every simulator: it draws the machine's hall and instruments, drives the machine, and
-records what the file of a run holds.
+This is the test bench common to all simulators: it draws the machine's hall and instruments, drives
+the machine, and records the run files.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Span = tuple[float, float]
 
 @dataclass(frozen=True)
 class TruthCase:
-    """What makes a case; equal cases give equal runs.
+    """Definition of a case; equal cases give equal runs.
 
     Attributes
     ----------
@@ -37,9 +37,9 @@ class TruthCase:
     resolution : float
         Of the machine's cells.
     mistake : str
-        In the file of the machine's owner, where a truth has one; "" for none.
+        In the owner's file, if the simulator has one; "" for none.
     careless : bool
-        Whether what that owner guesses is off.
+        Whether the owner's guesses are off.
     """
 
     seed: int
@@ -50,21 +50,21 @@ class TruthCase:
     careless: bool = True
 
     def stream(self, number: int) -> np.random.Generator:
-        """Return a stream of its own for each matter: hiding an effect changes nothing else."""
+        """Return a separate random stream, so that hiding an effect changes nothing else."""
         return np.random.default_rng([self.seed, number])
 
 
 @dataclass(frozen=True)
 class CaseRun:
-    """One run as recorded, and what is true about it.
+    """One run as recorded, and its exact values.
 
     Attributes
     ----------
     name : str
     frame : DataFrame
-        What the file holds: noise and resolution included.
+        Content of the file, with noise and resolution.
     exact : DataFrame
-        The same without them, measuring effects included.
+        The same without noise and resolution, but with measuring effects.
     drive : Drive
     """
 
@@ -76,7 +76,7 @@ class CaseRun:
 
 @dataclass(frozen=True)
 class Mistake:
-    """What an owner's file lacks or has wrong, and what the gap finder should call it.
+    """A mistake in an owner's file, and what the gap finder should call it.
 
     Attributes
     ----------
@@ -85,9 +85,9 @@ class Mistake:
     edit : callable, optional
         Makes the mistake in the file.
     unsaid : type of Hidden, optional
-        Or what the machine has besides.
+        Alternatively, something in the machine that the file lacks.
     reads : tuple of (thermometer, part, share), optional
-        Or which thermometer reads partly another part.
+        Alternatively, a thermometer that partly reads another part.
     """
 
     kind: str
@@ -106,8 +106,7 @@ class Instruments:
     noise_K, noise_um : (float, float)
         From the best to the worst sensor.
     error_K : float
-        Standard deviation of a thermometer's constant error; the largest is two and a half times
-        that.
+        Standard deviation of a thermometer's constant error, limited to two and a half times that.
     """
 
     noise_K: Span  # noqa: N815
@@ -117,37 +116,37 @@ class Instruments:
 
 @dataclass(frozen=True)
 class Shop:
-    """What the cases of one simulator have of their own.
+    """What is specific to the cases of one simulator.
 
     Attributes
     ----------
     machine : callable
-        From a case to its machine.
+        Returns the machine of a case.
     march : type of Stepper
     effects : callable
-        Returns what can be hidden, by name.
+        Returns the effects that can be hidden, by name.
     make_drive : callable
-        From family, stream, period [s], hall and hours of past to a run's drive.
+        Returns a run's drive from family, stream, period [s], hall and hours of past.
     families : callable
-        From a stream to one family of tests for each run.
+        Returns one family of tests for each run, from a stream.
     hall : mapping of str to (float, float)
-        What is drawn of each machine's hall, and between which ends.
+        Random properties of each machine's hall, with their ranges.
     columns : tuple of str
         Of its run files.
     outside : mapping of str to int
-        Columns that show a boundary temperature, and which.
+        Columns with a boundary temperature, and the number of that boundary.
     instruments : Instruments
     past_hours : float
         Rest before every run [h].
     streams : (int, int)
         Of the hall and of the instruments.
     feed : str
-        Column of the axis's feed, if one moves.
+        Column of the axis's feed, if an axis moves.
     mistakes : mapping of str to Mistake
         Of its owner.
     drawing, file_of : callable, optional
-        From a stream to the drawing that the owner has; from that and a stream for guesses (None:
-        exact) to the owner's file.
+        The first returns the owner's drawing from a stream; the second the owner's file from that
+        and a stream for guesses (None for exact values).
     """
 
     machine: Callable[[TruthCase], Any]
@@ -186,7 +185,7 @@ class Shop:
 
 
 class Bench:
-    """One machine with its hall, its instruments and what is hidden in it."""
+    """One machine with its hall, its instruments and its hidden effects."""
 
     def __init__(self, case: TruthCase, shop: Shop) -> None:
         self.case, self._shop = case, shop
@@ -216,12 +215,12 @@ class Bench:
         return CaseRun(RUNS[number], frame, exact, drive)
 
     def start_of(self, drive: Drive) -> Array:
-        """Return all temperatures at a run's first row, after a night at rest [degC]."""
+        """Return all temperatures at a run's first row, after the rest before it [degC]."""
         warm = np.full(len(self.march.machine.capacity), float(drive.outside[0, 0]))
         return self.march.settle(drive.rest(self._shop.past_hours), warm, 900.0)
 
     def _exact(self, drive: Drive, number: int) -> pd.DataFrame:
-        """Return what sensors without noise show."""
+        """Return the run as sensors without noise would record it."""
         march, machine, shop = self.march, self.march.machine, self._shop
         temperatures = march.run(drive, self.start_of(drive))
         pose = (temperatures - temperatures[0]) @ machine.pose_weights
@@ -254,7 +253,7 @@ class _Meter:
         self._noise = dict(zip([*self._warm, *self._moved], [*noise, *moved], strict=True))
 
     def shown(self, exact: pd.DataFrame, chance: np.random.Generator) -> pd.DataFrame:
-        """Return what the file records."""
+        """Return the run as recorded in the file."""
         frame = exact.copy()
         for name, noise in self._noise.items():
             values = exact[name].to_numpy() + self._error.get(name, 0.0)

@@ -1,4 +1,4 @@
-"""How long something takes, in processor time and by the clock."""
+"""Measures processor time and wall-clock time."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from contextlib import contextmanager
 
 @contextmanager
 def clocked() -> Iterator[dict[str, float]]:
-    """Measure what is done inside, as ``cpu`` and ``wall`` [s].
+    """Measure the time spent in the block, as ``cpu`` and ``wall`` [s].
 
-    Processor time is that of processes that it starts and ends, too.
+    Processor time includes child processes that have ended.
     """
     spent = {"cpu": 0.0, "wall": 0.0}
     wall, cpu = time.perf_counter(), _cpu()

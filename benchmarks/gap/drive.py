@@ -1,4 +1,4 @@
-"""What a run does to a machine, of any simulator: commands, surroundings, and how they wander."""
+"""The inputs of a run, for any simulator: commands, surroundings and their random variation."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ REST = "rest"
 
 @dataclass(frozen=True)
 class Drive:
-    """Everything from outside, over one run.
+    """All inputs of one run.
 
     Attributes
     ----------
     family : str
         Kind of test.
     time_s, speed, feed, torque : array, shape (rows,)
-        Recording instants [s]; what holds from each on [r/min, mm/min, Nm].
+        Recording instants [s]; values from each instant on [r/min, mm/min, Nm].
     grid_s : array
-        Even grid of `outside` [s]; begins before the run where it has a past.
+        Even grid of `outside` [s]; begins before the run if it has a past.
     outside : array, shape (grid, 2 + boundaries)
         Boundary temperatures [degC], the hall or the air first; then relative draft and relative
         wobble of friction.
     friction_factor, drive_factor : float
-        How the losses of bearings and of motor or belt differ in this run from the usual [1].
+        Factors on the usual losses of bearings, and of motor or belt, in this run [1].
     """
 
     family: str
@@ -45,7 +45,7 @@ class Drive:
     drive_factor: float = 1.0
 
     def segments(self) -> list[tuple[int, int]]:
-        """Return first and last row of every stretch in which nothing is switched."""
+        """Return the first and last row of every stretch without a switch."""
         driven = np.stack([self.speed, self.feed, self.torque])
         change = np.flatnonzero(np.any(np.diff(driven) != 0.0, axis=0)) + 1
         edges = [0, *change.tolist(), len(self.time_s) - 1]
@@ -56,7 +56,7 @@ class Drive:
         return np.asarray(np.interp(self.time_s, self.grid_s, self.outside[:, which]))
 
     def rest(self, hours: float) -> Drive:
-        """Return the standstill before the run, which ends with the run's first values."""
+        """Return the standstill before the run, up to the run's first row."""
         end, zero = float(self.time_s[0]), np.zeros(2)
         time_s = np.array([end - 3600.0 * hours, end])
         return Drive(REST, time_s, zero, zero, zero, self.grid_s, self.outside)
@@ -78,7 +78,7 @@ def wander(rng: np.random.Generator, grid: Array, size: float, tau: float) -> Ar
 
 
 def lagged(time_s: Array, values: Array, tau_s: float) -> Array:
-    """Return a first-order lag of *values*, in equilibrium at first, exact for ramps between."""
+    """Return a first-order lag of *values*, initially in equilibrium, exact for linear segments."""
     out = np.empty_like(values)
     out[0] = state = float(values[0])
     for k in range(1, len(values)):

@@ -1,4 +1,4 @@
-"""What the belt-driven spindle and the lathe have in common: both stand in an enclosure."""
+"""Effects common to the belt-driven spindle and the lathe, which both have an enclosure."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from benchmarks.gap.march import Now
 
 
 class SurfaceExchange(Hidden, ABC, named=False):
-    """Exchange of surfaces beyond their constant films; a machine says which surfaces."""
+    """Heat exchange of surfaces beyond their constant films; a machine defines the surfaces."""
 
     @abstractmethod
     def flux(self, own: Array, around: Array | float) -> Array:
-        """Return what surfaces gain [W/m2], from their own and the air's temperatures [degC]."""
+        """Return the heat into surfaces [W/m2] from their and the air's temperatures [degC]."""
 
 
 class NaturalConvection(SurfaceExchange):
@@ -27,7 +27,7 @@ class NaturalConvection(SurfaceExchange):
     sizes: ClassVar[tuple[float, float, float]] = (0.8, 2.0, 4.0)
 
     def flux(self, own: Array, around: Array | float) -> Array:
-        """Return what surfaces gain [W/m2]."""
+        """Return the heat into surfaces [W/m2]."""
         return np.asarray(self.size * np.cbrt(np.abs(around - own)) * (around - own))
 
 
@@ -38,15 +38,15 @@ class Radiation(SurfaceExchange):
     sizes: ClassVar[tuple[float, float, float]] = (0.25, 0.5, 0.85)
 
     def flux(self, own: Array, around: Array | float) -> Array:
-        """Return what surfaces gain [W/m2]."""
+        """Return the heat into surfaces [W/m2]."""
         beyond = (around + 273.15) ** 4 - (own + 273.15) ** 4
         return np.asarray(self.size * 5.670374e-8 * beyond)
 
 
 class DoorOpen(Hidden):
-    """The door stands open for a while in every cycle of its own, and the air inside goes out.
+    """The door is periodically open for a while and exchanges the air inside.
 
-    The size is the exchange with the hall while it does [W/K].
+    The size is the exchange with the hall while it is open [W/K].
     """
 
     unit: ClassVar[str] = "W/K"
@@ -62,7 +62,7 @@ class DoorOpen(Hidden):
 
 
 class SteadySource(Hidden, named=False):
-    """A source that is on from the start of a run to its end."""
+    """A heat source that is on from the start of a run to its end."""
 
     unit: ClassVar[str] = "W"
     part: ClassVar[str]

@@ -1,7 +1,7 @@
-"""What can be hidden in any simulator, and effects that mean the same in all of them.
+"""Base class of the effects that a simulator can hide, and the effects common to all simulators.
 
-Laws of heat and structure are each simulator's own: then no mistake of one is the others', too.
-What is here is the form of an effect, what sensors do, and effects that their definition decides.
+Each simulator has its own laws of heat and structure, so that they share no mistakes. This module
+only has the form of an effect, sensor effects, and effects that are fixed by their definition.
 """
 
 from __future__ import annotations
@@ -27,30 +27,30 @@ X, Y, E = range(3)
 
 
 class Hidden:
-    """Base of everything that can be hidden; nothing happens by default.
+    """Base class of everything that can be hidden; it does nothing by default.
 
     Attributes
     ----------
     size : float
         Its amplitude; at 0 the effect vanishes exactly.
     channel : str
-        The sensor that it acts on, if it acts on one.
+        The sensor that it acts on, if any.
     """
 
     name: ClassVar[str]
-    """Of its class, in lower case."""
+    """Its class name in snake case."""
     unit: ClassVar[str]
     sizes: ClassVar[tuple[float, float, float]]
     """Amplitudes called weak, medium and strong."""
     channels: ClassVar[tuple[str, ...]] = ()
     catalogued: ClassVar[bool] = True
     in_other_words: ClassVar[tuple[tuple[str, tuple[str, ...]], ...]] = ()
-    """Changes of the machine's file, kind and place, that say the same; ``*`` is any part."""
+    """Equivalent changes of the machine's file, kind and place; ``*`` is any part."""
     drawn: ClassVar[Mapping[str, tuple[float, float]]] = {}
-    """Its other numbers, each drawn evenly between two ends."""
+    """Ranges of its other numbers, which are drawn uniformly."""
 
     def __init_subclass__(cls, *, named: bool = True) -> None:
-        """Name it after its class, unless that is a base of others."""
+        """Name it after its class, unless it is a base class."""
         if named:
             cls.name = re.sub(r"(?<!^)(?=[A-Z])", "_", cls.__name__).lower()
 
@@ -61,15 +61,15 @@ class Hidden:
         self.draw(rng)
 
     def draw(self, rng: np.random.Generator) -> None:
-        """Choose the numbers besides the size."""
+        """Draw all numbers except the size."""
         for name, (low, high) in self.drawn.items():
             self.more[name] = float(rng.uniform(low, high))
 
     def begin(self, machine: Any, drive: Drive) -> None:
-        """Forget the run before."""
+        """Reset its states at the start of a run."""
 
     def friction(self, now: Now, viscous: Array, load: Array) -> tuple[Array, Array]:
-        """Return the heat of every bearing or set [W], changed."""
+        """Return the changed heat of every bearing or set of bearings [W]."""
         return viscous, load
 
     def heat(self, now: Now, out: Array) -> None:
@@ -86,17 +86,17 @@ class Hidden:
         """Step the effect's own states."""
 
     def move(self, machine: Any, drive: Drive, temperatures: Array, pose: Array) -> None:
-        """Change the pose in place, a row each; temperatures are (rows, unknowns)."""
+        """Change the pose in place, row by row; temperatures are (rows, unknowns)."""
 
     def record(self, number: int, machine: Any, drive: Drive, shown: pd.DataFrame) -> None:
-        """Change what the sensors show, in place; *number* counts the case's runs from 0."""
+        """Change the sensor readings in place; *number* counts the case's runs from 0."""
 
 
 Kind = TypeVar("Kind", bound=Hidden)
 
 
 def found_in(path: Iterable[str], package: str) -> dict[str, type[Hidden]]:
-    """Return all effects of a folder by name: what its files define or take in."""
+    """Return all effects of a folder by name, defined or imported in its files."""
     effects: dict[str, type[Hidden]] = {}
     for module in sorted(entry.name for entry in pkgutil.iter_modules(path)):
         for entry in vars(importlib.import_module(f"{package}.{module}")).values():
@@ -112,18 +112,18 @@ def make_from(
     rng: np.random.Generator,
     channel: str = "",
 ) -> Kind:
-    """Return an effect of a size by name (weak, medium, strong, within 15 %) or in its own unit.
+    """Return an effect with a size by name (weak, medium, strong, within 15 %) or in its own unit.
 
     Parameters
     ----------
     known : mapping of str to type
-        The effects that there are.
+        All effects.
     name : str
     size : str or float
     rng : Generator
-        Of everything about it that is drawn.
+        For its random numbers.
     channel : str
-        The sensor of an effect that acts on one; drawn when not given.
+        The sensor of an effect that acts on one; drawn if not given.
     """
     kind = known[name]
     spread = float(np.exp(rng.uniform(-0.15, 0.15)))
@@ -133,11 +133,11 @@ def make_from(
     return kind(size, rng, channel or drawn)
 
 
-# What sensors do.
+# Sensor effects.
 
 
 class SensorLag(Hidden):
-    """One thermometer has bad contact and answers late; the size is minutes."""
+    """One thermometer has bad contact and responds late; the size is the lag [min]."""
 
     unit: ClassVar[str] = "min"
     sizes: ClassVar[tuple[float, float, float]] = (2.0, 5.0, 12.0)
@@ -151,18 +151,18 @@ class SensorLag(Hidden):
 
 
 class _Wrong(Hidden, named=False):
-    """One thermometer reads wrong, up or down."""
+    """One thermometer reads too high or too low."""
 
     unit: ClassVar[str] = "K"
 
     def draw(self, rng: np.random.Generator) -> None:
-        """Choose sign and first run."""
+        """Draw sign and first run."""
         self.more["sign"] = 1.0 if rng.random() < 0.5 else -1.0
         self.more["from_run"] = float(rng.integers(1, 4))
 
 
 class SensorOffset(_Wrong):
-    """It reads wrong by a constant from one run on; the size is K."""
+    """A constant error from one run on; the size is the error [K]."""
 
     def record(self, number: int, machine: Any, drive: Drive, shown: pd.DataFrame) -> None:
         """Shift the channel."""
@@ -171,25 +171,25 @@ class SensorOffset(_Wrong):
 
 
 class SensorDrift(_Wrong):
-    """It wanders away in every run; the size is K after eight hours."""
+    """A reading that drifts away in every run; the size is the error after eight hours [K]."""
 
     def record(self, number: int, machine: Any, drive: Drive, shown: pd.DataFrame) -> None:
-        """Add what has grown so far."""
+        """Add the drift so far."""
         grown = drive.time_s / (8.0 * 3600.0)
         shown[f"{self.channel}_degC"] += self.more["sign"] * self.size * grown
 
 
 class FixtureWarming(Hidden):
-    """The fixture of the radial sensors warms and takes them along; um per K."""
+    """The fixture of the radial sensors warms and moves them; the size is um per K."""
 
     unit: ClassVar[str] = "um/K"
 
     def nose(self, machine: Any, temperatures: Array) -> Array:
-        """Return the temperature of the nose beside the fixture [degC], shape (rows,)."""
+        """Return the temperature of the nose next to the fixture [degC], shape (rows,)."""
         return np.asarray(temperatures @ machine.thermometers["front"])
 
     def move(self, machine: Any, drive: Drive, temperatures: Array, pose: Array) -> None:
-        """Shift the radial readings alike."""
+        """Shift the radial readings in one direction."""
         share = self.more["of_nose"]
         followed = (1.0 - share) * drive.at() + share * self.nose(machine, temperatures)
         late = lagged(drive.time_s, followed, 3600.0 * self.more["tau_h"])
@@ -198,13 +198,13 @@ class FixtureWarming(Hidden):
         pose[:, Y] += np.sin(self.more["direction_rad"]) * shift
 
 
-# What its definition decides.
+# Effects fixed by their definition.
 
 
 class FrictionSpeedExponent(Hidden):
-    """Friction heat goes with another power of speed, equal to the usual at one speed.
+    """Friction heat follows another power of speed; at one speed it is as usual.
 
-    The size is the power's difference from the usual.
+    The size is the difference of the exponent from the usual one.
     """
 
     unit: ClassVar[str] = "1"
@@ -212,7 +212,7 @@ class FrictionSpeedExponent(Hidden):
     usual_at_rpm: ClassVar[float]
 
     def draw(self, rng: np.random.Generator) -> None:
-        """Choose whether friction rises more or less steeply."""
+        """Draw whether friction rises more or less steeply."""
         self.more["sign"] = -1.0 if rng.random() < 0.4 else 1.0
 
     def friction(self, now: Now, viscous: Array, load: Array) -> tuple[Array, Array]:
@@ -224,13 +224,13 @@ class FrictionSpeedExponent(Hidden):
 class BearingRunIn(Hidden):
     """Fresh grease is churned at first: friction x (1 + a exp(-t_running / tau)) in each run.
 
-    The size is the excess at first. The grease flows back between runs.
+    The size is the initial excess. The grease flows back between runs.
     """
 
     unit: ClassVar[str] = "1"
 
     def begin(self, machine: Any, drive: Drive) -> None:
-        """Count running time anew."""
+        """Reset the running time."""
         self._running = 0.0
 
     def friction(self, now: Now, viscous: Array, load: Array) -> tuple[Array, Array]:
@@ -246,7 +246,7 @@ class BearingRunIn(Hidden):
 
 
 class CentrifugalShift(Hidden):
-    """Balls and rings move the shaft at once by k n^2; the size is um at the highest speed."""
+    """Balls and rings move the shaft at once by k n^2; the size is the shift at top speed [um]."""
 
     unit: ClassVar[str] = "um"
     top_rpm: ClassVar[float]
@@ -258,9 +258,9 @@ class CentrifugalShift(Hidden):
 
 
 class BearingStickSlip(Hidden, ABC):
-    """The floating bearing holds until shaft and housing have grown apart by the size [um].
+    """The floating bearing sticks until shaft and housing have grown apart by the size [um].
 
-    While it holds, the strained shaft pushes the nose; when it slips it gives most of that back.
+    While it sticks, the strained shaft pushes the nose; when it slips, most of the push disappears.
     """
 
     unit: ClassVar[str] = "um"
@@ -269,7 +269,7 @@ class BearingStickSlip(Hidden, ABC):
 
     @abstractmethod
     def apart(self, machine: Any, temperatures: Array) -> Array:
-        """Return how far shaft and housing have grown apart [um], shape (rows,)."""
+        """Return the difference in growth of shaft and housing [um], shape (rows,)."""
 
     def move(self, machine: Any, drive: Drive, temperatures: Array, pose: Array) -> None:
         """Add the push of the strained shaft."""
@@ -294,10 +294,10 @@ class ToolHeating(Hidden, ABC):
 
     @abstractmethod
     def seat(self, machine: Any) -> tuple[Any, Array]:
-        """Return the unknowns of the nose that it sits on, and the share of each."""
+        """Return the unknowns of the nose at the seat, and the share of each."""
 
     def begin(self, machine: Any, drive: Drive) -> None:
-        """Take a holder as warm as the air when the run begins."""
+        """Mount a holder at air temperature when the run begins."""
         self._mounted = drive.family != REST
         self._nose, self._share = self.seat(machine)
         self._holder = float(np.interp(drive.time_s[0], drive.grid_s, drive.outside[:, 0]))
@@ -312,7 +312,7 @@ class ToolHeating(Hidden, ABC):
             out[self._nose] -= self.size * (self._warm(now) - self._holder) * self._share
 
     def advance(self, now: Now, step: float) -> None:
-        """Warm the holder, exactly for a nose and air that stay."""
+        """Warm the holder, exactly for constant temperatures of nose and air."""
         if not self._mounted:
             return
         whole, air = self.size + self.more["loss_W_K"], float(now.look()[0])
@@ -323,14 +323,14 @@ class ToolHeating(Hidden, ABC):
         self._values.append(self._holder)
 
     def move(self, machine: Any, drive: Drive, temperatures: Array, pose: Array) -> None:
-        """Add the holder's growth; with no seat there is no holder."""
+        """Add the holder's growth; without a conductance there is no holder."""
         if self.size > 0.0:
             warm = np.interp(drive.time_s, self._times, self._values) - self._values[0]
             pose[:, E] += machine.p["alpha_steel"] * 1e-3 * self.more["length_mm"] * warm
 
 
 class Loosening(Hidden, named=False):
-    """A joint loosens at some hour of every run, at once; the size is the share that is lost."""
+    """A joint suddenly loosens in every run; the size is the share of its conductance lost."""
 
     unit: ClassVar[str] = "1"
     sizes: ClassVar[tuple[float, float, float]] = (0.3, 0.6, 0.9)

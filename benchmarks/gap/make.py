@@ -1,8 +1,8 @@
-"""Cases as files.
+"""Writes cases as files.
 
-``DIR/cases/NNNN/`` holds run_1.csv to run_4.csv and holdout.csv, the machine's file as its owner
-writes it where the simulator has an owner, and nothing about what is hidden;
-``DIR/answers/NNNN.json`` holds that. A case whose answer is there is not made again.
+``DIR/cases/NNNN/`` contains run_1.csv to run_4.csv, holdout.csv and, if the simulator has an owner,
+the owner's machine file. What is hidden is only in ``DIR/answers/NNNN.json``. A case with an
+existing answer file is not written again.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ OWNERS_FILE = "machine.toml"
 
 
 def case_folder(planned: Planned, out: Path) -> Path:
-    """Return where the runs of a case are written."""
+    """Return the folder of a case's runs."""
     return out / "cases" / planned.files
 
 
@@ -63,5 +63,5 @@ def write_case(planned: Planned, out: Path) -> Path:
         else [{"kind": mistake.kind, "place": list(mistake.place)}],
         "families": [run.drive.family for run in runs],
     }
-    # The answer comes last: where it stands, the case is whole.
+    # The answer is written last: if it exists, the case is complete.
     return write_atomically(answer, json.dumps(table, indent=1) + "\n")

@@ -1,4 +1,4 @@
-"""Time stepping, of any simulator: from switch to switch, in steps that grow after each."""
+"""Time stepping for any simulator: from switch to switch, in steps that grow after each one."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Now:
     Attributes
     ----------
     machine : object
-        The simulator's own.
+        Of the simulator.
     time, speed, feed, torque : float
         [s, r/min, mm/min, Nm]
     temperature : array, shape (unknowns,)
@@ -37,7 +37,7 @@ class Now:
         self.look()
 
     def look(self) -> Array:
-        """Put down what is outside now; return the boundary temperatures [degC]."""
+        """Update hall, draft and wobble; return the boundary temperatures [degC]."""
         place = (self.time - self._begin) / self._step
         outside = self.drive.outside
         row = min(max(int(place), 0), len(outside) - 2)
@@ -51,10 +51,10 @@ class Now:
 
 
 class Stepper(ABC, Generic[Kept]):
-    """Steps one machine; keeps what depends on speed, conductances and step, from run to run."""
+    """Steps one machine; caches from run to run what depends on speed, conductances and step."""
 
     steps: ClassVar[tuple[tuple[float, float], ...]]
-    """After something is switched: until when [s], in which steps [s]."""
+    """Pairs of time after a switch, and step until then [s]."""
     scale_step: ClassVar[float]
     """Factors on conductances are rounded to this [1]."""
     most_kept: ClassVar[int]
@@ -66,14 +66,14 @@ class Stepper(ABC, Generic[Kept]):
 
     @abstractmethod
     def factors(self, speed: float, step: float, scales: dict[str, float]) -> Kept:
-        """Return what stays while speed, conductances and step do."""
+        """Return what is constant for given speed, conductances and step."""
 
     @abstractmethod
     def step(self, now: Now, step: float) -> None:
-        """Go on by a step [s]."""
+        """Advance by a step [s]."""
 
     def run(self, drive: Drive, start: Array) -> Array:
-        """Return temperatures at the rows of *drive*, shape (rows, unknowns), from the first."""
+        """Return temperatures at the rows of *drive*, shape (rows, unknowns), from *start* on."""
         now = self._begin(drive, start)
         times, states = [now.time], [now.temperature]
         for first, last in drive.segments():
@@ -96,7 +96,7 @@ class Stepper(ABC, Generic[Kept]):
         return now.temperature
 
     def kept_at(self, now: Now, step: float) -> Kept:
-        """Return the factors for now, with what the effects do to conductances."""
+        """Return the factors for now, with the conductances changed by the effects."""
         scales: dict[str, float] = {}
         for effect in self.effects:
             for group, factor in effect.scales(now).items():
@@ -112,7 +112,7 @@ class Stepper(ABC, Generic[Kept]):
         return self._kept[key]
 
     def friction(self, now: Now) -> Array:
-        """Return the heat of all bearings [W], with what the effects do to it."""
+        """Return the heat of all bearings [W], as changed by the effects."""
         viscous, load = self._friction
         for effect in self.effects:
             viscous, load = effect.friction(now, viscous, load)

@@ -1,10 +1,10 @@
-"""Mistakes of a machine's description: ``python -m benchmarks.gap.mistakes --out DIR``.
+"""Mistakes in a machine's description: ``python -m benchmarks.gap.mistakes --out DIR``.
 
-The shipped lathe is simulated over six made-up runs, five of which the gap finder may calibrate on.
-Either the truth has something that the machine file does not say, or an owner's file lacks an item
-of it. The gap finder is given the file and the whole catalogue. The truth is a lumped model of the
-same kind: this shows that a mistake of each kind can be found, and what calibration takes over; it
-is no measure of how often that happens on a real machine.
+The shipped lathe is simulated in six invented runs; the gap finder calibrates on five of them.
+Either the simulated machine has something that the machine file does not contain, or an owner's
+file lacks one of its items. The gap finder is given the file and the whole catalogue. Because the
+truth is a lumped model of the same kind, this shows that a mistake of each kind can be found, and
+what calibration absorbs, but not how often that happens on a real machine.
 """
 
 from __future__ import annotations
@@ -49,20 +49,20 @@ RUNS = {
     "steps": ([0.0, 1.0, 2.0, 4.0], [1000, 2000, 0, 1500], [5000, 0, 2000, 4000], 19.0, 1.0),
     "unseen": ([0.0, 2.0, 3.0], [2000, 0, 1200], [5000, 0, 4000], 18.0, 1.0),
 }
-"""Hours at which speed [r/min] and feed [mm/min] change, the hall at the start [degC] and how it
-rises [K/h]; the last run is the one held out."""
+"""Hours at which speed [r/min] and feed [mm/min] change, the initial hall temperature [degC] and
+its rate [K/h]; the last run is held out."""
 
 
 @dataclass(frozen=True)
 class Mistake:
-    """What the machine file lacks.
+    """A mistake in the machine file.
 
     Attributes
     ----------
     kind : str
     place : tuple of str
     truth, told : Machine
-        The machine itself, and as the file has it.
+        The true machine, and the machine in the file.
     """
 
     kind: str
@@ -71,13 +71,13 @@ class Mistake:
     told: Machine
 
     def outcome(self, answer: dict[str, Any]) -> str:
-        """Return what an answer is; where nothing is missing, saying so is right."""
+        """Return the outcome of an answer; if nothing is missing, saying so is right."""
         told = outcome_of_mistake({"kind": self.kind, "place": self.place}, answer)
         return RIGHT if (self.kind, told) == ("nothing", NONE) else told
 
 
 def mistakes(given: Machine) -> list[Mistake]:
-    """Return the mistakes that are made, and none as the first."""
+    """Return all mistakes, after a first entry without any."""
     mass = {node.name: node.capacity.value for node in given.nodes}
     found = [Mistake("nothing", (), given, given)]
 
@@ -107,7 +107,7 @@ def mistakes(given: Machine) -> list[Mistake]:
 
 
 def runs_of(machine: Machine, seed: int = 0) -> list[Run]:
-    """Return the runs as a machine shows them; it is not quite at rest when each begins."""
+    """Return simulated runs of a machine that is not quite in equilibrium at their start."""
     found = []
     for number, (name, (hours, speed, feed, hall, rise)) in enumerate(RUNS.items()):
         time = np.arange(0.0, HOURS * 3600.0 + 1.0, 60.0)
@@ -132,7 +132,7 @@ def runs_of(machine: Machine, seed: int = 0) -> list[Run]:
 
 
 def asked(mistake: Mistake) -> dict[str, Any]:
-    """Ask what is missing where a mistake is made."""
+    """Run the gap finder on a mistake and return its answer and outcome."""
     runs = runs_of(mistake.truth)
     with clocked() as spent:
         judged, faults = answer(mistake.told, runs[:-1], runs[-1:], Search(workers=1))
@@ -152,7 +152,7 @@ def asked(mistake: Mistake) -> dict[str, Any]:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Make every mistake, ask, and print a table."""
+    """Run the gap finder on every mistake, and print a table."""
     parser = argparse.ArgumentParser(prog="benchmarks.gap.mistakes", description=__doc__)
     parser.add_argument("--out", type=Path, required=True, metavar="DIR")
     parser.add_argument("--kinds", nargs="+", metavar="KIND", help="only mistakes of these")

@@ -1,4 +1,4 @@
-"""Right or wrong: an answer of the gap finder against what is hidden, or against a mistake."""
+"""Judges an answer of the gap finder against what is hidden, or against a mistake in the file."""
 
 from __future__ import annotations
 
@@ -7,23 +7,22 @@ from typing import Any
 
 RIGHT, ONE_OF, MORE, WRONG = "right", "one of", "right and another", "wrong"
 BROKEN, UNKNOWN, NONE = "left out as broken", "unknown", "none"
-"""What can be said where one effect of the catalogue is missing."""
+"""Outcomes if one effect of the catalogue is missing."""
 
 NAMED, SAME = "named", "in other words"
-"""What else can be said where nothing of the catalogue is missing; naming an effect is false. The
-second is a change of the description that says the same as what is hidden: a heap of chips is a
-heat source of the bed."""
+"""Further outcomes if nothing of the catalogue is missing, so that naming an effect is false. The
+second is a change of the description equivalent to what is hidden: a heap of chips is a heat source
+of the bed."""
 
 BOTH, FIRST = "both", "one of the two"
-"""What else can be said of a pair; `MORE` is one or both of them and a wrong name."""
+"""Further outcomes for a pair; `MORE` is one or both of them and a wrong name."""
 
 PLACE = "right place"
-"""What else can be said where the machine's file has a mistake: another kind at one of the same
-parts."""
+"""Further outcome if the machine's file has a mistake: another kind at one of the same parts."""
 
 HOLDING = (RIGHT, ONE_OF, BOTH, FIRST, SAME)
 FALSE = (WRONG, MORE, NAMED, PLACE)
-"""Outcomes of an answer that names something: nothing in it is false, or something is."""
+"""Outcomes of an answer that names something: without, and with something false in it."""
 
 SAYING_NOTHING = {"none_missing": NONE, "unknown": UNKNOWN}
 
@@ -31,14 +30,13 @@ ONE_EFFECT = ("effect", "beyond")
 """Kinds of questions in which one effect of the catalogue is missing."""
 
 Group = tuple[str, ...]
-"""One named effect as ``name``, ``name:channel`` or ``name:place``, or several, any of them."""
+"""Alternative names of one effect: ``name``, ``name:channel`` or ``name:place``."""
 
 
 def groups_of(answer: dict[str, Any], mistakes: Sequence[dict[str, Any]] = ()) -> list[Group]:
-    """Return what the content of ``gap.json`` names: a group for each effect that was added.
+    """Return the names in the content of ``gap.json``, a group for each effect that was added.
 
-    Mistakes that the machine's file has are no part of it: naming them besides is neither asked
-    for nor wrong.
+    Mistakes in the machine's file are left out: also naming them is neither required nor wrong.
     """
     groups = []
     for number, effect in enumerate(answer["effects"]):
@@ -54,12 +52,12 @@ def groups_of(answer: dict[str, Any], mistakes: Sequence[dict[str, Any]] = ()) -
 
 
 def _is(other: str, key: str, name: str) -> bool:
-    """Return whether another key is what was named, or the same effect by another driver."""
+    """Whether another key is the named one, or the same effect with another driver."""
     return other in (key, name) or (key == name and other.partition(":")[0] == name)
 
 
 def holds(group: Group, effect: dict[str, Any]) -> bool:
-    """Return whether a group holds an effect, on its own channel if it acts on one."""
+    """Whether a group contains an effect, on the right channel if it acts on one."""
     return any(
         name == effect["name"] and channel in ("", effect["channel"])
         for name, _, channel in (key.partition(":") for key in group)
@@ -82,16 +80,16 @@ def outcome(
     truth : sequence of dict
         The hidden effects.
     groups : list of Group
-        What is named.
+        Named effects.
     verdict : str
-        As in ``gap.json``; matters where nothing is named.
+        As in ``gap.json``; used if nothing is named.
     broken : collection of str
-        Channels that were reported as broken and left out before anything was compared.
+        Channels reported as broken and left out.
     """
     if not groups:
         if kind in ONE_EFFECT and truth[0]["channel"] in broken:
             return BROKEN
-        # With a mistake of the file named and nothing else, nothing is said of what is hidden.
+        # If only a mistake of the file is named, the answer says nothing about what is hidden.
         return SAYING_NOTHING.get(verdict, NONE)
     if kind == "pair":
         return _of_pair(truth, groups)
@@ -107,7 +105,7 @@ def outcome(
 
 
 def outcome_of_mistake(mistake: dict[str, Any], answer: dict[str, Any]) -> str:
-    """Return whether an answer names a kind of change and its place."""
+    """Return the outcome of one question about a mistake in the file: kind and place."""
     named, rivals = named_in(answer)
     if not named:
         return SAYING_NOTHING[answer["verdict"]]
@@ -121,7 +119,7 @@ def outcome_of_mistake(mistake: dict[str, Any], answer: dict[str, Any]) -> str:
 
 
 def named_in(answer: dict[str, Any]) -> tuple[list[list[Any]], list[list[Any]]]:
-    """Return what an answer names, and what it says may as well be: names with places."""
+    """Return what an answer names, and its alternatives, each with its place."""
     effects = answer["effects"]
 
     def told(entry: dict[str, Any]) -> list[Any]:
@@ -135,12 +133,12 @@ def named_in(answer: dict[str, Any]) -> tuple[list[list[Any]], list[list[Any]]]:
 
 
 def _change(name: str, place: Sequence[str] | str | None) -> tuple[str, frozenset[str]]:
-    """Return a change to compare: a path has no direction, and a channel is no place."""
+    """Return a change for comparison: a path has no direction, and a channel is not a place."""
     return name, frozenset(() if place is None or isinstance(place, str) else place)
 
 
 def _in_other_words(truth: Sequence[dict[str, Any]], groups: list[Group]) -> bool:
-    """Tell whether each group holds a change of the description that says what is hidden."""
+    """Whether each group contains a change of the description equivalent to what is hidden."""
     same = [words for effect in truth for words in effect.get("in_other_words", ())]
     return all(any(_says_so(key, words) for key in group for words in same) for group in groups)
 

@@ -1,6 +1,6 @@
 """Which effects are hidden in which case: a fixed order that mixes all kinds at any length.
 
-Every truth (`benchmarks.gap.truths`) has a plan of its own.
+Every simulator (`benchmarks.gap.truths`) has its own plan.
 """
 
 from __future__ import annotations
@@ -40,25 +40,25 @@ SPLITS = {
 }
 """First seed of each split; no machine, run or disturbance is in two of them.
 
-The second and third were drawn to ask two versions of the gap finder the same questions, once
-each; the fourth to ask the version with one list what no rule of it was set on, the fifth to the
-fifteenth, the seventeenth and the eighteenth for the same after the ones before had been looked at;
-the sixteenth to judge compensators (`benchmarks.trust.drawn`)."""
+The second and third were drawn to ask two versions of the gap finder the same questions, once each;
+the fourth to test the version with one list on cases that none of its rules was set on; the fifth
+to the fifteenth, the seventeenth and the eighteenth for the same, after the earlier ones had been
+examined; the sixteenth to judge compensators (`benchmarks.trust.drawn`)."""
 KINDS = ("none", "effect", "outside", "pair", "beyond", "mistake")
 NONE_SHARE, PAIRS = 25, 25
 
 DELETED, EMPTY = "deleted", "empty"
 TRIALS = (*KINDS, DELETED)
-"""Kinds of what is asked of the gap finder: the cases, and some again without their effect."""
+"""Kinds of questions to the gap finder: the cases, and some again with their effect deleted."""
 
 DELETED_SIZES = ("medium", "strong")
-"""Sizes of the single effects that are asked for again with the effect deleted."""
+"""Sizes of single effects for which a case is asked again with the effect deleted."""
 
 FLAWED = 0.25
-"""Share of the cases with an owner's file that has a mistake besides what is hidden [1]."""
+"""Share of cases with a hidden effect whose owner's file also has a mistake [1]."""
 
 BLOCKS = 20
-"""Blocks looked through before a wish is taken to be one that no case meets."""
+"""Number of blocks searched before giving up on finding a matching case."""
 
 
 @dataclass(frozen=True)
@@ -72,9 +72,9 @@ class Planned:
         One of `TRIALS`, or ``empty``: machine and runs of a case with nothing hidden.
     case : TruthCase
     without : tuple of str
-        Effects of the catalogue that the gap finder is not to know.
+        Effects removed from the gap finder's catalogue.
     truth : str
-        Which simulator makes its runs.
+        The simulator that makes its runs.
     """
 
     number: int
@@ -96,7 +96,7 @@ class Planned:
     def emptied(self) -> Planned:
         """Return the same machine and runs with nothing hidden.
 
-        A mistake of the owner's file stays, but where it is what is asked for.
+        A mistake in the owner's file stays, unless it is the question itself.
         """
         if self.kind == "none":
             return self
@@ -115,10 +115,10 @@ def trials(
     size: str | None = None,
     truth: str = USUAL,
 ) -> list[list[Planned]]:
-    """Return what is asked of the gap finder in *count* cases of a split, gathered by case.
+    """Return the questions to the gap finder in *count* cases of a split, by case.
 
-    A case with one effect that is not weak is asked for twice: the second time the gap finder does
-    not know the effect.
+    A case with one effect that is not weak is asked twice, the second time with the effect deleted
+    from the catalogue.
 
     Raises
     ------
@@ -134,10 +134,10 @@ def trials(
 
 
 def balanced(split: str, each: int, truth: str = USUAL) -> list[list[Planned]]:
-    """Return the first *each* cases of a split of every kind, and of one effect in every size.
+    """Return the first *each* cases of every kind in a split, single effects in every size.
 
-    What is not weak is asked for again with the effect deleted. Causes outside of the catalogue are
-    left out.
+    Effects that are not weak are asked again with the effect deleted. Causes outside of the
+    catalogue are left out.
     """
     found: dict[int, list[Planned]] = {}
     wishes = [(kind, None) for kind in KINDS if kind not in ("effect", "outside")]
@@ -168,7 +168,7 @@ def _holds(planned: Planned, effect: str | None, size: str | None) -> bool:
 
 
 def _cases(split: str, truth: str) -> Iterator[Planned]:
-    """Return the cases of a split in order."""
+    """Yield the cases of a split in order."""
     number = count_up()
     first = SPLITS[split] + TRUTHS[truth].first
     for block in range(BLOCKS):

@@ -1,4 +1,4 @@
-"""The records of a folder, each beside what the same machine and runs leave with nothing hidden."""
+"""Records of a folder, each with the gap of the same machine and runs with nothing hidden."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from benchmarks.gap.truths import USUAL
 from measurement.errors import BadInput
 
 STRONG, VISIBLE = 2.0, 1.25
-"""Times the gap of nothing hidden from which a case is called strong, and visible [1]."""
+"""Least ratio to the gap with nothing hidden of a strong, and of a visible case [1]."""
 
 CLASSES = ("strong", "visible", "faint", "unmeasured")
-"""How strong a case is; the last where no case was asked for with nothing hidden."""
+"""How strong a case is; the last if no case was asked with nothing hidden."""
 
 
 @dataclass(frozen=True)
 class Record:
-    """One question, its answer, and what is true.
+    """One question, its answer, and the truth.
 
     Attributes
     ----------
     table : dict
         The record as it was written.
     empty : float
-        Gap on the held-out run that calibration leaves with nothing hidden [1].
+        Gap after calibration on the held-out run with nothing hidden [1].
     matched : bool
-        Whether that is of the same machine and runs; if not it is the median of other cases.
+        Whether that is for the same machine and runs; if not, it is the median of other cases.
     """
 
     table: dict[str, Any]
@@ -52,12 +52,12 @@ class Record:
 
     @property
     def simulator(self) -> str:
-        """Name of the truth that made its runs."""
+        """Name of the simulator that made its runs."""
         return str(self.table.get("simulator", USUAL))
 
     @property
     def mistakes(self) -> list[dict[str, Any]]:
-        """Mistakes that the machine's file has on purpose: kind and place."""
+        """Deliberate mistakes in the machine's file: kind and place."""
         return list(self.table.get("mistakes", ()))
 
     @property
@@ -72,7 +72,7 @@ class Record:
 
     @cached_property
     def groups(self) -> list[Group]:
-        """What is named."""
+        """Named effects."""
         return groups_of(self.answer, self.mistakes)
 
     @cached_property
@@ -85,13 +85,13 @@ class Record:
 
     @cached_property
     def in_doubt(self) -> bool:
-        """Whether the answer says that too much is left with what is named."""
+        """Whether the answer is marked as in doubt."""
         remaining = self.answer.get("remaining", {})
         return bool(self.answer.get("in_doubt", remaining.get("above_tolerance", False)))
 
     @property
     def ratio(self) -> float:
-        """Gap that the calibrated model leaves, over that of nothing hidden [1]."""
+        """Gap of the calibrated model, relative to that with nothing hidden [1]."""
         return float(self.answer["gap"]["holdout"]["before"]) / self.empty
 
     @property
@@ -107,8 +107,8 @@ class Record:
     def closed(self) -> float:
         """Share of the reducible gap on the held-out run that was closed [1].
 
-        Reducible is what the calibrated model leaves beyond the same machine and runs with
-        nothing hidden.
+        The reducible gap is the gap of the calibrated model minus that of the same machine and runs
+        with nothing hidden.
         """
         gap = self.answer["gap"]["holdout"]
         return float((gap["before"] - gap["after"]) / (gap["before"] - self.empty))

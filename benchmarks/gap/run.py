@@ -1,9 +1,10 @@
-"""Ask the gap finder about many cases: ``python -m benchmarks.gap.run --split reported --out D``.
+"""Run the gap finder on many cases: ``python -m benchmarks.gap.run --split reported --out D``.
 
-``D/records/`` gets one JSON file for each question, written whole; a question whose record is
-there is not asked again, so a run that was stopped goes on where it was. ``D/cases`` holds the
-cases, ``D/answers`` what is hidden in them. The gap finder sees a case's runs only; what is hidden
-is put beside its answer afterwards. ``python -m benchmarks.gap.table D`` makes the tables.
+Each question is written to one JSON file in ``D/records/``, always complete. Questions that already
+have a record are skipped, so a stopped run can be continued. ``D/cases`` contains the cases,
+``D/answers`` what is hidden in them. The gap finder only sees a case's runs and its owner's file;
+what is hidden is added to the record afterwards. ``python -m benchmarks.gap.table D`` makes the
+tables.
 """
 
 from __future__ import annotations
@@ -35,12 +36,12 @@ Tried = Callable[[list[Planned]], tuple[int, str]]
 
 
 def record_path(planned: Planned, out: Path) -> Path:
-    """Return where the record of a question lies."""
+    """Return the path of a question's record."""
     return out / RECORDS / f"{planned.name}.json"
 
 
 def ask_case(asked: list[Planned], out: Path, split: str, *, empty: bool) -> None:
-    """Ask everything that is to be asked of one case and has not been asked yet."""
+    """Ask all questions about one case that have no record yet."""
     questions = [*asked]
     if empty and asked[0].kind != "none":
         questions.insert(0, asked[0].emptied())
@@ -55,7 +56,7 @@ def ask_case(asked: list[Planned], out: Path, split: str, *, empty: bool) -> Non
 def _write(
     planned: Planned, out: Path, split: str, answer: dict[str, Any], told: dict[str, Any]
 ) -> None:
-    """Write what was said beside what is true."""
+    """Write the answer together with the truth."""
     record = {
         "name": planned.name,
         "simulator": planned.truth,
@@ -72,7 +73,7 @@ def _write(
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Ask about the cases wanted, side by side, with a progress bar."""
+    """Ask about the chosen cases in parallel, with a progress bar."""
     args = _parser().parse_args(arguments)
     if args.cases < 1 or args.workers < 1:
         _parser().error("--cases and --workers: 1 or more")
@@ -93,13 +94,13 @@ def main(arguments: list[str] | None = None) -> int:
         _parser().error(str(error))
     if args.numbers:
         cases = [asked for asked in cases if asked[0].number in args.numbers]
-    finder_version()  # Of what is loaded now, whatever happens to the files while cases run.
+    finder_version()  # Cached now, in case the source files change while cases run.
     work = partial(ask_case, out=args.out, split=args.split, empty=not args.no_empty)
     return 1 if _all_of(cases, work, args.workers) else 0
 
 
 def _all_of(cases: list[list[Planned]], work: Work, workers: int) -> int:
-    """Work on all cases, telling of those that fail; return how many do."""
+    """Work on all cases, report those that fail, and return their number."""
     failed = 0
     with tqdm(total=len(cases), unit="case") as bar:
         for number, trace in _done(cases, partial(_tried, work), workers):

@@ -26,11 +26,11 @@ from benchmarks.gap.records import CLASSES, VISIBLE, Record
 from benchmarks.results_page import as_table
 
 CLOSED = 0.8
-"""Share of the reducible gap that an effect named right is to close [1]."""
+"""Share of the reducible gap that a correctly named effect should close [1]."""
 
 
 markdown = partial(as_table, flush="---:")
-"""A table whose columns but the first are flush right."""
+"""A table with all columns except the first aligned right."""
 
 
 def share(some: int, of: int) -> str:
@@ -62,18 +62,18 @@ def with_outcome(records: Sequence[Record], *outcomes: str) -> list[Record]:
 
 
 def named_right(records: Sequence[Record]) -> list[Record]:
-    """Return those named right whose gap can be reduced at all."""
+    """Return the records named right whose gap can be reduced at all."""
     found = with_outcome(of_kind(records, "effect"), RIGHT)
     return [one for one in found if one.ratio >= VISIBLE]
 
 
 def targets(records: Sequence[Record]) -> str:
-    """Return the figures that the gap finder is judged by, beside what is asked of it."""
+    """Return the figures that the gap finder is judged by, next to their targets."""
     return markdown(["", "Target", "Found; 95 % interval"], _target_rows(records))
 
 
 def by_simulator(folders: Sequence[Sequence[Record]]) -> str:
-    """Return the same for all together and for each simulator, whose records *folders* holds."""
+    """Return the same over all records in *folders* and for each simulator."""
     names = ["all", *(some[0].simulator for some in folders)]
     folders = [list(chain.from_iterable(folders)), *folders]
     rows = [_target_rows(some) for some in folders]
@@ -85,7 +85,7 @@ def by_simulator(folders: Sequence[Sequence[Record]]) -> str:
 
 
 def _target_rows(records: Sequence[Record]) -> list[list[str]]:
-    """Return what is asked for, how much of it, and what was found."""
+    """Return the rows of figure, target and result."""
     single, beyond = of_kind(records, "effect"), of_kind(records, "beyond")
     mistakes, pairs = of_kind(records, "mistake"), of_kind(records, "pair")
     strong = [one for one in single if one.strength == "strong"]
@@ -175,10 +175,10 @@ def _target_rows(records: Sequence[Record]) -> list[list[str]]:
 
 
 def outcomes(records: Sequence[Record]) -> str:
-    """Return how often each outcome occurs, by kind of question and how strong the case is.
+    """Return how often each outcome occurs, by kind of question and strength of the case.
 
-    Strong is a case whose calibrated model leaves `STRONG` times the gap of nothing hidden, or
-    more, visible one with `VISIBLE` times.
+    In a strong case, the gap of the calibrated model is at least `STRONG` times the gap with
+    nothing hidden, in a visible one `VISIBLE` times.
     """
     counted = Counter((one.kind, one.strength, one.outcome) for one in records)
     heads = sorted({outcome for *_, outcome in counted})
@@ -192,7 +192,7 @@ def outcomes(records: Sequence[Record]) -> str:
 
 
 def false_names(records: Sequence[Record]) -> str:
-    """Return every case with a wrong name, one a row."""
+    """Return every case with a wrong name, one per row."""
     wrong = with_outcome(records, *FALSE)
     rows = [
         [

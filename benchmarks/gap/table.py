@@ -1,7 +1,7 @@
 """Tables of a folder of records: ``python -m benchmarks.gap.table DIR``.
 
 Prints the tables and writes them to ``DIR/tables.md``. ``--beside DIR`` adds folders of other
-simulators: of these, one table with a column for each is made, which ``--docs`` puts into
+simulators and instead prints one table with a column for each, which ``--docs`` writes into
 ``docs/gap_benchmark.md``.
 """
 

@@ -1,4 +1,4 @@
-"""The simulators that judge the gap finder, by name: one folder each."""
+"""The simulators that test the gap finder, by name; each has its own folder."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from benchmarks.gap.lathe.effects import BEYOND as LATHES_BEYOND
 from benchmarks.gap.truth.case import SHOP as JIG_BORERS
 
 USUAL = "jig_borer"
-"""The truth that is asked unless another is named."""
+"""The default simulator."""
 
 
 @dataclass(frozen=True)
@@ -24,11 +24,11 @@ class Truth:
     Attributes
     ----------
     first : int
-        Its seeds begin this far from those of the first one.
+        Offset of its seeds from those of the default simulator.
     shop : Shop
-        Where no owner writes a file, the shipped machine is asked about.
+        If it has no owner's file, the gap finder is given the shipped machine.
     beyond : mapping of str to float
-        Amplitudes that are larger than usual, of some of the catalogue.
+        Larger than usual amplitudes of some effects of the catalogue.
     """
 
     first: int
@@ -37,12 +37,12 @@ class Truth:
 
     @property
     def catalogue(self) -> dict[str, type[Hidden]]:
-        """What it can hide of the product's catalogue, by name."""
+        """Effects of the product's catalogue that it can hide, by name."""
         return {n: e for n, e in self.shop.effects().items() if e.catalogued}
 
     @property
     def outside(self) -> tuple[str, ...]:
-        """Names of what it can hide and no catalogue holds."""
+        """Names of the effects that it can hide but that are in no catalogue."""
         effects = self.shop.effects().items()
         return tuple(name for name, e in effects if not e.catalogued)
 
