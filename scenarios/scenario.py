@@ -273,6 +273,11 @@ def scenario_from_text(
     for key, value in overrides:
         table = changed(table, key, value, path, "--set")
     settings = checked(Settings, table, path)
+    for key, _ in overrides:
+        sets = [any(f"{key}.".startswith(f"{own}.") for own in v.set) for v in settings.variants]
+        if sets and all(sets):
+            problem = f"{shown(key)} has no effect: every variant sets it again, change it there"
+            raise BadInput(path, "--set", problem)
     if settings.replay is not None:
         _check_replay(table, settings, path)
         return Scenario(settings, (), path, text, tuple(overrides))

@@ -70,6 +70,14 @@ def test_overrides_reach_every_variant_unless_it_says_otherwise():
     assert not two.settings.compensator.enabled
 
 
+def test_an_override_that_every_variant_sets_again_is_refused():
+    both = TEXT + '\n[[variants]]\nname = "three"\nset = { "signals.speed" = 700 }\n'
+    only = both.replace('name = "one"', 'name = "one"\nset = { "signals.speed" = 600 }')
+    read(both, ("signals.speed", 900))
+    with pytest.raises(BadInput, match=r"signals\.speed' has no effect: every variant sets it"):
+        read(only, ("signals.speed", 900))
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
