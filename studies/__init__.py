@@ -1,5 +1,5 @@
-"""Error models beside the core's own: those of the three studies, and others tried against them.
+"""Further error models: those of the three studies, and others compared with them.
 
-A plug-in like any other, installed with the product: ``fit`` has what is fitted, ``runtime`` what
-runs in an FMU, with the standard library only, each beside its twin in C.
+A plug-in like any other, installed with the product: ``fit`` has the fitting code, ``runtime`` the
+code that runs in an FMU (standard library only), each model next to its C twin.
 """

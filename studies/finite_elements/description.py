@@ -15,9 +15,9 @@ NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 Name = Annotated[str, Field(min_length=1, max_length=60)]
 Number = Annotated[float, Field(allow_inf_nan=False)]
 MOST_ELEMENTS = 40_000
-"""More would take too long: set on no data."""
+"""Most elements, because more would take too long: set on no data."""
 LINE_GAP_MM = 0.05
-"""Edges closer than that are a slip of the pen [mm]: set on no data."""
+"""Edges closer than this are taken for a typing error [mm]: set on no data."""
 
 
 class _Table(BaseModel):
@@ -36,7 +36,7 @@ class Material(_Table):
 
 
 class Rectangle(_Table):
-    """A rectangle of the half plane: r from the axis and z along it [mm]."""
+    """A rectangle in the half plane: r from the axis and z along it [mm]."""
 
     r: tuple[NotNegative, NotNegative]
     z: tuple[Number, Number]
@@ -57,7 +57,7 @@ class Part(Rectangle):
 
 
 class Gap(Rectangle):
-    """An annular gap of air between a turning and a resting surface."""
+    """An annular air gap between a rotating and a stationary surface."""
 
     name: Name
 
@@ -70,7 +70,7 @@ class Jacket(Rectangle):
 
 
 class Surface(Rectangle):
-    """Free surfaces in air; *diameter_mm* goes into the film correlations."""
+    """Free surfaces in air; *diameter_mm* is used in the film correlations."""
 
     name: Name
     kind: Literal["still", "turning"]
@@ -91,7 +91,7 @@ class Bearings(_Table):
 
 
 class Motor(_Table):
-    """A loss in proportion to speed, shared between parts."""
+    """A loss proportional to speed, shared between parts."""
 
     name: Name
     watts_per_1000rpm: NotNegative
@@ -99,21 +99,21 @@ class Motor(_Table):
 
 
 class Ring(_Table):
-    """Part of a plane across the axis: its place and its radii [mm]."""
+    """A ring in a plane across the axis: its position and radii [mm]."""
 
     z: Number
     r: tuple[NotNegative, NotNegative]
 
 
 class Inputs(_Table):
-    """Names of the sensors that read the air and the coolant, where a run has them."""
+    """Names of the sensors for air and coolant, if a run has them."""
 
     air: Name | None = None
     coolant: Name | None = None
 
 
 class Description(_Table):
-    """A spindle for finite elements; see the file that ships for what each table means."""
+    """A spindle for finite elements; the shipped file explains each table."""
 
     format: Literal[1]
     name: Name
@@ -163,7 +163,7 @@ class Description(_Table):
 
 
 def read_description(source: str | Path = "jig_borer") -> Description:
-    """Read a description file, or the shipped one of that name.
+    """Read a description file, or the shipped one with this name.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def read_description(source: str | Path = "jig_borer") -> Description:
     Returns
     -------
     Description
-        Checked against the ranges that make sense.
+        Checked against sensible ranges.
 
     Raises
     ------

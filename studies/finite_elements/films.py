@@ -1,4 +1,4 @@
-"""Film coefficients and bearing friction, as the study of the finite-element spindle gives them."""
+"""Film coefficients and bearing friction from the study of the finite-element spindle."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from scipy.constants import g
 from studies.finite_elements.description import Bearings
 
 AIR_CONDUCTIVITY, AIR_VISCOSITY, AIR_PRANDTL, MEAN_KELVIN = 0.026, 16e-6, 0.701, 298.0
-"""Of air, and its temperature, given by the study [W/(m K), m2/s, 1, K]."""
+"""Properties of air and its temperature, given by the study [W/(m K), m2/s, 1, K]."""
 USUAL_RISE = 5.0
-"""Temperature rise of a spindle's surface that natural convection is linearised at [K]: set on no
+"""Temperature rise of a spindle's surface at which natural convection is linearised [K]: set on no
 data."""
 RADIATION = 5.0
 """Radiation of a painted surface near room temperature [W/(m2 K)], given by the VDI Heat Atlas,
@@ -18,7 +18,7 @@ part K."""
 
 
 def turning_film(speed: float, diameter_m: float) -> float:
-    """Return the film coefficient of a turning surface [W/(m2 K)].
+    """Return the film coefficient of a rotating surface [W/(m2 K)].
 
     Parameters
     ----------
@@ -29,8 +29,8 @@ def turning_film(speed: float, diameter_m: float) -> float:
 
     Notes
     -----
-    Nu = 0.133 Re^(2/3) Pr^(1/3), Re = u d / nu with the surface's speed u. At standstill, and where
-    that gives less, natural convection.
+    Nu = 0.133 Re^(2/3) Pr^(1/3), Re = u d / nu with the surface speed u. Natural convection at
+    standstill and whenever this is smaller.
     """
     reynolds = np.pi * abs(speed) / 60.0 * diameter_m**2 / AIR_VISCOSITY
     nusselt = 0.133 * reynolds ** (2.0 / 3.0) * AIR_PRANDTL ** (1.0 / 3.0)
@@ -38,7 +38,7 @@ def turning_film(speed: float, diameter_m: float) -> float:
 
 
 def still_film(diameter_m: float) -> float:
-    """Return the film coefficient of a resting surface [W/(m2 K)], radiation included.
+    """Return the film coefficient of a stationary surface [W/(m2 K)], including radiation.
 
     Notes
     -----
@@ -50,11 +50,11 @@ def still_film(diameter_m: float) -> float:
 
 
 def gap_conductivity(speed: float, radius_m: float, gap_m: float) -> float:
-    """Return the conductivity that stands for an air gap at a speed [W/(m K)].
+    """Return the effective conductivity of an air gap at a speed [W/(m K)].
 
     Notes
     -----
-    Nu on twice the gap: 2 at rest, 0.128 Ta^0.367 from Ta = 1700, 0.409 Ta^0.241 from 1e4, with
+    Nu for twice the gap: 2 at rest, 0.128 Ta^0.367 from Ta = 1700, 0.409 Ta^0.241 from 1e4, with
     Ta = omega^2 r s^3 / nu^2; Becker and Kaye, J. Heat Transfer 84 (1962) 97,
     doi:10.1115/1.3684335.
     """
@@ -69,7 +69,7 @@ def gap_conductivity(speed: float, radius_m: float, gap_m: float) -> float:
 
 
 def friction_numbers(bearings: Bearings) -> tuple[float, float, float, float]:
-    """Return (a, n0, c, b) of a set's friction heat a n^(5/3) + b n; c n + b n below n0 r/min.
+    """Return (a, n0, c, b) of a bearing set's friction heat a n^(5/3) + b n; c n + b n below n0.
 
     Notes
     -----
@@ -86,14 +86,14 @@ def friction_numbers(bearings: Bearings) -> tuple[float, float, float, float]:
 
 
 def friction_heat(speed: float, numbers: tuple[float, float, float, float]) -> float:
-    """Return the heat of a source with the numbers of `friction_numbers` at a speed [W].
+    """Return the heat of a source at a speed [W].
 
     Parameters
     ----------
     speed : float
-        Of either sign [r/min].
+        With either sign [r/min].
     numbers : tuple of four floats
-        As `friction_numbers` gives them.
+        From `friction_numbers`.
     """
     n = abs(speed)
     viscous, threshold, slow, load = numbers

@@ -1,4 +1,4 @@
-"""The weak forms on a body of revolution; every integral carries 2 pi r."""
+"""Weak forms on a body of revolution; every integral contains the factor 2 pi r."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Thermo-elastic growth: how far each node's warming moves the nose."""
+"""Thermo-elastic growth: displacement of the nose by the temperature of each node."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ class GrowthModel:
     ----------
     description : Description
     mesh : SpindleMesh
-        Of parts and gaps; the gaps carry no force and are left out.
+        Of parts and gaps; gaps carry no force and are left out.
 
     Notes
     -----
-    The displacement is quadratic where the temperature is linear, so that strains match. The row
-    of influence comes from one adjoint solution.
+    The displacement is quadratic and the temperature linear, so that strains match. The influence
+    row comes from one adjoint solution.
     """
 
     def __init__(self, description: Description, mesh: SpindleMesh) -> None:
@@ -51,7 +51,7 @@ class GrowthModel:
         r, z = self.displacement.doflocs * 1e3
         on = np.isclose(z, ring.z, atol=1e-6) & (r > ring.r[0] - 1e-6) & (r < ring.r[1] + 1e-6)
         axial = np.zeros(self.displacement.N, dtype=bool)
-        # In a vector element of two components the second one of every place is axial.
+        # In a vector element with two components, the second one of every place is axial.
         axial[self.displacement.nodal_dofs[1::2].ravel()] = True
         axial[self.displacement.facet_dofs[1::2].ravel()] = True
         axial[self.displacement.interior_dofs[1::2].ravel()] = True
@@ -94,6 +94,6 @@ class GrowthModel:
 
 
 def _node_numbers(mesh: SpindleMesh, points: Array) -> Index:
-    """Return which node of the whole mesh each node of the solid body is."""
+    """Return the number in the whole mesh of each node of the solid body."""
     whole = {tuple(np.round(p, 9)): i for i, p in enumerate(mesh.mesh.p.T.tolist())}
     return np.array([whole[tuple(np.round(p, 9))] for p in points.T.tolist()], dtype=np.intp)

@@ -38,7 +38,7 @@ class HeatModel:
         def of(field: str) -> Array:
             return np.array([getattr(material, field) for material in table])[number] * solid
 
-        # Air in a gap stores nothing worth counting, but the mass matrix must not be singular.
+        # Air in a gap stores hardly any heat, but the mass matrix must not be singular.
         stored = np.where(solid, of("density") * of("specific_heat"), 1.2e3)
         self.mass: csr_matrix = forms.mass(self.basis, stored)
         self._conduction: csr_matrix = forms.conduction(self.basis, of("conductivity"))
@@ -96,7 +96,7 @@ class HeatModel:
         self.source_names = tuple(names)
 
     def _entry(self, parts: list[str]) -> Array:
-        """Return where heat enters that is spread evenly over the volume of parts."""
+        """Return the entry vector of heat spread evenly over the volume of parts."""
         names = [part.name for part in self.description.parts]
         inside = np.isin(self._mesh.part, [names.index(name) for name in parts])
         return forms.source(self.basis, self._over_volume(np.flatnonzero(inside)))
@@ -115,7 +115,7 @@ class HeatModel:
 
     @property
     def source_numbers(self) -> tuple[tuple[float, float, float, float], ...]:
-        """Numbers of each source's heat over speed; see `films.friction_heat`."""
+        """Parameters of each source's heat over speed; see `films.friction_heat`."""
         return tuple(self._numbers)
 
     def powers(self, speed: float) -> Array:
@@ -123,9 +123,9 @@ class HeatModel:
         return np.array([films.friction_heat(speed, numbers) for numbers in self._numbers])
 
     def groups(self, speed: float) -> dict[str, tuple[csr_matrix, Array]]:
-        """Return conductance matrix and conductance to the air of every group at a speed [W/K].
+        """Return the conductance matrix and conductance to air of every group at a speed [W/K].
 
-        ``conduction`` holds conduction and gaps, ``air`` the films, ``coolant`` the jackets.
+        ``conduction`` contains conduction and gaps, ``air`` the films, ``coolant`` the jackets.
         """
         inside = self._conduction
         for radius, width, matrix in self._gaps:
@@ -151,5 +151,5 @@ class HeatModel:
 
     @cached_property
     def nodes_mm(self) -> Array:
-        """Places of the nodes, shape (2, nodes) [mm]."""
+        """Coordinates of the nodes, shape (2, nodes) [mm]."""
         return np.asarray(self.basis.doflocs * 1e3)

@@ -1,4 +1,4 @@
-"""From rectangles to a mesh of quadrilaterals in the half plane (r, z) [m]."""
+"""Meshes rectangles with quadrilaterals in the half plane (r, z) [m]."""
 
 from __future__ import annotations
 
@@ -38,27 +38,27 @@ class SpindleMesh:
 
     @property
     def centres(self) -> Array:
-        """Middles of the elements, shape (2, elements) [mm]."""
+        """Centres of the elements, shape (2, elements) [mm]."""
         return np.asarray(self.mesh.p[:, self.mesh.t].mean(axis=1) * 1e3)
 
     def elements_in(self, box: Rectangle) -> Index:
-        """Return the elements whose middle lies in a rectangle."""
+        """Return the elements whose centre lies in a rectangle."""
         return np.flatnonzero(_inside(self.centres, box))
 
     def facets_in(self, box: Rectangle) -> Index:
-        """Return the free facets whose middle lies in a rectangle."""
+        """Return the free facets whose centre lies in a rectangle."""
         facets = self.mesh.boundary_facets()
         middles = self.mesh.p[:, self.mesh.facets[:, facets]].mean(axis=1) * 1e3
         return np.asarray(facets[_inside(middles, box)])
 
 
 def build_mesh(description: Description) -> SpindleMesh:
-    """Return the mesh; every edge of a rectangle is a line of it.
+    """Return the mesh; every edge of a rectangle is a mesh line.
 
     Raises
     ------
     BadInput
-        When the elements would be too many, or a rectangle covers none of them.
+        If there would be too many elements, or a rectangle covers none.
     """
     boxes: list[Rectangle] = [
         *description.parts,
@@ -97,7 +97,7 @@ def _inside(points: Array, box: Rectangle) -> NDArray[np.bool_]:
 
 
 def _lines(edges: list[float], longest: float) -> Array:
-    """Return all edges with lines between them, no further apart than *longest*."""
+    """Return all edges and lines between them, at most *longest* apart."""
     sorted_edges = np.unique(np.asarray(edges, dtype=np.float64))
     kept = sorted_edges[np.concatenate([[True], np.diff(sorted_edges) > LINE_GAP_MM])]
     pieces = [

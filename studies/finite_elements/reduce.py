@@ -1,4 +1,4 @@
-"""The finite-element spindle with a handful of states, cheap enough to fit and to run in a control.
+"""The finite-element spindle reduced to a few states, cheap enough for fitting and for a control.
 
 Galerkin projection: T = T_start + V x, with V orthonormal in the mass matrix, so that
 dx/dt = -A(n) x + forcing with a small symmetric A.
@@ -16,13 +16,14 @@ from studies.finite_elements.mesh import Array
 from studies.finite_elements.spindle import FiniteElementSpindle
 
 SLOW_MODES = 2
-"""Slowest modes taken from each of the sampled speeds; the rest follows within seconds. Set on no
-data."""
-SHIFTS_S = (40.0, 300.0)
-"""Responses to a step of each source after about these times complete the steady ones [s]: set on
+"""Number of slowest modes taken from each sampled speed; the others settle within seconds. Set on
 no data."""
+SHIFTS_S = (40.0, 300.0)
+"""Times of the step responses to each source that complement the steady ones, approximately [s]:
+set on no data."""
 NEGLIGIBLE = 1e-6
-"""Of the largest direction's energy, given by arithmetic: below it is rounding [1]."""
+"""Share of the largest direction's energy below which there is only rounding, given by arithmetic
+[1]."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ class ReducedSpindle:
     size : int
         Number of coordinates r.
     speeds : sequence of float
-        Regimes; a speed between two belongs to the nearer one [r/min].
+        Speeds of the regimes; any speed belongs to the nearest [r/min].
 
     Attributes
     ----------
@@ -91,13 +92,12 @@ class ReducedSpindle:
     ) -> list[ReducedRegime]:
         """Return the modes with films, jackets and heat capacities scaled [1].
 
-        Forcing by sources must be divided by *capacity* too.
+        Forcing by sources must also be divided by *capacity*.
 
         Parameters
         ----------
         air, coolant, capacity : float
-            Factors on the films to the air, on the jackets' films and on the heat capacities
-            [1].
+            Factors on the films to air, on the jackets' films and on the heat capacities [1].
         """
         regimes = []
         for speed, groups in zip(self.speeds, self._groups, strict=True):
@@ -110,7 +110,7 @@ class ReducedSpindle:
 
 
 def _basis(spindle: FiniteElementSpindle, size: int) -> Array:
-    """Return *size* vectors, orthonormal in the mass matrix, that matter most.
+    """Return the *size* most important vectors, orthonormal in the mass matrix.
 
     Snapshots: the slowest modes, steady and early responses to every source and boundary, at rest
     and turning.
@@ -124,7 +124,7 @@ def _basis(spindle: FiniteElementSpindle, size: int) -> Array:
         drives = drives[:, np.abs(drives).sum(axis=0) > 0.0]
         fields.append(splu(matrix).solve(drives))
         fields += [splu((matrix + mass / after).tocsc()).solve(drives) for after in SHIFTS_S]
-        # A fixed start, so that equal data give equal numbers.
+        # A fixed start makes results reproducible.
         first = np.ones(len(to_air))
         count = min(SLOW_MODES, len(to_air) - 1)
         _, modes = eigsh(matrix, k=count, M=mass, sigma=0.0, v0=first)

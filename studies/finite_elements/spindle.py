@@ -14,7 +14,7 @@ from studies.finite_elements.heat import HeatModel
 from studies.finite_elements.mesh import Array, build_mesh
 
 GAMMA = 1.0 - 0.5**0.5
-"""Of the two-stage scheme of second order, given by its L-stability [1]."""
+"""Coefficient of the two-stage second-order scheme, given by its L-stability [1]."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class FiniteElementSpindle:
     Parameters
     ----------
     description : Description, optional
-        By default the one that ships, in the size of the jig borer.
+        By default the shipped one, of the size of the jig borer.
     """
 
     def __init__(self, description: Description | None = None) -> None:
@@ -64,9 +64,9 @@ class FiniteElementSpindle:
         Parameters
         ----------
         speed : float
-            Held for ever [r/min].
+            Held forever [r/min].
         ambient, coolant : float
-            Temperature of the air and of the coolant's inlet [degC].
+            Temperature of the air and of the coolant inlet [degC].
         """
         matrix, to_air = self.heat.conductance(speed)
         right = self.heat.entries @ self.heat.powers(speed)
@@ -74,12 +74,12 @@ class FiniteElementSpindle:
         return np.asarray(splu(matrix).solve(right))
 
     def zss(self, speed: float) -> float:
-        """Return the steady growth at a speed, from a uniform start [um].
+        """Return the steady growth at a speed from a uniform start [um].
 
         Parameters
         ----------
         speed : float
-            Held for ever [r/min]; air, coolant and the start are at 20 degC.
+            Held forever [r/min]; air, coolant and the start are at 20 degC.
         """
         return float(self.growth_row @ (self.steady(speed) - 20.0))
 
@@ -93,7 +93,7 @@ class FiniteElementSpindle:
         start: Array | None = None,
         longest_s: float = 60.0,
     ) -> Transient:
-        """Return a run: each row's speed holds until the next, temperatures outside are joined.
+        """Return a run: speeds hold until the next row, outside temperatures are interpolated.
 
         Parameters
         ----------
@@ -102,14 +102,14 @@ class FiniteElementSpindle:
         ambient, coolant : array, shape (rows,), or float
             [degC]
         start : array, shape (nodes,), optional
-            By default the ambient's first value everywhere.
+            By default the first ambient temperature everywhere.
         longest_s : float
             Longest inner step [s].
 
         Notes
         -----
-        Two-stage diagonally implicit Runge-Kutta, second order, L-stable, so that the quick modes
-        of a stop or start do not ring.
+        Two-stage diagonally implicit Runge-Kutta, second order, L-stable, so that the fast modes
+        do not ring after a stop or start.
         """
         rows = len(time_s)
         air, bath = (np.broadcast_to(np.asarray(u, float), (rows,)) for u in (ambient, coolant))
@@ -137,7 +137,7 @@ def _between(values: Array, row: int, share: float) -> float:
 
 
 class _Solver:
-    """Keeps the factors of the regimes that occur."""
+    """Keeps the matrix factors of the regimes that occur."""
 
     def __init__(self, heat: HeatModel) -> None:
         self._heat = heat

@@ -1,1 +1,1 @@
-"""Error models of the studies as they are fitted."""
+"""Fitting of the studies' error models."""

@@ -27,10 +27,10 @@ from studies.fit.arx import usual_step
 from studies.runtime.arma import MOST_DIFFERENCES
 
 SIGNIFICANCE = 0.05
-"""Of the ADF test, as is usual: set on no data [1]."""
+"""Significance level of the ADF test, the usual one: set on no data [1]."""
 LARGEST_ORDER = 3
-"""Of p and of q, which the option ``order`` may lower: a judgement, set on no data. The study's own
-are lost from its text."""
+"""Largest p and q, which the option ``order`` may lower: a judgement, set on no data. The study's
+own orders are missing from its text."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Series:
 
 
 class AutoregressiveMovingAverage(FittedModel):
-    """An ARMA model per target; it uses past drift only, and no temperature.
+    """An ARMA model per target; it uses only past drift, no temperatures.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ class AutoregressiveMovingAverage(FittedModel):
         Parameters
         ----------
         task : Task
-            Runs and names; the inputs are not looked at.
+            Runs and names; the inputs are not used.
         step_s : float, optional
             Length of a step; by default the usual sampling interval [s].
         order : int
@@ -141,7 +141,7 @@ class AutoregressiveMovingAverage(FittedModel):
 
 
 def _even(run: TrainingRun, step_s: float) -> list[Array]:
-    """Return the run's drift on the even clock, cut where it was not measured for a while."""
+    """Return the run's drift on the even clock, split where it was not measured for a while."""
     time, targets = run.time_s[run.known], run.targets[run.known]
     cuts = np.flatnonzero(np.diff(time) > 3.0 * step_s) + 1
     pieces = []
@@ -157,7 +157,7 @@ def _fit_series(pieces: list[Array], largest: int) -> Series:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FutureWarning)  # the kind of tuple that they return
         differences, p_values = _stationary_order(pieces)
-    # Differences are taken within each piece: the step from one run to the next is none.
+    # Differences are taken within each piece, never from one run to the next.
     parts = [np.diff(piece, differences) for piece in pieces if len(piece) > differences + 1]
     w = np.concatenate(parts)
     mean, scale = float(w.mean()), float(w.std())
@@ -188,9 +188,9 @@ def _fit_series(pieces: list[Array], largest: int) -> Series:
 def correlations(z: Array) -> dict[str, Any]:
     """Return autocorrelation and partial autocorrelation of a stationary series, from lag 0 on.
 
-    Where the one breaks off at q and the other tails away the series is MA(q), the other way round
-    AR(p); where both tail away it is ARMA. ``white_noise_95`` is the size below which 95 % of those
-    of white noise lie, 1.96 / sqrt(n).
+    If the former cuts off at q and the latter tails off, the series is MA(q); the other way round
+    it is AR(p); if both tail off it is ARMA. ``white_noise_95`` is the bound for 95 % of the
+    autocorrelations of white noise, 1.96 / sqrt(n).
     """
     partial = pacf(z, method="ywm")  # as many lags as statsmodels takes
     return {
@@ -201,15 +201,15 @@ def correlations(z: Array) -> dict[str, Any]:
 
 
 def _arma(z: Array, p: int, q: int) -> tuple[float, Array, Array] | None:
-    """Return AIC, phi and theta of an ARMA(p, q) by maximum likelihood; None where it fails."""
-    # A likelihood may have several maxima: the largest is taken that two starts lead to, that of
-    # Yule and Walker and that of Hannan and Rissanen, statsmodels' own.
+    """Return AIC, phi and theta of an ARMA(p, q) by maximum likelihood; None if it fails."""
+    # A likelihood may have several maxima: take the larger of those reached from two starts, that
+    # of Yule and Walker and statsmodels' own, that of Hannan and Rissanen.
     reached = [_maximum(z, p, q, by_yule_walker) for by_yule_walker in (True, False)]
     return min((one for one in reached if one), key=lambda one: one[0], default=None)
 
 
 def _maximum(z: Array, p: int, q: int, by_yule_walker: bool) -> tuple[float, Array, Array] | None:
-    """Return AIC, phi and theta of the maximum that a start leads to; None where it fails."""
+    """Return AIC, phi and theta of the maximum reached from a start; None if it fails."""
     try:
         start = None
         if by_yule_walker:
@@ -226,7 +226,7 @@ def _maximum(z: Array, p: int, q: int, by_yule_walker: bool) -> tuple[float, Arr
 
 
 def _stationary_order(pieces: list[Array]) -> tuple[int, list[float]]:
-    """Return how often to difference, and the median ADF p-value of each order tried."""
+    """Return the order of differencing, and the median ADF p-value of each order tried."""
     p_values = []
     for differences in range(MOST_DIFFERENCES + 1):
         of_pieces = []

@@ -27,18 +27,16 @@ from studies.fit.by_run import (
 )
 
 MEMORIES_S = (0.0, 600.0, 1800.0, 3600.0, 7200.0, 14_400.0)
-"""Time constants of the pole to choose from [s]; 0 is a map without memory. Set on no
-data."""
+"""Candidate time constants of the pole [s]; 0 is a map without memory. Set on no data."""
 THIN_TO = 120
-"""Rows of a run that the pole is chosen by: neighbours in a drift of hours say the same. Set
-on no data."""
+"""Rows per run for choosing the pole: neighbouring rows of a slow drift are redundant. Set on no
+data."""
 SHORTEST_STEP_S = 10.0
-"""A judgement, set on no data: a drift of hours hardly moves in less [s]."""
+"""A judgement, set on no data: drift over hours hardly changes in less [s]."""
 ESTIMATORS = ("simulation", "prediction", "armax")
 LAGS = (0, 1, "choose")
 MOST_MOVING, ARMAX_ROUNDS = 2, 10
-"""Moving-average orders that are tried, and rounds in which their residuals settle. Set on
-no data."""
+"""Highest moving-average order tried, and rounds for the residuals to settle. Set on no data."""
 
 
 class AutoregressiveExogenous(FittedModel):
@@ -49,9 +47,9 @@ class AutoregressiveExogenous(FittedModel):
     step_s : float
         Length of a step [s].
     pole : array (m,)
-        Weight of the drift one step before [1].
+        Weight of the drift at the previous step [1].
     now, before : array (m, k)
-        Weights of the inputs at this step and the one before [um/K, urad/K].
+        Weights of the inputs at this step and the previous one [um/K, urad/K].
     constant : array (m,)
         Constant part of each step [um, urad].
     diagnostics : dict
@@ -94,17 +92,17 @@ class AutoregressiveExogenous(FittedModel):
         step_s : float, optional
             Length of a step; by default the usual sampling interval [s].
         estimator : {"simulation", "prediction", "armax"}
-            ``prediction`` is the usual least squares on the measured past. It makes the next step
-            right, and says nothing of a run without measurements, where its error adds up.
-            ``simulation`` makes the free-running drift right: for each pole on a grid the rest is
-            linear, and the pole that predicts left-out runs best is taken. ``armax`` is
-            ``prediction`` with a moving average of the residuals, which takes off what sensor noise
-            does to the pole; its order, 0 to 2, is that of the smallest AIC. Past residuals are
-            not known without measurements and their mean is zero, so that at run time it is an ARX.
+            ``prediction`` is the usual least squares on the measured past. It optimises the next
+            step, but not runs without measurements, in which its errors accumulate.
+            ``simulation`` optimises the free-running drift: for each pole on a grid the problem is
+            linear, and the pole that predicts left-out runs best is chosen. ``armax`` is
+            ``prediction`` with a moving average of the residuals, which removes the effect of
+            sensor noise on the pole; its order, 0 to 2, has the smallest AIC. Without measurements
+            past residuals are unknown with zero mean, so that at run time it is an ARX.
         lags : {0, 1, "choose"}
-            How many steps back the inputs count; ``choose`` takes, for each target, what predicts
-            left-out runs best (with fewer than three runs, by AIC). That the drift one step before
-            counts is judged along with it by ``simulation``, which tries a pole of 0 too.
+            Number of previous steps of the inputs to use; ``choose`` takes, for each target, the
+            number that predicts left-out runs best (with fewer than three runs, by AIC).
+            ``simulation`` also tries a pole of 0, that is, not to use the previous drift.
 
         Raises
         ------
@@ -152,9 +150,9 @@ class AutoregressiveExogenous(FittedModel):
         return {"step_s": self.step_s, **{name: getattr(self, name).tolist() for name in arrays}}
 
     def report(self) -> dict[str, Any]:
-        """Return the poles, the time constants that they stand for, and the orders.
+        """Return the poles, their time constants, and the orders.
 
-        An order is how many steps back the drift, the inputs and the residuals count.
+        An order is the number of previous steps of drift, inputs or residuals in use.
         """
         memory = [-self.step_s / float(np.log(p)) if p > 0.0 else 0.0 for p in self.pole]
         return {"step_s": self.step_s, "pole": self.pole.tolist(), "memory_s": memory} | (
@@ -179,7 +177,7 @@ def step_counts(time_s: Array, step_s: float) -> list[int]:
 
 @dataclass(frozen=True)
 class _Fit:
-    """One target's pole, weights of the regressors and orders; the smallest score is the best."""
+    """One target's pole, weights of the regressors and orders; a smaller score is better."""
 
     score: float
     pole: float
@@ -189,7 +187,7 @@ class _Fit:
 
 
 def _regressors(run: TrainingRun, constant: bool, lags: int) -> Array:
-    """Return the inputs now and one row before, and the constant, shape (n, 2 k + 1)."""
+    """Return the inputs of this and the previous row, and the constant, shape (n, 2 k + 1)."""
     before = np.vstack([run.inputs[:1], run.inputs[:-1]]) * lags
     ones = np.full((len(run.time_s), 1), float(constant))
     return np.column_stack([run.inputs, before, ones])
@@ -230,7 +228,7 @@ def _aic(blocks: list[Block], solution: Solution, numbers: int) -> float:
 
 
 def _driven(x: Array, counts: list[int], pole: float) -> Array:
-    """Return what a unit weight of each regressor has made of the drift by each row."""
+    """Return the response of the drift at each row to a unit weight of each regressor."""
     value, values = np.zeros(x.shape[1]), np.zeros_like(x)
     for k, (row, count) in enumerate(zip(x, counts, strict=True)):
         for _ in range(count):
@@ -242,7 +240,7 @@ def _driven(x: Array, counts: list[int], pole: float) -> Array:
 def _by_prediction(
     task: Task, step_s: float, target: int, constant: bool, lags: int, moving: int
 ) -> _Fit:
-    """Return the fit of the next step; *moving* residuals back at most, as AIC has it."""
+    """Return the fit of the next step with up to *moving* past residuals, chosen by AIC."""
     parts = []
     for run in task.runs:
         x, y = _regressors(run, constant, lags), run.targets[:, target]
@@ -260,9 +258,9 @@ def _by_prediction(
 def _moving_average(
     parts: list[tuple[Array, Array, NDArray[np.bool_]]], order: int, lags: int
 ) -> _Fit:
-    """Return the next step's fit with the residuals so many steps back: extended least squares.
+    """Return the next step's fit with *order* past residuals: extended least squares.
 
-    The residuals that a round leaves are regressors of the next one.
+    The residuals of a round are regressors of the next one.
     """
     residuals = [np.zeros(len(y)) for _, y, _ in parts]
     b, inputs = np.zeros(0), parts[0][0].shape[1]

@@ -15,14 +15,14 @@ from studies.fit.lagged import blocks_of, learnt_from, start_range
 from studies.fit.thermal_states import ThermalStates, checked_lags
 
 LAG_SETS_S = thermal_states.LAG_SETS_S[::2]
-"""Sets of time constants, of which the evidence takes one [s]."""
+"""Sets of time constants, of which the evidence chooses one [s]."""
 
 
 class Bayes(ThermalStates):
-    """All temperatures, one prior: what the runs do not tell stays zero.
+    """All temperatures with one prior: weights that the runs do not determine stay zero.
 
-    A run counts as four independent samples, whatever its rows; lags and the strength of the prior
-    are those of the largest evidence, and no run has to be left out for it.
+    A run counts as four independent samples, whatever its number of rows; lags and the strength of
+    the prior maximise the evidence, without leaving runs out.
     """
 
     title = "Bayesian ridge on lagged temperatures"

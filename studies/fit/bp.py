@@ -27,13 +27,13 @@ from studies.fit.network_training import (
 )
 
 MOST_TRAINING_ROWS = 800
-"""Rows are thinned to about so many: training time grows with their number, and neighbours in a
-slow drift say the same. The option ``rows`` sets another number; 0 keeps every row. Set on
-no data."""
+"""Rows are thinned to about this number: training time grows with it, and neighbouring rows of a
+slow drift are redundant. The option ``rows`` sets another number; 0 keeps every row. Set on no
+data."""
 HIDDEN = (10,)
 """Given by the jig-borer study of GA-BP, whose network is 4-10-3."""
 TRAINING_ITERATIONS, GOAL, DECAY = 200, 1e-3, 1e-3
-"""Set on no data; docs/studies.md has rows with DECAY and without."""
+"""Set on no data; docs/studies.md has rows with and without DECAY."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Samples:
     x, y : arrays (n, k), (n, m)
         Inputs and targets [1].
     weights : array (n,)
-        Time that each row stands for, sum 1 [1].
+        Time that each row represents, sum 1 [1].
     scales : tuple of arrays
         Middle and half range of inputs, then of targets.
     counts : list of int
@@ -60,7 +60,7 @@ class Samples:
 
     @classmethod
     def of(cls, task: Task, rows: int) -> Samples:
-        """Return the samples of a task, thinned to about so many rows; 0 keeps all."""
+        """Return the samples of a task, thinned to about *rows* rows; 0 keeps all."""
         refuse_poor(task)
         runs = [run.at(run.known) for run in task.runs]
         step = max(1, -(-sum(len(run.time_s) for run in runs) // rows)) if rows else 1
@@ -86,7 +86,7 @@ class BackPropagation(FittedModel):
     shape : Shape
         Nodes per layer.
     training : Training
-        The trained weights, and how they were come by.
+        The trained weights and the course of training.
     scales : tuple of arrays
         Of `Samples`.
     diagnostics : dict
@@ -131,15 +131,15 @@ class BackPropagation(FittedModel):
             Nodes of each hidden layer, or of the only one: 10 is the study's 4-10-3, (5, 5) its
             5-5-5-3.
         iterations : int
-            At most so many.
+            Maximum number of iterations.
         goal : float
             Mean squared error, at unit half range, that counts as converged [1].
         decay : float
-            Pull on the weights, which the studies do not have; 0 trains as they did [1].
+            Weight decay, which the studies do not have; 0 trains as they did [1].
         rows : int
-            Rows are thinned to about so many; 0 trains on all.
+            Approximate number of rows to thin to; 0 trains on all.
         seed : int
-            Of the random start.
+            Seed of the random start.
 
         Raises
         ------
@@ -199,12 +199,12 @@ def rows_wanted(kind: str, rows: int) -> int:
 
 
 def hidden_layers(kind: str, hidden: Sequence[int] | int) -> tuple[int, ...]:
-    """Return the hidden layers' nodes as asked for; a number alone is one layer.
+    """Return the number of nodes of each hidden layer; a single number is one layer.
 
     Raises
     ------
     BadInput
-        If there is none, or one has no or very many nodes.
+        If there is no layer, or one has no or very many nodes.
     """
     layers = tuple(hidden) if isinstance(hidden, list | tuple) else (hidden,)
     if not 1 <= len(layers) <= 3:

@@ -1,10 +1,10 @@
-"""Ridge regression in which the run is the unit: of noise, of trust, and of judging.
+"""Ridge regression with the run as the unit of noise, trust and validation.
 
-Rows of one run are no independent samples: what a model misses there wanders slowly, and the noise
-of the sample that they all count from is in each of them. So the rows are whitened with the
-covariance of a random walk, that sample and white noise (generalised least squares),
-each run counts as one, a run that the others do not explain counts less (the weights of Student's
-t with one degree of freedom, by run), and what a choice is worth is judged on runs left out.
+Rows of one run are not independent samples: residuals wander slowly, and every row contains the
+noise of the reference sample. So the rows are whitened with the covariance of a random walk, the
+reference sample and white noise (generalised least squares). Each run has equal weight, but less if
+the others do not explain it (weights of Student's t with one degree of freedom, by run). Choices
+are judged on left-out runs.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from scipy.linalg import solve_triangular
 from fmu_compensator.fit.training import Array
 
 FEWEST_TO_LEAVE_OUT, FEWEST_TO_DISTRUST = 3, 4
-"""Runs of which one can be left out to choose by, and of which one can be told to be the odd one
-[1], given by arithmetic: two are left in the one case, and a majority in the other. Where leaving
-out trains something anew, as many parts of the runs take turns as the former, the fewest."""
+"""Fewest runs for leaving one out to make a choice, and for telling which one is the outlier [1],
+given by arithmetic: two remain in the one case, a majority in the other. Where leaving out means
+training again, the first is also the number of parts that are left out in turn."""
 TRUST_ROUNDS = 3
-"""Of trust in the runs and solution in turn [1]: set on no data."""
+"""Alternations between trust in the runs and solution [1]: set on no data."""
 RIDGE = 1e-6
-"""Weight of squared coefficients, of the mean of the diagonal, given by arithmetic: for rounding
-only [1]."""
+"""Weight of squared coefficients over the mean of the diagonal, given by arithmetic: only for
+rounding [1]."""
 FAINTEST = 1e-7
-"""A direction in which all runs together are fainter than this, at unit size of the features, is
-left out: the smallest penalty in use is a hundred times stronger there, and given by that [1]."""
+"""A direction in which all runs together are weaker than this, at unit size of the features, is
+left out: given by the smallest penalty in use, which is a hundred times stronger [1]."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Block:
     features : array (n, p)
         Regressors.
     targets : array (n, m)
-        What is to be predicted.
+        Values to predict.
     """
 
     hours: Array
@@ -70,7 +70,7 @@ class Solution:
 
     @property
     def score(self) -> float:
-        """Mean of the logarithm of the left-out errors: no single odd run decides."""
+        """Mean logarithm of the left-out errors, so that no single outlier decides."""
         return float(np.mean(np.log(np.maximum(self.left_out_rms, 1e-12))))
 
 
@@ -84,8 +84,8 @@ class NormalEquations:
     walk : float
         Standard deviation of the random walk after one hour, over that of the white noise [1].
     referenced : bool
-        Whether rises and drift count from the run's first sample. Its noise is in every row then,
-        as large as that of the row itself.
+        Whether rises and drift count from the run's first sample. Then its noise is in every row,
+        as large as the row's own noise.
     """
 
     def __init__(self, blocks: Sequence[Block], walk: float, *, referenced: bool = False) -> None:
@@ -99,8 +99,8 @@ class NormalEquations:
             y = whiten @ block.targets
             self._gram.append(x.T @ x / len(x))
             self._moment.append(x.T @ y / len(x))
-        # Lagged temperatures are so alike that few of their directions mean anything; in these
-        # alone the runs left out are solved for.
+        # Lagged temperatures are so similar that only a few directions are significant; left-out
+        # runs are solved for only in these.
         values, vectors = np.linalg.eigh(np.mean(self._gram, axis=0))
         self._basis = vectors[:, values > FAINTEST]
         self._small_gram = np.array([self._basis.T @ gram @ self._basis for gram in self._gram])
@@ -123,7 +123,7 @@ class NormalEquations:
         moment : array, shape (runs, features)
             X'y of each run [um or urad].
         scale : array, shape (features,)
-            What the features were divided by.
+            Divisors of the features.
         """
         return np.array(self._gram), np.array(self._moment)[:, :, target], self._scale
 
@@ -133,11 +133,11 @@ class NormalEquations:
         Parameters
         ----------
         target : int
-            Its column.
+            Column of the target.
         penalty : float
             Weight of the squared coefficients of the features at unit size, per run [1].
         robust : bool
-            Trust runs less that the others do not explain.
+            Whether to give less weight to runs that the others do not explain.
         """
         gram, moment = self._small_gram, self._small_moment[:, :, target]
         count = len(gram)
@@ -170,7 +170,7 @@ class NormalEquations:
 
 
 def _whitener(hours: Array, walk: float, shared: float) -> Array:
-    """Return what turns the noise of a run's rows into white noise of unit size."""
+    """Return the matrix that turns the noise of a run's rows into unit white noise."""
     covariance = np.eye(len(hours)) + shared + walk**2 * np.minimum(hours[:, None], hours[None, :])
     factor = np.linalg.cholesky(covariance)
     return np.asarray(solve_triangular(factor, np.eye(len(hours)), lower=True))

@@ -1,4 +1,4 @@
-"""Bayesian ridge regression in which a run counts as a few independent samples, and no more."""
+"""Bayesian ridge regression in which a run counts as only a few independent samples."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from fmu_compensator.fit.training import Array
 from studies.fit.by_run import FEWEST_TO_DISTRUST, TRUST_ROUNDS
 
 SAMPLES_PER_RUN = 4.0
-"""Rows of one run are alike: heating up, settling, cooling down and one more are what it tells [1].
-With one count a row the posterior would be sure of everything that one day showed. Set on no
+"""Rows of one run are similar: heating up, settling, cooling down and one more are its information
+[1]. If every row counted, the posterior would be certain of everything seen on one day. Set on no
 data."""
 RATIOS = np.logspace(-4.0, 6.0, 61)
-"""Ratios of noise to prior variance that are tried [K^2]."""
+"""Candidate ratios of noise to prior variance [K^2]."""
 
 
 @dataclass(frozen=True)
 class Posterior:
-    r"""What the runs say of the weights.
+    r"""The posterior of the weights.
 
     The posterior covariance of a target's weights is its noise times
     :math:`V\,\mathrm{diag}(1 / (e + \lambda))\,V^T`.
@@ -32,9 +32,9 @@ class Posterior:
     ratio : float
         lambda: noise variance over prior variance, common to all targets.
     values, vectors : array (p,), array (p, p)
-        e and V: eigenvalues and vectors of the information matrix, runs counted as samples.
+        e and V: eigenvalues and vectors of the information matrix, with runs counted as samples.
     noise : array (m,)
-        Variance of what the features leave [um^2, urad^2].
+        Variance of the residuals [um^2, urad^2].
     trust : array (runs,)
         Weight of each run, about 1 [1].
     log_evidence : float
@@ -51,7 +51,7 @@ class Posterior:
 
 
 def posterior(features: Sequence[Array], targets: Sequence[Array]) -> Posterior:
-    """Return the regression of some runs, its strength chosen by the evidence.
+    """Return the regression of some runs, with the prior's strength chosen by the evidence.
 
     Parameters
     ----------
@@ -63,8 +63,8 @@ def posterior(features: Sequence[Array], targets: Sequence[Array]) -> Posterior:
     -----
     The evidence (marginal likelihood) of each ratio is that of a Gaussian model with the noise
     profiled out, summed over targets (MacKay (1992), doi:10.1162/neco.1992.4.3.415). A run that
-    the others do not explain counts less: the weights of Student's t with two degrees of freedom,
-    by run.
+    the others do not explain has less weight: that of Student's t with two degrees of freedom, by
+    run.
     """
     gram = np.array([x.T @ x / len(x) for x in features])
     moment = np.array([x.T @ y / len(x) for x, y in zip(features, targets, strict=True)])

@@ -22,10 +22,10 @@ from studies.fit.lagged import held_speed, thinned
 SPEEDS = (0.0, 0.06, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)
 """Speeds of the regimes, as shares of the highest speed in training [1]: set on no data."""
 FEM_ROWS_S = 120.0
-"""Rows closer together say the same; they are thinned to this for fitting [s]: set on no
+"""Rows are thinned to this spacing for fitting, because closer ones are redundant [s]: set on no
 data."""
 PRIOR = np.array([0.4, 0.5, 0.2])
-"""What is believed of the logarithms of film, jacket and capacity factors: standard deviations."""
+"""Prior standard deviations of the logarithms of film, jacket and capacity factors."""
 FARTHEST = np.log(4.0)
 OPTIONS = ("description", "modes", "identify", "penalty")
 
@@ -42,7 +42,7 @@ class FiniteElementModel(FittedModel):
     entries : array, shape (sources, r)
         Forcing per watt.
     outside : sequence of (int, int)
-        Which input is air (0) or coolant (1): pairs of input and boundary.
+        Pairs of input and boundary: air (0) or coolant (1).
     intercept, outputs : array, shape (m,) and (m, drives r)
     diagnostics : dict
         Factors found, shares of the drives.
@@ -83,14 +83,14 @@ class FiniteElementModel(FittedModel):
         Parameters
         ----------
         task : Task
-            Runs and names. Speed is needed; of the inputs only those that the description names
-            as air and coolant are used, and neither has to be there.
+            Runs and names. Speed is required; the only inputs used are those that the description
+            names as air and coolant, and both are optional.
         description : str
-            A description file (TOML), or the name of one that ships.
+            A description file (TOML), or the name of a shipped one.
         modes : int
             Number of thermal states per drive, 4 to 30.
         identify : bool
-            Fit factors on films, jackets and heat capacities; else the description stands.
+            Fit factors on films, jackets and heat capacities; otherwise use the description as is.
         penalty : float
             Weight of the squared coefficients of the drives' responses [1].
 
@@ -145,7 +145,7 @@ class FiniteElementModel(FittedModel):
         }
 
     def report(self) -> dict[str, Any]:
-        """Return the factors found and what each drive moves."""
+        """Return the fitted factors and the effect of each drive."""
         return self._diagnostics
 
 
@@ -205,7 +205,7 @@ class _Identification:
         self._penalty = penalty
         self._numbers = np.array(reduced.spindle.heat.source_numbers)
         self._constant = task.input_form == "absolute"
-        # Rows in between are left out of the stepping too: steps are exact while speed stays.
+        # Rows in between are also left out of the stepping: steps are exact at constant speed.
         self._runs = [run.at(_needed(run)) for run in task.runs]
         self._rows = [thinned(run, FEM_ROWS_S) for run in self._runs]
         self._target = np.concatenate(
@@ -256,7 +256,7 @@ class _Identification:
 
         def cost(logs: Array) -> Array:
             residual = self._solve(self._features(logs))[2]
-            # The prior weighs like a residual of a hundredth of the targets' spread.
+            # The prior has the weight of a residual of a hundredth of the targets' spread.
             return np.concatenate([residual.ravel(), 0.01 * logs / PRIOR])
 
         bounds = (-FARTHEST, FARTHEST)
@@ -307,7 +307,7 @@ class _Identification:
 
 
 def _top_speed(task: Task) -> float:
-    """Return the highest speed [r/min]; refuse runs that can carry no model."""
+    """Return the highest speed [r/min]; refuse runs that do not suffice for a model."""
     refuse_poor(task)
     for run in task.runs:
         if not np.isfinite(run.speed).any():
@@ -323,7 +323,7 @@ def _duration(run: TrainingRun) -> float:
 
 
 def _needed(run: TrainingRun) -> NDArray[np.bool_]:
-    """Return the rows that a coarse stepping needs: the thinned ones and every change of speed."""
+    """Return the rows needed for coarse stepping: the thinned ones and every change of speed."""
     needed = np.zeros(len(run.time_s), dtype=bool)
     needed[[0, -1]] = True
     needed[thinned(run, FEM_ROWS_S)] = True

@@ -1,4 +1,4 @@
-"""GA-BP: a genetic algorithm chooses the network's size and start, then it is trained as BP."""
+"""GA-BP: a genetic algorithm chooses the network's size and start; it is then trained like BP."""
 
 from __future__ import annotations
 
@@ -29,23 +29,22 @@ from studies.fit.network_training import Shape, levenberg_marquardt, nguyen_widr
 Rows = NDArray[np.bool_]
 
 FEWEST_HIDDEN, MOST_HIDDEN = 3, 15
-"""Around the study's 10: a judgement, set on no data."""
+"""Range around the study's 10: a judgement, set on no data."""
 TRIAL_ITERATIONS = 15
-"""What a number of hidden nodes is worth shows after so many iterations of training: set on
-no data."""
+"""Iterations of training after which a number of hidden nodes is judged: set on no data."""
 SIZE_SETTINGS = GeneticSettings(population=8, generations=4)
-"""A judgement, set on no data: there are thirteen sizes."""
+"""A judgement, set on no data: there are only thirteen sizes."""
 WIDEST = 3.0
-"""Weights and thresholds of the first generation stay within plus and minus this [1]: a judgement,
+"""Weights and thresholds of the first generation are within plus or minus this [1]: a judgement,
 set on no data."""
 ROWS_FOR_FITNESS = 250
-"""For time; a judgement, set on no data."""
+"""Limits the computing time; a judgement, set on no data."""
 JUDGES = ("left_out", "training")
 
 
 class GeneticBackPropagation(BackPropagation):
-    """The fitness is that of the study: 1 / sum abs(y - Q) for the size, 1 / sum (y - Q)^2 for
-    the weights.
+    """The fitness is the study's: 1 / sum abs(y - Q) for the size, 1 / sum (y - Q)^2 for the
+    weights.
     """
 
     title = "GA-BP neural network"
@@ -79,10 +78,9 @@ class GeneticBackPropagation(BackPropagation):
         iterations, goal, decay, rows, seed
             As for `bp`.
         nodes_by : {"left_out", "training"}
-            What the search for the number of nodes judges by. ``training`` is the study's: the
-            error of the rows that a network was trained on, which more nodes hardly ever raise, so
-            that it ends at or near the largest number. ``left_out``: the error of stretches of time
-            that were left out.
+            Criterion of the search for the number of nodes. ``training`` is the study's: the error
+            of the training rows, which more nodes hardly ever increase, so that the search ends at
+            or near the largest number. ``left_out``: the error in periods that were left out.
 
         Raises
         ------
@@ -133,10 +131,10 @@ class GeneticBackPropagation(BackPropagation):
 def _number_of_nodes(
     samples: Samples, decay: float, nodes_by: str, random: np.random.Generator
 ) -> tuple[int, dict[int, float]]:
-    """Return the number of hidden nodes that the search ends with, and what it tried."""
+    """Return the number of hidden nodes found by the search, and those that it tried."""
     thin = max(1, len(samples.x) // ROWS_FOR_FITNESS)
     tried: dict[int, float] = {}
-    # One start for all sizes would favour none; each size has its own, the same every time.
+    # One seed for all sizes: each size has its own start, the same at every trial.
     seed = int(random.integers(2**31))
     whole = np.ones(len(samples.x), dtype=bool)
     fold = _folds(samples.counts)
@@ -177,9 +175,9 @@ def _number_of_nodes(
 
 
 def _folds(counts: Sequence[int]) -> NDArray[np.intp]:
-    """Return the fold of every row: whole runs, or stretches of time where there are few runs.
+    """Return the fold of every row: whole runs, or periods of time if there are few runs.
 
-    With fewer runs than parts each is cut into twice as many stretches, which take turns.
+    With fewer runs than parts, each is cut into twice as many periods, which alternate.
     """
     if len(counts) >= PARTS:
         return np.repeat(np.arange(len(counts)) % PARTS, counts)
@@ -190,7 +188,7 @@ def _folds(counts: Sequence[int]) -> NDArray[np.intp]:
 def _start(
     samples: Samples, shape: Shape, settings: GeneticSettings, random: np.random.Generator
 ) -> tuple[Array, list[float]]:
-    """Return the initial weights and thresholds that the search ends with."""
+    """Return the initial weights and thresholds found by the search."""
     thin = max(1, len(samples.x) // ROWS_FOR_FITNESS)
     x, y = samples.x[::thin], samples.y[::thin]
 
@@ -199,7 +197,7 @@ def _start(
         return np.asarray(1.0 / np.maximum(missed, 1e-12))
 
     first = random.uniform(-1.0, 1.0, (settings.population, shape.size))
-    # Half of the first generation are starts as BP takes them: chance alone finds none in time.
+    # Half of the first generation are starts as for BP, because pure chance takes too long.
     for person in range(0, settings.population, 2):
         first[person] = nguyen_widrow(shape, random)
     return evolve(np.clip(first, -WIDEST, WIDEST), fitness, -WIDEST, WIDEST, settings, random)

@@ -17,9 +17,9 @@ class GeneticSettings:
     Attributes
     ----------
     population, generations : int
-        Individuals, and how often they are replaced.
+        Number of individuals and of generations.
     crossover, mutation : float
-        Probability that a pair exchanges a part, and that an individual changes one gene [1].
+        Probabilities that a pair exchanges a part, and that an individual changes one gene [1].
     """
 
     population: int = 60
@@ -36,37 +36,37 @@ def evolve(
     settings: GeneticSettings,
     random: np.random.Generator,
 ) -> tuple[Array, list[float]]:
-    """Return the best individual and the best fitness of every generation.
+    """Return the best individual, and the best fitness of every generation.
 
     Parameters
     ----------
     first : array (population, genes)
         The first generation.
     fitness : callable
-        From a generation (population, genes) to the fitness of each, above 0.
+        Maps a generation (population, genes) to the fitness of each individual, above 0.
     low, high : float
-        Genes stay within.
+        Bounds of the genes.
     settings : GeneticSettings
         How a population evolves.
     random : Generator
-        The source of chance.
+        Source of random numbers.
 
     Returns
     -------
     best : array, shape (genes,)
     history : list of float
-        Best fitness, a number for each generation.
+        Best fitness of each generation.
 
     Notes
     -----
-    The best individual lives on unchanged (elitism), so the best fitness never falls.
+    The best individual survives unchanged (elitism), so the best fitness never falls.
     """
     people, count, genes = first.copy(), *first.shape
     value = fitness(people)
     best = [float(value.max())]
     for _ in range(settings.generations):
         elite = people[value.argmax()].copy()
-        # Roulette: the chance to be a parent is proportional to fitness.
+        # Roulette: the probability of becoming a parent is proportional to fitness.
         parents = people[random.choice(count, size=count, p=value / value.sum())]
         children = parents.copy()
         pairs = np.arange(0, count - 1, 2)

@@ -1,4 +1,4 @@
-"""Sparse Gaussian-process regression in which a run counts as a few samples, and no more."""
+"""Sparse Gaussian-process regression in which a run counts as only a few samples."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from studies.fit.lagged import THIN_S, lagged, thinned
 from studies.fit.thermal_states import LAG_SETS_S
 
 LENGTHS = (0.5, 1.0, 2.0)
-"""Lengths of the Gaussian kernel that are tried, of the median distance of two samples [1]: set on
-no data."""
+"""Candidate lengths of the Gaussian kernel over the median distance of two samples [1]: set on no
+data."""
 BUMPS = (0.0, 0.3, 1.0, 3.0)
-"""Sizes of the bumps beside the plane that are tried [1]: set on no data."""
+"""Candidate sizes of the bumps relative to the plane [1]: set on no data."""
 
 
 class GaussianProcess(FittedModel):
     r"""A Gaussian process with the kernel :math:`x^T x' + b^2 \exp(-|x - x'|^2 / (2 \ell^2))`.
 
-    See its twin in the runtime for what it predicts.
+    See its twin in the runtime for the prediction.
 
     Parameters
     ----------
@@ -39,13 +39,13 @@ class GaussianProcess(FittedModel):
     centres : array (z, p)
     weights : array (m, z)
     diagnostics : dict
-        What the evidence chose.
+        Choices by the evidence.
 
     Notes
     -----
-    The bumps stand on some of the training samples, a subset of regressors (Quinonero-Candela and
-    Rasmussen (2005), JMLR 6:1939), made independent by scikit-learn's `Nystroem`. Kernel length,
-    size of the bumps and noise are those of the largest evidence, a run counting as four samples.
+    The bumps are centred on some of the training samples, a subset of regressors (Quinonero-Candela
+    and Rasmussen (2005), JMLR 6:1939), made independent by scikit-learn's `Nystroem`. Kernel
+    length, size of the bumps and noise maximise the evidence, with a run counting as four samples.
     """
 
     title = "Gaussian process on lagged temperatures"
@@ -76,7 +76,7 @@ class GaussianProcess(FittedModel):
         task : Task
             Runs and names.
         centres : int
-            Number of bumps: a step at run time costs as much.
+            Number of bumps, to which the cost of a step at run time is proportional.
 
         Raises
         ------
@@ -143,7 +143,7 @@ class GaussianProcess(FittedModel):
         }
 
     def report(self) -> dict[str, Any]:
-        """Return what the evidence chose."""
+        """Return the choices by the evidence."""
         return self._diagnostics
 
 

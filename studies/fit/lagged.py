@@ -1,4 +1,4 @@
-"""Temperatures and speed behind first-order lags: what regressions with a memory take in."""
+"""Temperatures and speed after first-order lags, the regressors of models with a memory."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from studies.fit.by_run import Block
 from studies.runtime.thermal_states import SPEED_UNIT
 
 THIN_S = 300.0
-"""Rows closer together say the same; they are thinned to this for fitting [s]: set on no
+"""Rows are thinned to this spacing for fitting, because closer ones are redundant [s]: set on no
 data."""
 START_MARGIN, SMALLEST_START_MARGIN_K = 0.5, 2.0
-"""By how much the range of levels at the start is widened: share of it [1], at least [K]: set on
-no data."""
+"""Widening of the range of levels at the start: share of the range [1] and minimum [K]: set on no
+data."""
 
 
 def features(
@@ -37,15 +37,14 @@ def features(
     lags_s : sequence of float
         Time constants of the lags [s].
     uses_speed : bool
-        If not, the columns of the speed and of its square hold zeros.
+        If false, the columns of the speed and of its square are zero.
     uses_levels : bool
-        If not, the columns of what each temperature is above their median hold zeros.
+        If false, the columns of the temperatures above their median are zero.
 
     Returns
     -------
     array, shape (n, k + lags * (2 k + 2))
-        The rises [K]; then for each lag rises, levels, speed [1000 r/min] and its square,
-        lagged.
+        The rises [K]; then, for each lag, lagged rises, levels, speed [1000 r/min] and its square.
     """
     rises = run.inputs - run.inputs[0]
     speed = held_speed(run) / SPEED_UNIT
@@ -73,7 +72,7 @@ def start_range(runs: Sequence[TrainingRun]) -> tuple[Array, Array, Array]:
     Returns
     -------
     low, middle, high : array, shape (k,)
-        Widened by half the range on either side, by 2 K at least [K].
+        Widened on either side by half the range, but at least 2 K [K].
     """
     levels = np.concatenate([_levels(run.inputs[:1]) for run in runs])
     low, high = levels.min(axis=0), levels.max(axis=0)
@@ -82,33 +81,33 @@ def start_range(runs: Sequence[TrainingRun]) -> tuple[Array, Array, Array]:
 
 
 def held_speed(run: TrainingRun) -> Array:
-    """Return the speed that held until each row: that of the row before, the last one known.
+    """Return the speed that held until each row: the last known one before it.
 
     Parameters
     ----------
     run : TrainingRun
-        Its speeds may be of either sign, or missing.
+        Its speeds may have either sign or be missing.
 
     Returns
     -------
     array, shape (n,)
-        0 before the first that is known [rpm].
+        0 before the first known speed [rpm].
     """
     speeds = pd.Series(np.where(np.isfinite(run.speed), np.abs(run.speed), np.nan))
     return np.asarray(speeds.shift().ffill().fillna(0.0), dtype=np.float64)
 
 
 def lagged(drives: Array, elapsed_s: Array, tau_s: float | Array) -> Array:
-    """Return each column behind a first-order lag that starts at zero, shape of *drives*.
+    """Return each column after a first-order lag that starts at zero, shape of *drives*.
 
     Parameters
     ----------
     drives : array, shape (n, columns)
-        What the lag follows, in any unit.
+        Inputs of the lag, in any unit.
     elapsed_s : array, shape (n,)
-        Time since the row before; 0 for the first [s].
+        Time since the previous row; 0 for the first [s].
     tau_s : float or array, shape (n,)
-        Time constant, or that of the step to each row [s].
+        Time constant, or one for the step to each row [s].
     """
     shares = -np.expm1(-elapsed_s / tau_s)
     values = np.zeros_like(drives)
@@ -126,7 +125,7 @@ def thinned(run: TrainingRun, step_s: float) -> np.ndarray[Any, np.dtype[np.intp
     ----------
     run : TrainingRun
     step_s : float
-        Least time between two rows that are kept [s].
+        Minimum time between two rows [s].
 
     Returns
     -------
@@ -151,7 +150,7 @@ def blocks_of(
     lags_s : sequence of float
         Time constants [s].
     uses_speed, uses_levels : bool
-        As `features` takes them.
+        As for `features`.
     """
     return [
         Block(
@@ -164,5 +163,5 @@ def blocks_of(
 
 
 def learnt_from(task: Task) -> list[TrainingRun]:
-    """Return the runs that make a block: those with two thinned rows or more."""
+    """Return the runs with at least two thinned rows, which form blocks."""
     return [run for run in task.runs if len(thinned(run, THIN_S)) > 1]

@@ -1,4 +1,4 @@
-"""LASSO regression on rises of temperature and their first-order lags: few of them, chosen."""
+"""LASSO regression on rises of temperature and their first-order lags, selecting few of them."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ from studies.fit.thermal_states import (
 )
 
 PENALTIES = tuple(float(value) for value in np.logspace(-0.5, -4.5, 17))
-"""Of the largest penalty, beyond which no input is left [1]; the middle one where too few runs are
-there to choose by."""
+"""Candidates as shares of the largest penalty, above which no input remains [1]; with too few runs
+to choose by, the middle one is used."""
 
 
 class Lasso(ThermalStates):
-    """The sum of the weights' sizes is penalised, so that most of them are zero."""
+    """The sum of the absolute weights is penalised, so that most of them are zero."""
 
     title = "LASSO on lagged temperatures"
     usual_form = "rise"
@@ -55,10 +55,10 @@ class Lasso(ThermalStates):
         task : Task
             Runs and names.
         lags_s : sequence of float, optional
-            Time constants [s]. What is not given is chosen by leaving out the training runs one
-            by one, for each target apart.
+            Time constants [s]. Options not given are chosen by leaving out the training runs one
+            by one, separately for each target.
         penalty : float, optional
-            Share of the penalty that leaves no input [1].
+            Penalty, as a share of the smallest one that leaves no input [1].
 
         Raises
         ------
@@ -68,7 +68,7 @@ class Lasso(ThermalStates):
         Notes
         -----
         The whole path of penalties comes from the normal equations by least-angle regression
-        (scikit-learn), every run counting as one.
+        (scikit-learn), with equal weight for every run.
         """
         refuse_unknown("lasso", options, ("lags_s", "penalty"))
         refuse_poor(task)
@@ -92,7 +92,7 @@ class Lasso(ThermalStates):
 
 
 def _path(blocks: Sequence[Block], target: int, shares: Sequence[float]) -> list[Solution]:
-    """Return the regression at each penalty, with its errors on runs left out."""
+    """Return the regression at each penalty, with its errors on left-out runs."""
     gram, moment, scale = NormalEquations(blocks, 0.0).normal_equations(target)
     count = len(blocks)
     missed = np.full((len(shares), count), np.nan)
@@ -117,6 +117,6 @@ def _weights(gram: Array, moment: Array, shares: Sequence[float]) -> Array:
         method="lasso",
         alpha_min=0.5 * min(shares) * largest,
     )
-    # Between its corners the path is straight; alphas fall along it.
+    # The path is piecewise linear; alphas decrease along it.
     wanted = np.array(shares) * largest
     return np.column_stack([np.interp(wanted, alphas[::-1], row[::-1]) for row in path])

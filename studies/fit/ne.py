@@ -1,4 +1,4 @@
-"""Natural exponential model of the speed's effect, restarted at every change of speed."""
+"""Natural exponential model of the effect of speed, restarted at every change of speed."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from studies.fit.lagged import THIN_S, held_speed, lagged
 SHORTEST_TAU_S, LONGEST_TAU_S = 60.0, 36_000.0
 """A minute to ten hours: a judgement, set on no data [s]."""
 RATIOS = (0.5, 1.0, 2.0)
-"""Of the time constant at standstill to the one while turning: air no longer stirred cools less, a
-coolant that runs on cools as before. Set on no data."""
+"""Ratios of the time constant at standstill to the one while turning: still air cools less, a
+coolant that keeps flowing cools as before. Set on no data."""
 STEADY = ("fitted", "fem")
 TAU_OF = ("mass_kg", "specific_heat", "film", "surface_m2")
 
@@ -31,7 +31,7 @@ class NaturalExponential(FittedModel):
     Parameters
     ----------
     speeds_rpm : array (s,)
-        Speeds with a steady drift of their own [rpm].
+        Speeds with their own steady drift [rpm].
     steady : array (m, s)
         Steady drift [um, urad].
     tau_s, tau_stopped_s : array (m,)
@@ -70,19 +70,20 @@ class NaturalExponential(FittedModel):
         task : Task
             Runs and names; every run needs the speed.
         knots : int
-            At most so many speeds have a steady drift of their own; between them it is linear.
+            Maximum number of speeds with their own steady drift; it is linear between them.
         tau_s : float or "fem", optional
-            The time constant, instead of fitting it [s]. ``fem``: when the finite-element spindle's
-            growth comes within 1/e of its end, warming up at the mean speed and cooling at
-            standstill.
+            The time constant, instead of fitting it [s]. ``fem``: the time until the growth of the
+            finite-element spindle is within 1/e of its final value, warming up at the mean speed
+            and cooling at standstill.
         mass_kg, specific_heat, film, surface_m2 : float, optional
-            Instead of *tau_s*, what it follows from: tau = m c / (alpha S) [kg, J/(kg K),
-            W/(m2 K), m2]. All four, or none.
+            Instead of *tau_s*: tau = m c / (alpha S) [kg, J/(kg K), W/(m2 K), m2]. All four, or
+            none.
         steady : {"fitted", "fem"}
-            ``fem``: the steady growth is that of the finite-element spindle. It is taken as it is
-            for ``elongation``; other targets are in proportion to it, by a fitted factor.
+            ``fem``: the steady growth is that of the finite-element spindle, unchanged for
+            ``elongation`` and with a fitted factor for other targets.
         description : str
-            The finite-element spindle's: the one that ships, or a file (docs/methods.md).
+            Description of the finite-element spindle: the shipped one, or a file
+            (docs/methods.md).
 
         Raises
         ------
@@ -131,7 +132,7 @@ class NaturalExponential(FittedModel):
 
 
 def approach(time_s: Array, held: Array, knots: Array, tau_s: float, stopped_s: float) -> Array:
-    """Return how far each speed's steady drift is approached, shape (n, knots) [1]."""
+    """Return the fraction of each speed's steady drift that is reached, shape (n, knots) [1]."""
     corners = np.concatenate([[0.0], knots])
     # Linear interpolation between the knots is a weighted sum of hat functions.
     hats = np.column_stack(
@@ -145,7 +146,7 @@ def approach(time_s: Array, held: Array, knots: Array, tau_s: float, stopped_s: 
 
 
 def _knots(task: Task, most: int) -> Array:
-    """Return the speeds that training saw, or quantiles of them where they are many."""
+    """Return the speeds seen in training, or quantiles if there are many."""
     speeds = np.concatenate([np.abs(run.speed) for run in task.runs])
     turning = speeds[np.isfinite(speeds) & (speeds > 1.0)]
     if not len(turning):
@@ -157,7 +158,7 @@ def _knots(task: Task, most: int) -> Array:
 
 
 def _thinned(run: TrainingRun) -> TrainingRun:
-    """Return fewer rows, and every change of speed: the exponential is exact over any step."""
+    """Return fewer rows, with every change of speed: the exponential is exact over any step."""
     kept = [0]
     for k in range(1, len(run.time_s)):
         changed = run.speed[k] != run.speed[kept[-1]] and np.isfinite(run.speed[k])
@@ -171,7 +172,7 @@ def _thinned(run: TrainingRun) -> TrainingRun:
 
 
 def time_constant(mass_kg: float, specific_heat: float, film: float, surface_m2: float) -> float:
-    """Return tau = m c / (alpha S): how fast a body of one temperature follows [s]."""
+    """Return tau = m c / (alpha S), the time constant of a body of uniform temperature [s]."""
     return mass_kg * specific_heat / (film * surface_m2)
 
 
@@ -208,7 +209,7 @@ def _time_constants(
 
 
 def _step_response(spindle: FiniteElementSpindle, speed: float, start: Array) -> float:
-    """Return when growth has come within 1/e of where a speed takes it, from a start [s]."""
+    """Return the time until growth from a start is within 1/e of its final value at a speed [s]."""
     time = np.arange(0.0, LONGEST_TAU_S, SHORTEST_TAU_S)
     run = spindle.transient(time, np.full(len(time), speed), ROOM_DEGC, ROOM_DEGC, start=start)
     goal = float(spindle.growth_row @ (spindle.steady(speed) - start))
@@ -227,8 +228,8 @@ def _fit_target(
 ) -> tuple[Array, float, float]:
     """Return steady drifts and the two time constants of one target.
 
-    With *taus* these are not fitted; with *shape* the steady drifts are in proportion to it, and
-    equal to it where *is_shape*.
+    With *taus* these are not fitted; with *shape* the steady drifts are proportional to it, or
+    equal to it if *is_shape*.
     """
     held = [held_speed(run) for run in runs]
     y = np.concatenate([run.targets[run.known, target] for run in runs])

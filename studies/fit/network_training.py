@@ -10,7 +10,7 @@ import numpy as np
 from fmu_compensator.fit.training import Array
 
 FIRST_MU, MU_DOWN, MU_UP, LARGEST_MU = 1e-3, 0.1, 10.0, 1e10
-"""Of the damping: given by the widely used ``trainlm``."""
+"""Parameters of the damping: given by the widely used ``trainlm``."""
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class Shape:
 
     @property
     def size(self) -> int:
-        """How many weights and thresholds the network has."""
+        """Number of weights and thresholds of the network."""
         return sum(a * b + b for a, b in zip(self.nodes, self.nodes[1:], strict=False))
 
     def layers(self, theta: Array) -> list[tuple[Array, Array]]:
@@ -79,7 +79,7 @@ class Shape:
         -------
         outputs : array, shape (n, outputs)
         derivatives : array, shape (n, outputs, size)
-            By every weight and threshold, in the order of *theta*.
+            With respect to every weight and threshold, in the order of *theta*.
         """
         layers = self.layers(theta)
         values = [x]
@@ -119,7 +119,7 @@ class Training:
 
 
 def nguyen_widrow(shape: Shape, random: np.random.Generator) -> Array:
-    """Return a start whose hidden nodes share the inputs' range among them (inputs in -1 to 1).
+    """Return a start whose hidden nodes divide the inputs' range between them (inputs -1 to 1).
 
     After Nguyen and Widrow (1990), doi:10.1109/IJCNN.1990.137819.
 
@@ -127,12 +127,12 @@ def nguyen_widrow(shape: Shape, random: np.random.Generator) -> Array:
     ----------
     shape : Shape
     random : Generator
-        The source of chance.
+        Source of random numbers.
 
     Returns
     -------
     array, shape (size,)
-        A start for `levenberg_marquardt`.
+        Start for `levenberg_marquardt`.
     """
     parts = []
     last = len(shape.nodes) - 2
@@ -167,22 +167,22 @@ def levenberg_marquardt(
     shape : Shape
         Of the network.
     theta : array (size,)
-        Where to start.
+        Start.
     x, y : arrays (n, inputs), (n, outputs)
         Samples, scaled to -1 to 1.
     weights : array (n,)
-        Of the samples; their sum is 1.
+        Weights of the samples, with sum 1.
     iterations : int
-        At most so many.
+        Maximum number of iterations.
     goal : float
-        Note the iteration at which the mean squared error falls below; training goes on.
+        The iteration at which the mean squared error falls below this is noted; training continues.
     decay : float
-        Weight of the mean squared weight, which keeps the network smooth [1].
+        Factor of the mean squared weight, which keeps the network smooth [1].
 
     Returns
     -------
     Training
-        The weights that were found, and the error on the way.
+        The weights found, and the error during training.
     """
     # The cost is mean squared error plus decay times the sum of squared weights over their number.
     root = np.sqrt(weights / y.shape[1])
@@ -226,12 +226,12 @@ def scaling(columns: Sequence[Array]) -> tuple[Array, Array]:
     Parameters
     ----------
     columns : sequence of array, each (rows, columns)
-        One for each run.
+        One per run.
 
     Returns
     -------
     middle, half : array, shape (columns,)
-        In the columns' own units; half is 0 for a column that never changes.
+        In the columns' units; half is 0 for a constant column.
     """
     values = np.concatenate(list(columns))
     low, high = values.min(axis=0), values.max(axis=0)

@@ -11,7 +11,7 @@ from studies.fit.thermal_states import ThermalStates
 
 
 class Ridge(ThermalStates):
-    """Thermal states without levels, speed, a model of the noise, distrust of runs, or average."""
+    """Thermal states without levels, speed, noise model, distrust of runs, or averaging."""
 
     title = "Ridge on lagged temperatures"
     usual_form = "rise"
@@ -32,8 +32,8 @@ class Ridge(ThermalStates):
         task : Task
             Runs and names.
         lags_s : sequence of float, optional
-            Time constants [s]. What is not given is chosen by leaving out the training runs one
-            by one, for each target apart.
+            Time constants [s]. Options not given are chosen by leaving out the training runs one
+            by one, separately for each target.
         penalty : float, optional
             Weight of the squared coefficients at unit size of the inputs [1].
 

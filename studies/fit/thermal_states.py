@@ -1,4 +1,4 @@
-"""Ridge regression on temperatures and their first-order lags: follows hysteresis."""
+"""Ridge regression on temperatures and their first-order lags, which can follow hysteresis."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from studies.fit.by_run import FEWEST_TO_LEAVE_OUT, NormalEquations, Solution
 from studies.fit.lagged import blocks_of, learnt_from, start_range
 
 LAG_SETS_S = ((2400.0,), (600.0, 2400.0), (600.0, 2400.0, 9600.0))
-"""Each set holds the one before: the average of all needs no more lags than the last [s]. Set on
-no data."""
+"""Each set contains the previous one, so the average of all needs no more lags than the last [s].
+Set on no data."""
 PENALTIES = (1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
 WALKS = (0.0, 0.5, 2.0)
-"""Averaged by runs left out: penalties, random walk over noise after an hour [1]: set on no
-data."""
+"""Candidates that are averaged according to left-out runs: penalties, and random walk over noise
+after an hour [1]: set on no data."""
 REFERENCED = (False, True)
 WORTH = 0.1
-"""A candidate that is off by 10 % more on runs left out counts 1/e in the average [1]: set on
-no data."""
+"""A candidate whose error on left-out runs is 10 % larger has 1/e of the weight in the average [1]:
+set on no data."""
 FEWEST_SHARE = 0.01
-"""A candidate that counts less than this, beside the best, is left out of the average [1]: set on
-no data."""
+"""A candidate with less than this share of the best one's weight is left out of the average [1]:
+set on no data."""
 _Choices = tuple[
     tuple[tuple[float, ...], ...],
     tuple[bool, ...],
@@ -53,7 +53,7 @@ class LagChoice:
 
 
 Mix = list[tuple[float, LagChoice]]
-"""Candidates, and how much each counts; their average is again a model of the same form."""
+"""Candidates and their weights; the average is again a model of the same form."""
 
 
 class ThermalStates(FittedModel):
@@ -68,7 +68,7 @@ class ThermalStates(FittedModel):
     coefficients : array (m, k + lags * (2 k + 2))
         Weights of rises, then for each lag of lagged rises, levels, and speed and its square.
     diagnostics : dict
-        What was chosen, and how well it did on runs left out.
+        What was chosen, and its errors on left-out runs.
     """
 
     title = "Ridge on thermal states"
@@ -108,23 +108,23 @@ class ThermalStates(FittedModel):
         task : Task
             Runs and names.
         lags_s : sequence of float, optional
-            Time constants [s]. What is not given is chosen by leaving out the training runs one
-            by one, for each target apart.
+            Time constants [s]. Options not given are chosen by leaving out the training runs one
+            by one, separately for each target.
         penalty : float, optional
             Weight of the squared coefficients [1].
         walk : float, optional
-            Random walk of what the model misses, over white noise, after an hour [1].
+            Random walk of the residuals over white noise, after an hour [1].
         levels : bool, optional
-            Use the lagged levels: what the machine's state at the start does to the drift. In the
-            rise form there are none by default.
+            Use the lagged levels: the effect of the machine's state at the start on the drift. Not
+            used by default in the rise form.
         referenced : bool, optional
-            Reckon with the noise of the sample that rises and drift count from.
+            Include the noise of the sample that rises and drift count from.
         robust : bool
-            Trust runs less that the others do not explain.
+            Give less weight to runs that the others do not explain.
         speed : bool
-            Use the lagged speed and its square, where every run has the speed.
+            Use the lagged speed and its square, if every run has the speed.
         average : bool
-            Average all candidates, the better on runs left out the more; else take the best.
+            Average all candidates, weighted by their errors on left-out runs; else take the best.
 
         Raises
         ------
@@ -152,7 +152,7 @@ class ThermalStates(FittedModel):
 
     @classmethod
     def _assembled(cls, task: Task, mixes: list[Mix], uses_speed: bool) -> ThermalStates:
-        """Put the targets' solutions over the union of their lags."""
+        """Combine the targets' solutions over the union of their lags."""
         lags = sorted({lag for mix in mixes for _, choice in mix for lag in choice.lags_s})
         inputs = len(task.input_names)
         block = 2 * inputs + 2
@@ -204,17 +204,17 @@ class ThermalStates(FittedModel):
         }
 
     def report(self) -> dict[str, Any]:
-        """Return what was chosen for each target, and how it did on runs left out."""
+        """Return what was chosen for each target, and its errors on left-out runs."""
         return self._diagnostics
 
 
 def checked_lags(kind: str, lags_s: Sequence[float]) -> tuple[float, ...]:
-    """Return the time constants that a caller gives.
+    """Return the time constants given by a caller after checking them.
 
     Raises
     ------
     BadInput
-        If there are more than six, or one is no time constant.
+        If there are more than six, or one is not a valid time constant.
     """
     if len(lags_s) > 6:
         raise BadInput(kind, "lags_s", "6 time constants at most")
@@ -222,7 +222,7 @@ def checked_lags(kind: str, lags_s: Sequence[float]) -> tuple[float, ...]:
 
 
 def checked_penalty(kind: str, penalty: float, highest: float) -> float:
-    """Return the penalty that a caller gives.
+    """Return the penalty given by a caller after checking it.
 
     Raises
     ------
@@ -233,7 +233,7 @@ def checked_penalty(kind: str, penalty: float, highest: float) -> float:
 
 
 def _solved(task: Task, choices: _Choices, uses_speed: bool, robust: bool) -> list[list[LagChoice]]:
-    """Return every candidate of each target, judged on training runs left out."""
+    """Return every candidate of each target, judged on left-out training runs."""
     lag_sets, with_levels, walks, noises, penalties = choices
     candidates: list[list[LagChoice]] = [[] for _ in task.target_names]
     for lags, levels in product(lag_sets, with_levels):
@@ -247,16 +247,16 @@ def _solved(task: Task, choices: _Choices, uses_speed: bool, robust: bool) -> li
 
 
 def best(candidates: list[LagChoice]) -> Mix:
-    """Return the candidate with the smallest error on runs left out, alone."""
+    """Return only the candidate with the smallest error on left-out runs."""
     if len(candidates) == 1:
         return [(1.0, candidates[0])]
     return [(1.0, min(candidates, key=lambda choice: choice.solution.score))]
 
 
 def averaged(candidates: list[LagChoice]) -> Mix:
-    """Return all candidates that do nearly as well as the best on runs left out.
+    """Return all candidates that do nearly as well as the best on left-out runs.
 
-    The best of many is partly the luckiest; their average errs less on further runs.
+    The best of many is partly the luckiest; their average has smaller errors on further runs.
     """
     if len(candidates) == 1:
         return best(candidates)

@@ -1,4 +1,4 @@
-"""Hybrid of other error models: weights by vector angle cosine, least squares, or condition."""
+"""Hybrid of other error models with weights by vector angle cosine, least squares, or condition."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ COMBINATIONS = ("cosine", "least_squares", "adaptive")
 STUDY = ("mlr", "ne", "fem")
 WITHOUT_SPEED = ("mlr", "arx", "bp")
 SETTLE_S, BLEND_S, MEMORY_S = 3600.0, 600.0, 3600.0
-"""How long a change of speed counts, in which time weights pass over, and how long an error is
+"""How long a change of speed counts, time constant of the weights, and how long an error is
 remembered [s]: a judgement, set on no data."""
 
 
@@ -87,25 +87,25 @@ class VectorAngleCosine(FittedModel):
             Runs and names.
         models : sequence of str, optional
             Kinds of the constituents (or one text with commas); by default those of the study,
-            mlr, ne and fem, or mlr, arx and bp where no speed was recorded.
+            mlr, ne and fem, or mlr, arx and bp if no speed was recorded.
         combination : {"cosine", "least_squares", "adaptive"}
-            ``cosine``: the study's; sum of weights 1, none negative, the largest cosine of the
-            angle between prediction and measurement. It does not see a common factor by which all
-            models are wrong. ``least_squares``: the smallest sum of squared errors, no weight
-            negative. ``adaptive``: least squares in each condition apart (standing, speed just
-            changed, steady), and moved by measurements where there are any.
+            ``cosine``: the study's; non-negative weights with sum 1 and the largest cosine of the
+            angle between prediction and measurement. It cannot detect a common factor by which all
+            models are wrong. ``least_squares``: non-negative weights with the smallest sum of
+            squared errors. ``adaptive``: separate least squares for each condition (standstill,
+            speed just changed, steady), adapted by measurements if there are any.
         held_out : bool
-            Weigh the constituents by how they predict runs that they were not fitted to, with
-            three runs or more. A network that has learnt its runs by heart would win otherwise.
+            With at least three runs, weight the constituents by their predictions of runs that they
+            were not fitted to. Otherwise an overfitted network would win.
         parts : mapping of str to mapping, optional
             Options of constituents by kind, such as ``{"ne": {"steady": "fem"}}``.
         seed : int
-            Of constituents that take one.
+            Seed of constituents that take one.
 
         Raises
         ------
         BadInput
-            For an unknown option or value, or whatever a constituent refuses.
+            For an unknown option or value, or anything that a constituent refuses.
         """
         allowed = ("models", "combination", "held_out", "parts", "seed")
         refuse_unknown("vac", options, allowed)
@@ -156,12 +156,12 @@ class VectorAngleCosine(FittedModel):
         }
 
     def report(self) -> dict[str, Any]:
-        """Return the weights, the cosine that they reach, and what the constituents report."""
+        """Return the weights, their cosine, and the reports of the constituents."""
         return self._diagnostics
 
 
 class _Rows:
-    """Measured and predicted rows of all runs, weighted by the time they stand for."""
+    """Measured and predicted rows of all runs, weighted by the time that they represent."""
 
     def __init__(self, runs: Sequence[TrainingRun], parts: Sequence[Array]) -> None:
         rows = [run.known for run in runs]
@@ -180,15 +180,15 @@ class _Rows:
         targets, models = self._x.shape[1:]
         everywhere = np.array([self._solved(t, slice(None)) for t in range(targets)])
         if combination == "cosine":
-            # The cosine's largest value over a cone lies in the direction of the least-squares
-            # solution there, whose length it ignores; the sum of 1 fixes the length.
+            # The largest cosine over a cone is in the direction of the least-squares solution
+            # there; it does not depend on the length, which is fixed by the sum of 1.
             everywhere = everywhere / everywhere.sum(axis=1, keepdims=True)
         weights = dict.fromkeys(CONDITIONS, everywhere)
         if combination != "adaptive":
             return weights, np.zeros((0, models))
         for number, name in enumerate(CONDITIONS):
             rows = self._condition == number
-            if rows.sum() >= FEWEST_ROWS:  # else it takes the weights of all
+            if rows.sum() >= FEWEST_ROWS:  # else it uses the weights of all
                 weights[name] = np.array([self._solved(t, rows) for t in range(targets)])
         missed = (self._targets[:, :, None] - self._parts) ** 2
         prior = np.average(missed, axis=0, weights=self._weight)
@@ -197,7 +197,7 @@ class _Rows:
     def _solved(self, target: int, rows: Any) -> Array:
         x, y = self._x[rows, target], self._y[rows, target]
         weights = nnls(x, y)[0]
-        # No model points the right way: then none is better than another.
+        # If no model has the right direction, none is better than another.
         return np.asarray(weights) if weights.sum() > 0 else np.full(x.shape[1], 1 / x.shape[1])
 
     def cosines(self, weights: Array) -> list[float]:
@@ -247,7 +247,7 @@ def _part_options(parts: Any, kinds: Sequence[str], seed: int) -> dict[str, dict
     Raises
     ------
     BadInput
-        If they are no mapping by kind, or of a kind that takes no part.
+        If they are not a mapping by kind, or of a kind that is not a constituent.
     """
     if not isinstance(parts or {}, Mapping):
         raise BadInput("vac", "parts", f"{shown(parts)} is not allowed: options by model")
@@ -272,7 +272,7 @@ def _fitted(kind: str, task: Task, options: Mapping[str, Mapping[str, Any]]) -> 
 def _predicted_left_out(
     kinds: Sequence[str], task: Task, options: Mapping[str, Mapping[str, Any]]
 ) -> list[Array]:
-    """Return every constituent's prediction of each run by a fit without it, (n, m, models)."""
+    """Return each constituent's prediction of each run, fitted without it, (n, m, models)."""
     folds = FEWEST_TO_LEAVE_OUT
     parts: list[Array] = [np.zeros(0)] * len(task.runs)
     for fold in range(folds):

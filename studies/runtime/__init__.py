@@ -1,1 +1,1 @@
-"""Error models of the studies as they run: one file a model, a twin in C beside it."""
+"""Error models of the studies at run time: one file per model, next to its C twin."""

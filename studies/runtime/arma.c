@@ -1,7 +1,7 @@
 /* Time series: w = (difference of order d of y - mean) / scale is an ARMA(p, q), per target.
 
-   State: started, waiting for a measurement's use, age of the step [s], the measured targets; then
-   of each series: the value held, whether the last step was measured, the last value of each lower
+   State: started, measurement waiting to be used, age of the step [s], the measured targets; then
+   for each series: held value, whether the last step was measured, last value of each lower-order
    difference, past w, past errors. */
 #include "../constants.h"
 #include "../error_model.h"
@@ -103,7 +103,7 @@ static void push(double *row, size_t count, double value)
     }
 }
 
-/* Goes one step on: with what was measured at it, or with the forecast. */
+/* Advances by one step, with its measurement or with the forecast. */
 static void take(const struct series *one, struct memory *memory, const double *measured)
 {
     double expected = forecast(one, memory);
@@ -117,7 +117,7 @@ static void take(const struct series *one, struct memory *memory, const double *
             }
             w = (*measured - tails - one->mean) / one->scale;
         }
-        /* After steps without measurement the whole miss would look like one step's jump. */
+        /* After steps without measurement, the whole error would look like one step's jump. */
         reached = *measured;
     }
     double rate = limited(one->mean + one->scale * w);

@@ -34,7 +34,7 @@ class Series(Remembering):
         self, differences: int, mean: float, scale: float, ar: list[float], ma: list[float]
     ) -> None:
         self.mean, self.scale, self.ar, self.ma = mean, scale, ar, ma
-        self.tails = [0.0] * differences  # last value of each lower difference
+        self.tails = [0.0] * differences  # last value of each lower-order difference
         self.past = [0.0] * len(ar)
         self.errors = [0.0] * len(ma)
         self.held = 0.0
@@ -42,7 +42,7 @@ class Series(Remembering):
 
     @classmethod
     def from_fields(cls, fields: Fields) -> Series:
-        """Return the series that a table describes."""
+        """Return the series of a file's table."""
         differences = fields.integer("differences", 0, MOST_DIFFERENCES)
         scale = fields.number("scale", 1e-9, LARGEST)
         mean = fields.number("mean", -LARGEST, LARGEST)
@@ -54,27 +54,27 @@ class Series(Remembering):
         return cls(differences, mean, scale, *parts)
 
     def forecast(self) -> float:
-        """Return the next standardised difference, as the past has it."""
+        """Return the next standardised difference, predicted from the past."""
         return sum(a * w for a, w in zip(self.ar, self.past, strict=True)) + sum(
             b * e for b, e in zip(self.ma, self.errors, strict=True)
         )
 
     def level(self, w: float) -> float:
-        """Return the level that a standardised difference leads to from here."""
+        """Return the level that follows from a standardised difference."""
         value = self.mean + self.scale * w
         for tail in self.tails:
             value += tail
         return min(max(value, -LARGEST), LARGEST)
 
     def take(self, measured: float | None) -> None:
-        """Go one step on: with what was measured at it, or with the forecast."""
+        """Advance by one step, with its measurement or with the forecast."""
         expected = self.forecast()
         w = expected
         reached = self.level(expected)
         if measured is not None:
             if self.synced or not self.tails:
                 w = (measured - sum(self.tails) - self.mean) / self.scale
-            # After steps without measurement the whole miss would look like one step's jump.
+            # After steps without measurement, the whole error would look like one step's jump.
             reached = measured
         self._advance(w, w - expected, reached, measured is not None)
 
@@ -92,7 +92,7 @@ class Series(Remembering):
 
 
 class AutoregressiveMovingAverage(ErrorModel):
-    """One series per target on an even clock; no temperature has a part in it.
+    """One series per target on an even clock; temperatures are not used.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ class AutoregressiveMovingAverage(ErrorModel):
         if measured is not None:
             self._waiting, self._measured = True, list(measured)
         for tick in range(count):
-            # A step begins with what was measured at the one before; the drift starts from zero.
+            # A step starts from the measurement at the previous one; the drift starts at zero.
             measured_now = self._measured if tick == 0 and self._waiting else None
             for target, series in enumerate(self._series):
                 series.take(None if measured_now is None else measured_now[target])
@@ -142,7 +142,7 @@ class AutoregressiveMovingAverage(ErrorModel):
         return [series.held for series in self._series]
 
     def reset(self) -> None:
-        """Forget everything: the drift starts from zero."""
+        """Forget everything: the drift starts at zero."""
         super().reset()
         for series in self._series:
             series.synced = 1.0

@@ -1,4 +1,4 @@
-/* ARX: y(k) = a y(k-1) + sum_l B_l u(k-l) + c, one pole a target, on an even clock.
+/* ARX: y(k) = a y(k-1) + sum_l B_l u(k-l) + c, one pole per target, on an even clock.
 
    State: started, age of the step [s], the last inputs, the drift. */
 #include "../constants.h"

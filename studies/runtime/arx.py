@@ -1,4 +1,4 @@
-"""ARX: the drift from its own past and the temperatures."""
+"""ARX: predicts the drift from its own past and the temperatures."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fmu_compensator.runtime.ticks import ticks
 class AutoregressiveExogenous(ErrorModel):
     r"""One pole per target: y(k) = a y(k-1) + sum_l B_l u(k-l) + c, on an even clock.
 
-    Without measurements it goes on from its own prediction; a measurement takes its place.
+    Without measurements it continues from its own prediction; a measurement replaces that.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-/* Back-propagation network: tansig hidden layers, a linear last one. */
+/* Back-propagation network: tansig hidden layers, linear output layer. */
 #include <math.h>
 
 #include "../error_model.h"
@@ -74,5 +74,5 @@ static void predict(
 }
 
 const struct error_model_kind bp_kind = {"bp", make, NULL, predict};
-/* Its size and start were chosen by a genetic algorithm; it runs as any does. */
+/* A genetic algorithm chose its size and start; it runs like any other network. */
 const struct error_model_kind ga_bp_kind = {"ga_bp", make, NULL, predict};

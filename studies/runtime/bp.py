@@ -1,4 +1,4 @@
-"""Back-propagation network: tansig hidden layers, a linear last one."""
+"""Back-propagation network: tansig hidden layers, linear output layer."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ Layer = tuple[list[list[float]], list[float]]
 
 
 class NeuralNetwork:
-    """From inputs to outputs, through a scaling at either end.
+    """A network with scaled inputs and outputs.
 
     Parameters
     ----------
     input_middle, input_half : list of float
-        An input x goes in as (x - middle) / half [1].
+        An input x is scaled to (x - middle) / half [1].
     layers : list of (weights, biases)
-        Weights: one row per node, one column per node of the layer before.
+        Weights: one row per node, one column per node of the previous layer.
     output_middle, output_half : list of float
-        What comes out is middle + half * y.
+        An output y of the last layer is scaled to middle + half * y.
     """
 
     def __init__(
@@ -45,12 +45,12 @@ class NeuralNetwork:
         fields : Fields
             The table of the network.
         inputs, outputs : int
-            How many the first layer must take, and the last must give.
+            Required number of inputs of the first layer and outputs of the last.
 
         Raises
         ------
         ModelFileError
-            For a number that is missing or out of range, and for a layer of another width.
+            For a number that is missing or out of range, and for a layer of the wrong width.
         """
         layers: list[Layer] = []
         width = inputs
@@ -72,7 +72,7 @@ class NeuralNetwork:
         )
 
     def outputs(self, inputs: Sequence[float]) -> list[float]:
-        """Return what the network makes of the inputs.
+        """Return the network's outputs.
 
         Parameters
         ----------
@@ -121,7 +121,7 @@ class BackPropagation(ErrorModel):
         speed: float = 0.0,
         measured: Sequence[float] | None = None,
     ) -> list[float]:
-        """Return the predicted targets; time, speed and measurements have no part in them."""
+        """Return the predicted targets; time, speed and measurements are not used."""
         return self._network.outputs(inputs)
 
 

@@ -1,7 +1,7 @@
 /* The finite-element spindle, reduced to a few thermal modes per regime of speed.
 
-   State: started, the speed of the sample before [r/min], the first outside temperatures and the
-   last ones, then the coordinates of each drive: every source of heat, every change outside. */
+   State: started, the speed at the previous sample [r/min], the first and the last outside
+   temperatures, then the coordinates of each drive: heat sources, then outside temperatures. */
 #include <math.h>
 
 #include "../error_model.h"
@@ -73,7 +73,7 @@ static struct error_model *make(
     return &self->base;
 }
 
-/* Heat over speed n: viscous n^(5/3) + load n, below the threshold slow n + load n [W]. */
+/* Heat at speed n: viscous n^(5/3) + load n; below the threshold slow n + load n [W]. */
 static double power(const struct source *source, double speed)
 {
     double churning = source->slow * speed;

@@ -13,7 +13,7 @@ from fmu_compensator.runtime.lags import known_speed
 
 
 class Source(NamedTuple):
-    """Heat over speed n: viscous n^(5/3) + load n, below the threshold slow n + load n [W]."""
+    """Heat at speed n: viscous n^(5/3) + load n; below the threshold slow n + load n [W]."""
 
     viscous: float
     threshold: float
@@ -42,10 +42,10 @@ class FiniteElementModel(ErrorModel):
     .. math::
         \dot x_d = -V_k \Lambda_k V_k^T x_d + f_d, \qquad y = c + \sum_d W_d x_d
 
-    Drives d are the sources of heat, :math:`f_d = b_d P_d(n)`, and the changes outside (air,
-    coolant), :math:`f_d = g_{kd} (u_d - u_d(0))`. The modes :math:`V_k, \Lambda_k` are those of the
-    regime k whose speed is nearest. Over one sample the speed is that of the sample before and
-    the outside the mean of both, so that each step is exact.
+    Drives d are the heat sources, :math:`f_d = b_d P_d(n)`, and the changes of the outside
+    temperatures (air, coolant), :math:`f_d = g_{kd} (u_d - u_d(0))`. The modes
+    :math:`V_k, \Lambda_k` are those of the regime k with the nearest speed. Between two samples the
+    speed is that of the first and outside temperatures are averaged, so that each step is exact.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ class FiniteElementModel(ErrorModel):
         self._outside_inputs = outside_inputs
         self._rows = list(zip(intercept, outputs, strict=True))
         self._started = False
-        self._speed = 0.0  # of the sample before [r/min]
+        self._speed = 0.0  # at the previous sample [r/min]
         self._first = [0.0] * len(outside_inputs)
         self._last = [0.0] * len(outside_inputs)
         drives = len(sources) + len(outside_inputs)
@@ -135,7 +135,7 @@ class FiniteElementModel(ErrorModel):
         speed: float = 0.0,
         measured: Sequence[float] | None = None,
     ) -> list[float]:
-        """Return the predicted targets; only the outside temperatures have a part in them."""
+        """Return the predicted targets; only speed and outside temperatures are used."""
         now = [inputs[index] for index in self._outside_inputs]
         if not self._started:
             self._started, self._first, self._last, elapsed_s = True, list(now), now, 0.0

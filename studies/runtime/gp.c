@@ -38,7 +38,7 @@ static struct error_model *make(
     return &self->base;
 }
 
-/* Moves the lags on, and puts down the inputs with what is behind each lag. */
+/* Advances the lags and sets the features: inputs, then lag by lag. */
 static void make_features(
     const struct gp *self, double *lagged, const double *inputs, double elapsed_s)
 {

@@ -12,12 +12,13 @@ from fmu_compensator.runtime.lags import share, taus
 
 
 class GaussianProcess(ErrorModel):
-    r"""A plane and bumps: what a Gaussian process with a linear and a Gaussian kernel predicts.
+    r"""A plane and bumps: the prediction of a process with a linear and a Gaussian kernel.
 
     .. math:: y = c + A x + \sum_i w_i \exp(-|x - z_i|^2 / (2 \ell^2))
 
-    x are the inputs less their reference (the first sample, in the rise form zero), and behind each
-    first-order lag that starts at zero; z_i are centres among the training samples.
+    x are the inputs minus their reference (the first sample; zero in the rise form), followed by
+    the same after each first-order lag, starting at zero; z_i are centres among the training
+    samples.
 
     Parameters
     ----------
@@ -73,7 +74,7 @@ class GaussianProcess(ErrorModel):
         speed: float = 0.0,
         measured: Sequence[float] | None = None,
     ) -> list[float]:
-        """Return the predicted targets; speed and measurements have no part in them."""
+        """Return the predicted targets; speed and measurements are not used."""
         if not self._started:
             self._started, elapsed_s = True, 0.0
         features = list(inputs)

@@ -1,6 +1,6 @@
 /* Natural exponential: z(t) = z0 + (zss(n) - z0) (1 - exp(-t / tau)), anew at each change of speed.
 
-   State: the speed of the sample before [rpm], the drift. */
+   State: the speed at the previous sample [rpm], the drift. */
 #include "../error_model.h"
 #include "../numbers.h"
 
@@ -27,13 +27,13 @@ static struct error_model *make(
     return &self->base;
 }
 
-/* The knots are standstill, where nothing drifts, and then the speeds of the file. */
+/* The knots are standstill with zero drift, and then the speeds of the file. */
 static double knot(const double *row, size_t place)
 {
     return place == 0 ? 0.0 : row[place - 1];
 }
 
-/* Returns the knot below a speed, and how far it is to the next one; beyond the last: there. */
+/* Returns the knot below a speed and the fraction to the next; clipped at the last knot. */
 static size_t place_of(const struct ne *self, double speed, double *part)
 {
     size_t place = 0;

@@ -1,4 +1,4 @@
-"""Natural exponential: each speed has its steady drift, approached exponentially."""
+"""Natural exponential: the drift approaches the steady drift of each speed exponentially."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from fmu_compensator.runtime.lags import known_speed, share, taus
 
 
 class NaturalExponential(ErrorModel):
-    r"""After every change of speed the drift starts anew from where it stands.
+    r"""After every change of speed, the exponential restarts from the current drift.
 
     .. math::
         z(t) = z_0 + (z_{ss}(n) - z_0) (1 - e^{-t / \tau})
 
-    The steady drift z_ss is linear between speeds that training saw, and zero at standstill.
-    Temperatures have no part in it.
+    The steady drift z_ss is linear between speeds seen in training, and zero at standstill.
+    Temperatures are not used.
 
     Parameters
     ----------
     speeds_rpm : list of float
-        Growing, all above 0 [rpm].
+        Increasing, all above 0 [rpm].
     steady : list of list of float, targets x speeds
         z_ss [um, urad].
     tau_s, tau_stopped_s : list of float, one per target
-        Time constants while turning and while standing [s].
+        Time constants while turning and at standstill [s].
     """
 
     remembers = ("_speed", "_drift")
@@ -40,7 +40,7 @@ class NaturalExponential(ErrorModel):
         self._knots = [0.0, *speeds_rpm]
         self._steady = [[0.0, *row] for row in steady]
         self._taus = list(zip(tau_s, tau_stopped_s, strict=True))
-        self._speed = 0.0  # of the sample before [rpm]
+        self._speed = 0.0  # at the previous sample [rpm]
         self._drift = [0.0] * len(steady)
 
     @classmethod
@@ -62,7 +62,7 @@ class NaturalExponential(ErrorModel):
         speed: float = 0.0,
         measured: Sequence[float] | None = None,
     ) -> list[float]:
-        """Return the predicted targets: the speed of the sample before held until this one."""
+        """Return the predicted targets; the previous sample's speed held until this one."""
         place, part = self._place(self._speed)
         for target, (row, (tau, stopped)) in enumerate(zip(self._steady, self._taus, strict=True)):
             goal = row[place] + part * (row[place + 1] - row[place])
@@ -72,7 +72,7 @@ class NaturalExponential(ErrorModel):
         return list(self._drift)
 
     def _place(self, speed: float) -> tuple[int, float]:
-        """Return between which knots a speed lies, and how far along; beyond the last: there."""
+        """Return the knot below a speed and the fraction to the next; clipped at the last knot."""
         knots = self._knots
         if speed >= knots[-1]:
             return len(knots) - 2, 1.0

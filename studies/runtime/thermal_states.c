@@ -1,6 +1,6 @@
 /* Weighted sum of rises, lagged rises, lagged levels and lagged speeds.
 
-   State: started, the speed of the sample before [1000 rpm], the first inputs, their shifts,
+   State: started, the speed at the previous sample [1000 rpm], the first inputs, their shifts,
    then the lagged values of each lag: rises, levels, speed and its square. */
 #include <math.h>
 #include <string.h>
@@ -78,7 +78,7 @@ static struct error_model *make(
     return &self->base;
 }
 
-/* Takes the median of all values off each. */
+/* Subtracts the median of all values from each. */
 static void take_levels(const struct thermal_states *self, double *values)
 {
     double middle = median(values, self->inputs, self->sorted);
@@ -87,7 +87,7 @@ static void take_levels(const struct thermal_states *self, double *values)
     }
 }
 
-/* Notes the first inputs, and shifts a level that is none that training saw at the start. */
+/* Stores the first inputs, and shifts a level outside the range seen at the start in training. */
 static void start(const struct thermal_states *self, struct memory *memory, const double *inputs)
 {
     for (size_t i = 0; i < self->inputs; i++) {
@@ -108,7 +108,7 @@ static void follow(double *values, size_t count, double part, const double *driv
     }
 }
 
-/* Adds the products one by one: the order of the sum is that of the Python twin. */
+/* Adds the products one by one, in the order of the Python twin. */
 static double added(double total, const double *weights, const double *values, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
@@ -163,7 +163,7 @@ static void predict(
 }
 
 const struct error_model_kind thermal_states_kind = {"thermal_states", make, NULL, predict};
-/* Found in other ways, these run as thermal states do. */
+/* These are fitted differently but run like thermal states. */
 const struct error_model_kind bayes_kind = {"bayes", make, NULL, predict};
 const struct error_model_kind lasso_kind = {"lasso", make, NULL, predict};
 const struct error_model_kind ridge_kind = {"ridge", make, NULL, predict};

@@ -1,4 +1,4 @@
-"""Weighted sum of temperatures and of their lags: a linear map with a memory."""
+"""Weighted sum of temperatures and their lags: a linear map with a memory."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ class ThermalStates(ErrorModel):
     r is the rise of each temperature above its first reading, v its level above the median of the
     chosen temperatures, n the speed in 1000 rpm, and L_j a first-order lag that starts at zero.
 
-    A level that starts outside what training saw at the start is taken for a fault of the sensor
-    (calibration, wiring) and shifted to its usual start; so one sensor that reads 30 K high from
-    some day on does not spoil the drift.
+    A level that starts outside the range seen in training is taken for a sensor fault (calibration,
+    wiring) and shifted to its usual start, so that a sensor that reads 30 K high from some day on
+    does not spoil the drift.
 
     Parameters
     ----------
     lags_s : list of float
         Time constants [s].
     start_low, start_usual, start_high : list of float, one per input
-        Range and middle of the levels at the start [K].
+        Range and usual value of the levels at the start [K].
     direct : list of list of float, targets x inputs
         A [um/K, urad/K].
     rise_lags, level_lags : list of matrices like *direct*, one per lag
@@ -58,7 +58,7 @@ class ThermalStates(ErrorModel):
         self._lags_s = lags_s
         self._start = list(zip(start_low, start_usual, start_high, strict=True))
         self._inputs = len(direct[0])
-        # Steps are mostly of one length: the lags' shares of it are worth keeping.
+        # Steps mostly have the same length: keep the lags' shares for it.
         self._elapsed_s, self._shares = 0.0, [0.0] * len(lags_s)
         # One row of weights per target, over: rises; per lag: rises, levels, speeds.
         self._weights = []
@@ -69,7 +69,7 @@ class ThermalStates(ErrorModel):
                 weights += speed_lags[lag][target]
             self._weights.append(weights)
         self._started = False
-        self._speed = 0.0  # of the sample before [1000 rpm]
+        self._speed = 0.0  # at the previous sample [1000 rpm]
         self._first, self._shift = [0.0] * self._inputs, [0.0] * self._inputs
         self._lagged = [[0.0] * (2 * self._inputs + 2) for _ in lags_s]
 
@@ -101,7 +101,7 @@ class ThermalStates(ErrorModel):
         speed: float = 0.0,
         measured: Sequence[float] | None = None,
     ) -> list[float]:
-        """Return the predicted targets; measurements have no part in them."""
+        """Return the predicted targets; measurements are not used."""
         if not self._started:
             self._started, self._first, elapsed_s = True, list(inputs), 0.0
             self._shift = [

@@ -1,7 +1,7 @@
 /* Hybrid: a weighted sum of other error models' predictions.
 
-   State: started, the speed of the sample before [rpm], the time since it changed [s]; the models'
-   predictions, model by model; the weights in force and, where measurements move them, the recent
+   State: started, the speed at the previous sample [rpm], the time since it changed [s]; the
+   predictions, model by model; the current weights and, if measurements change them, the recent
    squared errors, target by target; then the states of the models. */
 #include <math.h>
 
@@ -14,7 +14,7 @@ struct vac {
     size_t targets, models;
     struct error_model **model;
     const double *stopped, *changing, *steady;
-    const double *prior; /* NULL: measurements do not move the weights */
+    const double *prior; /* NULL: measurements do not change the weights */
     double settle_s, blend_s, memory_s;
     double *moved; /* weights of one target */
 };
@@ -83,7 +83,7 @@ static void reset(const struct error_model *model, double *state)
     }
 }
 
-/* Takes the miss of every model at the sample before into its recent error. */
+/* Updates every model's recent error with its error at the previous sample. */
 static void learn(const struct vac *self, struct memory *memory, const struct sample *sample)
 {
     double part = lag_share(sample->elapsed_s, self->memory_s);
@@ -122,7 +122,7 @@ static void follow(const struct vac *self, double *started, struct memory *memor
     }
 }
 
-/* Returns the weights of a target: models that lately did better than in training gain. */
+/* Returns the weights of a target: models that recently did better than in training gain weight. */
 static const double *in_force(const struct vac *self, const struct memory *memory, size_t target)
 {
     const double *blended = memory->blended + target * self->models;

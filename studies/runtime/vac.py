@@ -11,18 +11,18 @@ from fmu_compensator.runtime.lags import known_speed, share
 
 CONDITIONS = ("stopped", "changing", "steady")
 SAME_SPEED_SHARE, STILL_RPM = 0.01, 1.0
-"""Speeds closer than this are the same [1], slower than this the spindle stands [rpm]: given by
-`measurement.spectrum`, which no FMU has."""
+"""Speeds closer than this are equal [1]; below this the spindle is at a standstill [rpm]: given by
+`measurement.spectrum`, which is not part of an FMU."""
 Weights = list[list[float]]
 
 
 class VectorAngleCosine(ErrorModel):
     r"""y = sum of w_i x_i over the constituent models, each target with its own weights.
 
-    The weights may depend on the condition: the spindle stands, its speed changed a short while
-    ago, or it turns steadily. On a change they move over within a few minutes. Where a
-    displacement is measured, models that lately did better than in training gain weight:
-    w_i times p_i / s_i, where p_i is the squared error in training and s_i the recent one.
+    The weights may depend on the condition: the spindle is at a standstill, its speed changed
+    recently, or it turns steadily. After a change they adapt within a few minutes. If displacement
+    is measured, models that recently did better than in training gain weight: w_i times p_i / s_i,
+    where p_i is the squared error in training and s_i the recent one.
 
     Parameters
     ----------
@@ -31,10 +31,10 @@ class VectorAngleCosine(ErrorModel):
     weights : dict of str to list of list of float
         For each condition: targets x models [1].
     settle_s, blend_s, memory_s : float
-        How long after a change the speed counts as changing; the time constants of the weights,
-        and of the recent error [s].
+        How long after a change the speed counts as changing; time constants of the weights and of
+        the recent error [s].
     prior : list of list of float, targets x models
-        p_i [um^2, urad^2]; empty if measurements are not to move the weights.
+        p_i [um^2, urad^2]; empty if measurements should not change the weights.
     """
 
     remembers = ("_started", "_speed", "_since", "_parts", "_blended", "_errors", "_models")
@@ -103,7 +103,7 @@ class VectorAngleCosine(ErrorModel):
         return result
 
     def _learn(self, measured: Sequence[float], elapsed_s: float) -> None:
-        """Take the miss of every model at the sample before into its recent error."""
+        """Update every model's recent error with its error at the previous sample."""
         part = share(elapsed_s, self._memory_s)
         for target, errors in enumerate(self._errors):
             for index, values in enumerate(self._parts):
