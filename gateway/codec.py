@@ -65,7 +65,7 @@ def raw_of(signal: Signal, value: Value, before: float | None = None) -> float:
     if not isfinite(value):
         return signal.codes.get(NOT_AVAILABLE if value != value else ERROR, fallback)
     raw = _whole(signal, (value - signal.offset) / signal.scale)
-    # Half a step outside the range still rounds to its end.
+    # A value up to half a step outside the range still rounds to its end.
     if not low_raw(signal) <= raw <= high_raw(signal):
         return signal.codes.get(ERROR, fallback)
     return raw

@@ -60,7 +60,7 @@ def conversion(unit: str, wanted: str) -> tuple[float, float]:
         zero, one = (
             float(registry.Quantity(value, name).to(wanted).magnitude) for value in (0.0, 1.0)
         )
-    except Exception as error:  # pint and the parser below it raise many kinds
+    except Exception as error:  # pint and the parser below it raise many kinds of errors
         problem = f"cannot be converted to {wanted}: {one_line(error)}"
         raise BadInput(unit or "no unit", "", problem) from None
     factor = number * (one - zero)

@@ -26,7 +26,7 @@ def load_dbc(path: Path) -> CanDatabase:
         read = cantools.database.load_file(path, database_format="dbc", cache_dir=None)
     except OSError as error:
         raise BadInput(path, "", f"cannot be read: {error.strerror}") from None
-    except Exception as error:  # cantools and its parser raise many kinds
+    except Exception as error:  # cantools and its parser raise many kinds of errors
         raise BadInput(path, "", f"is not a DBC file: {printable(str(error))}") from None
     assert isinstance(read, CanDatabase)
     if not read.messages:

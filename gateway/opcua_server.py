@@ -209,7 +209,7 @@ def main() -> int:
     logging.disable(logging.CRITICAL)
     try:
         asyncio.run(serve(json.loads(sys.stdin.readline())))
-    except Exception as error:  # asyncua raises many kinds
+    except Exception as error:  # asyncua raises many kinds of errors
         print(f"{type(error).__name__}: {' '.join(str(error).split())}", flush=True)
         return 1
     return 0

@@ -50,7 +50,7 @@ def recorded(path: Path, database: Database) -> list[can.Message]:
                 for message in reader
                 if key_of(message) in ids and not message.is_error_frame
             ]
-    except Exception as error:  # a damaged log makes the readers raise many kinds
+    except Exception as error:  # a damaged log makes the readers raise many kinds of errors
         raise BadInput(path, "", f"is not a log of frames: {one_line(error)[:200]}") from None
     if not found:
         raise BadInput(path, "", "holds no frame of the machine")

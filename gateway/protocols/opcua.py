@@ -1,4 +1,4 @@
-"""OPC UA: inputs, outputs and status for the hall, read-only (``--opcua``).
+"""OPC UA: inputs, outputs and status for the shop floor, read-only (``--opcua``).
 
 The server is a separate process and cannot delay the gateway: a thread writes to it, and drops
 lines that the server does not read. If the server is gone, the gateway logs a line and goes on.
