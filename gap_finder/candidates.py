@@ -107,8 +107,8 @@ def missing_effects(machine: Machine, without: Sequence[str] = ()) -> list[type[
 def with_effect(machine: Machine, key: str, values: dict[str, float] | None = None) -> Machine:
     """Return the machine with an effect in force, its parameters free to be calibrated.
 
-    A range of the catalogue is the usual one. Amplitude and law may leave it within physical
-    limits, but unusual values cost score.
+    Ranges of the catalogue are the usual ones. Amplitude and law may leave them within physical
+    limits, but the score penalises unusual values.
     """
     effect = catalogue()[name_of(key)]
     idle = unused_with(machine, key)

@@ -1,6 +1,6 @@
 """Data that a model must not be compared with: broken sensors, joined recordings.
 
-They are found by the data alone, before any model is fitted: no model decides what is left out.
+They are found in the data alone, before any model is fitted: no model decides what is left out.
 """
 
 from __future__ import annotations

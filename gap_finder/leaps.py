@@ -38,7 +38,7 @@ class Leaps:
     sign: FloatArray
 
     def marked(self, observed: Observations, key: str) -> Observations:
-        """Return observations whose inputs contain these leaps for an effect."""
+        """Return observations with these leaps added to the inputs of an effect."""
         return observed.with_series(leaps_of(key), self._at_ends)
 
     def _at_ends(self, drive: Drive) -> FloatArray:

@@ -116,7 +116,7 @@ class Observations:
 
     @property
     def moved(self) -> FloatArray:
-        """Distance of each channel from its first reading, shape (K, C) [K, um]."""
+        """Change of each channel since its first reading, shape (K, C) [K, um]."""
         return self.values - self.first
 
     def weighted(self, modelled: FloatArray) -> FloatArray:

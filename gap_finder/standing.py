@@ -76,7 +76,7 @@ def calibrated(
     seed: int = 0,
     progress: Progress = quiet,
 ) -> tuple[Calibration, list[Observations], list[DataFault]]:
-    """Calibrate a machine on runs, and again without thermometers that then prove to stand still.
+    """Calibrate a machine on runs, and again without readings that then prove to stand still.
 
     Parameters
     ----------

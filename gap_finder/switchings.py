@@ -95,7 +95,7 @@ class Relay:
     dead_band: float
 
     def marked(self, observed: Observations, key: str) -> Observations:
-        """Return observations whose inputs contain for an effect when the relay was on."""
+        """Return observations with the relay's state added to the inputs of an effect."""
         return observed.with_series(switched_by(key), self._in_steps)
 
     def _in_steps(self, drive: Drive) -> FloatArray:
