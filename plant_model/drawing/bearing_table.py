@@ -46,12 +46,12 @@ SERIES: dict[str, tuple[Literal["ball", "roller"], dict[int, tuple[int, int]]]] 
     "60": ("ball", _SERIES_10),
     "62": ("ball", _SERIES_02),
 }
-"""Series, the kind of its rolling elements, and its sizes by bore code."""
+"""Kind of rolling elements and sizes by bore code, for each series."""
 
 _FORM = re.compile(r"(?<!\d)(NN30|N10|719|70|72|60|62)(\d\d)(?!\d)")
 
 FILL = {"ball": 0.68, "roller": 0.77}
-"""Share of the ring between bore and outside that is metal: a 7014 weighs 0.6 kg."""
+"""Share of metal in the volume between bore and outside diameter: a 7014 weighs 0.6 kg."""
 
 
 @dataclass(frozen=True)
@@ -85,15 +85,15 @@ class Bearing:
 
 
 def by_designation(designation: str) -> Bearing | None:
-    """Return the bearing that a designation names, or None if the series or size is not known.
+    """Return the bearing with a designation, or None if the series or size is not known.
 
-    Makers' letters before and after are left aside: ``7014``, ``B7014-C-T-P4S`` and ``7014 CD/P4A``
-    are the same size.
+    Makers' letters before and after are ignored: ``7014``, ``B7014-C-T-P4S`` and ``7014 CD/P4A``
+    have the same size.
 
     Parameters
     ----------
     designation : str
-        As on the bearing or in a catalogue, in capitals or not.
+        As on the bearing or in a catalogue, in upper or lower case.
 
     Returns
     -------
@@ -113,5 +113,5 @@ def by_designation(designation: str) -> Bearing | None:
 
 
 def known_designations() -> str:
-    """Return the series with their sizes, as a refusal lists them."""
+    """Return the series with their sizes, for a refusal."""
     return ", ".join(f"{name}{min(s):02d} to {name}{max(s):02d}" for name, (_, s) in SERIES.items())

@@ -1,4 +1,4 @@
-"""Cells along the axis: cut at stretches' ends, centred on thermometers, no longer than asked."""
+"""Cells along the axis: cut at stretches' ends, centred on thermometers, of limited length."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from itertools import pairwise
 from math import ceil
 
 SHORTEST = 1.0
-"""Of a stretch [mm], given by the format of a page. No cell is shorter: a thermometer nearer than
-this to a cut is read by the cell beside it."""
+"""Shortest stretch [mm], given by the format of a page. No cell is shorter: a thermometer nearer
+than this to a cut reads the cell next to it."""
 
 
 @dataclass(frozen=True)
@@ -19,12 +19,12 @@ class Cell:
     Attributes
     ----------
     name : str
-        Of its node, without the sector.
+        Name of its node, without the sector.
     start, end : float
         Along the axis [mm].
     part : {"shaft", "housing"}
     stretch : int
-        Position in the part of the stretch that it is cut from.
+        Position, within the part, of the stretch that it is cut from.
     """
 
     name: str
@@ -45,21 +45,21 @@ class Cell:
 
 
 def overlap(cell: Cell, start: float, end: float) -> float:
-    """Return how much of a span lies in a cell [mm]."""
+    """Return the length of a span inside a cell [mm]."""
     return max(0.0, min(cell.end, end) - max(cell.start, start))
 
 
 def cuts_between(start: float, end: float, read_at: Sequence[float], longest: float) -> list[float]:
-    """Return where to cut from *start* to *end* [mm], both included.
+    """Return the cuts from *start* to *end* [mm], including both.
 
     Parameters
     ----------
     start, end : float
         [mm].
     read_at : sequence of float
-        Where thermometers sit; each becomes the middle of a cell.
+        Positions of thermometers [mm]; each becomes the middle of a cell.
     longest : float
-        No cell is longer [mm].
+        Greatest length of a cell [mm].
     """
     inside = sorted(at for at in set(read_at) if start + SHORTEST <= at <= end - SHORTEST)
     kept: list[float] = []
@@ -89,7 +89,7 @@ def slices(
     edges: Sequence[float],
     longest: float,
 ) -> list[Cell]:
-    """Return the cells of touching stretches, numbered from the first on; cut at *edges*, too."""
+    """Return the cells of touching stretches, numbered from the first; also cut at *edges*."""
     cells: list[Cell] = []
     for which, (start, end) in enumerate(stretches):
         inside = {edge for edge in edges if start + SHORTEST <= edge <= end - SHORTEST}

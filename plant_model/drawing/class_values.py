@@ -1,7 +1,7 @@
-"""What a number of the page usually is where the page leaves it out: value, range, source.
+"""Class values of numbers that a page leaves out: value, range, source.
 
-Engineering judgement unless a source is named. A page that leaves one of these out gets it with
-this range, and the source says that it is a class value.
+They are engineering judgement unless a source is named. If a page leaves one of these numbers out,
+the machine gets it with this range, and its source states that it is a class value.
 """
 
 from __future__ import annotations
@@ -60,9 +60,9 @@ CLASS_VALUES = {
 """By name."""
 
 F0 = {
-    # Handbooks have 1.7 (mist) to 3.3 (bath) for angular contact bearings (Harris and Kotzalas,
+    # Handbooks give 1.7 (mist) to 3.3 (bath) for angular contact bearings (Harris and Kotzalas,
     # Essential Concepts of Bearing Technology, 5th ed., ch. 10). Spindle bearings hold far less
-    # lubricant and run cooler than that: the values here are a third, the ranges reach up to it.
+    # lubricant and run cooler: the values here are a third of that, and the ranges extend to it.
     ("ball", "oil-air"): (0.5, 0.2, 1.7),
     ("ball", "grease"): (0.7, 0.3, 2.0),
     ("ball", "oil"): (1.5, 0.7, 3.3),
@@ -89,9 +89,9 @@ def f1_of(kind: str) -> Known:
 def stated(
     given: Quantity | None, usual: Known, share: float = BY_DATA_SHEET, *, free: bool = True
 ) -> Known:
-    """Return a number of the page, in a range of *share* unless that is said, or what is usual.
+    """Return a number of the page, by default within *share* of its value, or else *usual*.
 
-    Calibration may move it as the page says, or else if it is *free*.
+    Calibration may move it if the page says so; if the page says nothing, if it is *free*.
     """
     if given is None:
         return replace(usual, free=free)

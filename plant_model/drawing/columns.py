@@ -1,4 +1,4 @@
-"""What a run's columns say about a machine: inputs, thermometers and the rig."""
+"""Inputs, thermometers and rig of a machine from the columns of a run."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ INLET = (
 )
 
 BACK = {"return", "outlet", "out", "ruecklauf", "auslauf"}
-"""Words for coolant that comes back, and so is no inlet."""
+"""Words for returning coolant, which is not an inlet."""
 
 PARTS = {
     "front": "front",
@@ -52,13 +52,13 @@ PARTS = {
     "innenraum": "enclosure",
     "kabine": "enclosure",
 }
-"""What a part of a column's name says of where its thermometer sits."""
+"""Place of a thermometer by a word of its column's name."""
 
 OF_A_FEED = {*"xyzabcuvw", "axis", "achse", "feed", "vorschub", "servo"}
-"""Words for an axis: a motor whose name has one does not turn the spindle."""
+"""Words for an axis: a motor with one of them in its name does not drive the spindle."""
 
 TOP = {"top", "upper", "oben"}
-"""Words for the upper part of a column that has a thermometer below, too."""
+"""Words for the upper part of a column that also has a thermometer below."""
 
 SIDES = {
     **dict.fromkeys(("above", "oben"), "Y+"),
@@ -66,34 +66,34 @@ SIDES = {
     **dict.fromkeys(("right", "rechts"), "X+"),
     **dict.fromkeys(("left", "links"), "X-"),
 }
-"""What a part of a column's name says of the side; which axis that is, is to be checked."""
+"""Side of a thermometer by a word of its column's name; the user must check the axis."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Columns:
-    """The columns of a run by what they are.
+    """The columns of a run by their role.
 
     Attributes
     ----------
     speed, ambient, coolant, torque : str
-        Columns; empty where the run has none.
+        Columns; empty if the run has none.
     feeds : tuple of str
         Feed columns.
     thermometers : dict of str to str
-        Name and where it sits: one of `PARTS`' values, or ``column_top`` beside ``column``; empty
-        where the name does not say.
+        Place by name: one of the values of `PARTS`, or ``column_top`` next to ``column``; empty
+        if the name does not give it.
     sides : dict of str to str
-        Name and side, where the name says one.
+        Side by name, if the name gives one.
     not_names : tuple of str
-        Columns of thermometers that a page cannot name: `NAME` is what it can.
+        Columns of thermometers whose names a page cannot use, because they do not match `NAME`.
     five_point : bool
         Whether the run has ``S1_um`` to ``S5_um``.
     axes : dict of str to (str, int)
-        Else: displacement, its axis and sign.
+        Otherwise: axis and sign by displacement.
     highest_speed : float
         [r/min].
     highest_feed : float
-        Of all feed columns [mm/min].
+        Highest feed in all feed columns [mm/min].
     """
 
     speed: str
@@ -111,20 +111,20 @@ class Columns:
 
 
 def columns_of(run: Run, ambient: str | None = None, inlet: str | None = None) -> Columns:
-    """Return what a run's columns are, by their endings and names.
+    """Return the roles of a run's columns, by their endings and names.
 
     Parameters
     ----------
     run : Run
     ambient : str, optional
-        The run's column of the hall's air, where its name does not say so.
+        The run's column of the hall's air, if its name does not show it.
     inlet : str, optional
-        The run's column of the coolant's inlet, where its name does not say so.
+        The run's column of the coolant inlet, if its name does not show it.
 
     Raises
     ------
     BadInput
-        For a column that is not there, or when no column can be the hall's air.
+        For a missing column, or if no column can be the hall's air.
     """
     source = run.path or run.name
     warm = run.temperatures
@@ -169,7 +169,7 @@ def _highest(run: Run, columns: list[str]) -> float:
 
 
 def _axes(run: Run) -> dict[str, tuple[str, int]]:
-    """Return what names say of the axes; where they say nothing, a guess that is to be checked."""
+    """Return the axes from the names of displacements, or else a guess for the user to check."""
     try:
         rig = default_rig(run)
     except BadInput:
@@ -194,7 +194,7 @@ def _place(name: str) -> str:
 
 
 def _in_two(places: dict[str, str]) -> dict[str, str]:
-    """Return the places with a column in two parts, where one thermometer of several is on top."""
+    """Return the places, with the column split in two if one of its thermometers is on top."""
     on_it = {name for name, place in places.items() if place == "column"}
     top = {name for name in on_it if TOP & set(_words(name))}
     return places | dict.fromkeys(top if top < on_it else (), "column_top")

@@ -10,7 +10,7 @@ import numpy as np
 from plant_model.drawing.lubricant import GRADES, viscosity
 
 WARM = 22.0
-"""Temperature [degC], given by the table below: it holds there."""
+"""Temperature of the values [degC], given by the table below."""
 
 GLYCOL = {
     0: (997.9, 4182.2, 0.6016, 0.9543),
@@ -23,7 +23,7 @@ GLYCOL = {
 }
 """Ethylene glycol in water by mass [%]: density [kg/m3], specific heat [J/(kg K)], conductivity
 [W/(m K)], viscosity [mPa s]. From CoolProp 8.0 (``Water``, ``INCOMP::MEG``), which takes seconds to
-load; a test computes the table anew."""
+load; a test recomputes the table."""
 
 ALLOWED = "water, glycol N % (N up to 60), oil N (N an ISO VG grade)"
 
@@ -37,7 +37,7 @@ class Coolant:
     density, specific_heat, conductivity, viscosity : float
         [kg/m3], [J/(kg K)], [W/(m K)], [Pa s].
     source : str
-        Where these come from.
+        Source of the values.
     """
 
     density: float
@@ -53,7 +53,7 @@ class Coolant:
 
 
 def coolant(name: str) -> Coolant | None:
-    """Return a coolant at 22 degC, or None for a name that is not known.
+    """Return a coolant at 22 degC, or None for an unknown name.
 
     ``water``, ``glycol 30 %`` (ethylene glycol in water, by mass, up to 60 %) and ``oil 10`` (a
     mineral oil of that ISO VG grade).
@@ -61,7 +61,7 @@ def coolant(name: str) -> Coolant | None:
     Parameters
     ----------
     name : str
-        Exactly of one of these forms.
+        Exactly one of these forms.
     """
     glycol = re.fullmatch(r"glycol (\d{1,2}) ?%", name)
     oil = re.fullmatch(r"oil (\d{1,3})", name)

@@ -17,7 +17,7 @@ from plant_model.drawing.surroundings import add_surroundings
 from plant_model.effects import item_kinds
 
 KIND = "drawing"
-"""What ``kind`` says at the top of a page."""
+"""Value of ``kind`` at the top of a page."""
 
 GAPS = Known(1.0, 0.5, 2.0, "1", CLASS + "factor on the correlation of the air gap effect", True)
 
@@ -28,7 +28,7 @@ def is_page(table: dict[str, Any]) -> bool:
     Parameters
     ----------
     table : dict
-        The file's content as parsed.
+        The parsed file.
     """
     return table.get("kind") == KIND
 
@@ -41,18 +41,18 @@ def expanded(
     Parameters
     ----------
     table : dict
-        The page, parsed.
+        The parsed page.
     source : path
         The file, for refusals.
     finer : float
-        Cells are so many times shorter than the page says.
+        Factor by which cells are shorter than in the page.
     sectors : int, optional
-        Cells around the axis, instead of the page's number.
+        Number of cells around the axis, instead of the page's.
 
     Raises
     ------
     BadInput
-        For the first thing wrong, in one line.
+        For the first error, in one line.
     """
     drawing = Drawing(table, source)
     form = drawing.form

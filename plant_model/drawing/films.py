@@ -1,4 +1,4 @@
-"""Films on surfaces and in channels, from the library ``ht`` where it has them."""
+"""Film coefficients on surfaces and in channels, from the library ``ht`` if it has them."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ AIR = {"conductivity": 0.026, "viscosity": 1.56e-5, "prandtl": 0.71, "expansion"
 """Air at 22 degC: [W/(m K)], [m2/s], [1], [1/K]."""
 
 USUAL_RISE = 5.0
-"""Surface over air at which a constant film is taken [K]: set on no data."""
+"""Temperature rise of a surface above the air for a constant film [K]: set on no data."""
 
 
 def channel_film(fluid: Coolant, flow_lpm: float, width_mm: float, depth_mm: float) -> float:
     """Return the film coefficient in a rectangular channel [W/(m2 K)].
 
-    ``ht.Nu_conv_internal`` on the hydraulic diameter: Churchill and Zajic where the flow is
-    turbulent, 3.66 where it is laminar.
+    ``ht.Nu_conv_internal`` on the hydraulic diameter: Churchill and Zajic if the flow is
+    turbulent, 3.66 if it is laminar.
     """
     import ht
 
@@ -44,7 +44,7 @@ def still_air(diameter_mm: float, emissivity: float) -> float:
 
 
 def blown(diameter_mm: float, speed_m_per_s: float) -> float:
-    """Return the film of air that blows across a cylinder [W/(m2 K)].
+    """Return the film coefficient of air blowing across a cylinder [W/(m2 K)].
 
     ``ht.Nu_external_cylinder`` (Sanitjai and Goldstein).
     """
@@ -56,10 +56,10 @@ def blown(diameter_mm: float, speed_m_per_s: float) -> float:
 
 
 def turning(diameter_mm: float, speed_rpm: float) -> float:
-    """Return what turning adds to the film on a cylinder [W/(m2 K)].
+    """Return the increase of a cylinder's film coefficient by rotation [W/(m2 K)].
 
     Nu = 0.133 Re^(2/3) Pr^(1/3), Re = u d / nu: Becker, Int. J. Heat Mass Transfer 6 (1963)
-    1053-1062; neither library has it.
+    1053-1062; ``ht`` does not have it.
     """
     diameter = diameter_mm * 1e-3
     reynolds = pi * diameter**2 * abs(speed_rpm) / 60.0 / AIR["viscosity"]

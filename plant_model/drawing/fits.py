@@ -1,4 +1,4 @@
-"""What looks wrong in a page, in the words of who drew it; nothing here is refused."""
+"""Things that look wrong in a page, in the terms of the drawing; nothing here is refused."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ from plant_model.drawing.known import Known
 from plant_model.drawing.layout import Drawing, Seat
 
 LOOSE = 0.05
-"""A ring whose diameter differs from its seat by more than this share does not sit on it [1]: set
-on no data."""
+"""A ring whose diameter differs from its seat's by more than this share does not fit [1]: set on
+no data."""
 
 LIGHT, HEAVY = 20.0, 1500.0
-"""Mass over surface of castings and plates [kg/m2]: set on no data."""
+"""Plausible range of mass over surface of castings and plates [kg/m2]: set on no data."""
 
 FAST = 2.5e6
-"""Speed times mean diameter beyond which no rolling bearing runs [mm/min]: set on no data."""
+"""Highest speed times mean diameter of a rolling bearing [mm/min]: set on no data."""
 
 
 CHECK = re.compile(r"#\s*CHECK\b")
-"""What begins a remark that a number is not yet of the machine's own drawing."""
+"""Start of a remark that a number is not yet from the machine's own drawing."""
 
 
 def lines_to_check(text: str) -> int:
-    """Return how many lines of a page still say ``# CHECK``.
+    """Return the number of lines of a page that still have ``# CHECK``.
 
     Parameters
     ----------
     text : str
-        The page as it stands in its file.
+        The text of the page's file.
     """
     return sum(CHECK.search(line) is not None for line in text.splitlines())
 
@@ -43,7 +43,7 @@ def odd_of_page(drawing: Drawing, text: str) -> list[str]:
     ----------
     drawing : Drawing
     text : str
-        The page as it stands in its file.
+        The text of the page's file.
     """
     count = lines_to_check(text)
     lines = "line still says" if count == 1 else "lines still say"
@@ -76,7 +76,7 @@ def odd_fits(drawing: Drawing) -> list[str]:
 
 
 def _same_spots(drawing: Drawing) -> list[str]:
-    """Return a sentence for each spot on which several thermometers sit."""
+    """Return a sentence for each place with several thermometers."""
     spots: dict[tuple[str, float | None, float | None], list[str]] = {}
     for entry in drawing.form.thermometers:
         side = None if entry.side is None else degrees(entry.side)

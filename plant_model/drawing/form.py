@@ -1,6 +1,6 @@
-"""What a page may say, checked by pydantic: one form for each of its tables.
+"""Forms of a page, checked by pydantic: one form for each of its tables.
 
-Lengths are in mm, masses in kg; the unit of every other number stands beside it here. A number may
+Lengths are in mm, masses in kg; the unit of every other number is given with it here. A number may
 be a table of value, low, high, source and calibrate.
 """
 
@@ -65,7 +65,7 @@ class Quantity(Form):
         return self
 
     def known(self, unit: str, share: float = BY_DATA_SHEET, *, free: bool = True) -> Known:
-        """Return it with a range: its own, or *share* to both sides; *free* unless it says so."""
+        """Return it with a range, by default *share* to both sides; *free* holds if not given."""
         usual = within(share, self.value, unit, self.source or "page")
         return Known(
             self.value,
@@ -102,20 +102,20 @@ class _Span(Form):
 
 
 class PatchForm(_Span):
-    """A stretch of the housing, all around or on one side: so wide an angle around that."""
+    """A stretch of the housing, all around or on one side over the angle *width*."""
 
     side: Side | None = None
-    """The middle of what is on one side; without it all around."""
+    """Middle of a part on one side; if left out, all around."""
     width: Annotated[Number, _between(1.0, 360.0, "degrees")] = 90.0
-    """How many degrees it covers."""
+    """Angle that it covers."""
 
     @property
     def around(self) -> float:
-        """How much of the circumference it covers [1]."""
+        """Share of the circumference that it covers [1]."""
         return 1.0 if self.side is None else self.width / 360.0
 
     def apart(self, angle: float) -> float:
-        """Return how far a direction is from its middle [deg], 0 to 180; 0 if all around.
+        """Return the angle between a direction and its middle [deg], 0 to 180; 0 if all around.
 
         Parameters
         ----------
@@ -137,9 +137,9 @@ class StretchForm(_Span):
     outer: Diameter
     inner: Bore = 0.0
     material: str | None = None
-    """Else that of the whole."""
+    """By default that of the whole shaft or housing."""
     even: bool = False
-    """Not split around the axis."""
+    """Not divided around the axis."""
 
 
 class ShaftForm(Form):
@@ -152,16 +152,16 @@ class ShaftForm(Form):
 
 
 class FaceForm(PatchForm):
-    """A part of the housing's outside that stands in other air than the rest, or is blown on."""
+    """A part of the housing's outside that is in other air than the rest, or is blown on."""
 
     air: str | None = None
     """An input, or the enclosure."""
     film: Annotated[Quantity, _between(0.5, 1000.0, "W/(m2 K)")] | None = None
-    """Else of still air."""
+    """By default that of still air."""
 
 
 class HousingForm(Form):
-    """The housing; *even* stretches are not split around the axis."""
+    """The housing; *even* stretches are not divided around the axis."""
 
     material: str = "steel"
     air: str | None = None
@@ -171,13 +171,13 @@ class HousingForm(Form):
 
 
 class SleeveForm(_Span):
-    """The sleeve in which a bearing set sits, and through which its heat reaches the housing.
+    """The sleeve that holds a bearing set and conducts its heat to the housing.
 
-    With an outer diameter it is a part of its own between bearings and housing.
+    With an outer diameter it is a separate part between bearings and housing.
     """
 
     outer: Diameter | None = None
-    """With it, a part of its own between bearings and housing."""
+    """If given, the sleeve is a separate part between bearings and housing."""
     material: str = "steel"
 
 
@@ -193,7 +193,7 @@ class BearingForm(Form):
     count: int = Field(default=1, ge=1, le=8)
     """Bearings in the set."""
     spacing: Length | None = None
-    """Else side by side."""
+    """By default side by side."""
     sleeve: SleeveForm | None = None
     locates: bool = False
     """Holds the shaft along its axis."""
@@ -202,12 +202,12 @@ class BearingForm(Form):
     """ISO VG."""
     viscosity_index: Annotated[Number, _between(50.0, 200.0, "")] = 95.0
     running_temperature: Annotated[Quantity, _between(0.0, 120.0, "degC")] | None = None
-    """Of the lubricant; 45 degC."""
+    """Of the lubricant; 45 degC by default."""
     bore: Diameter | None = None
     outside: Diameter | None = None
     width: Length | None = None
     rollers: bool = False
-    """Of a bearing without a designation."""
+    """Whether a bearing without a designation has rollers."""
     f0: Annotated[Quantity, _between(0.1, 20.0, "")] | None = None
     """Class value."""
     f1: Annotated[Quantity, _between(0.0, 0.01, "")] | None = None
@@ -241,7 +241,7 @@ class MotorForm(_Span):
     pulley_outer: Diameter | None = None
     """Of a belt."""
     into: str | None = None
-    """The carrier that the rest of a belt's loss warms."""
+    """The carrier heated by the rest of a belt's loss."""
 
 
 class ChannelForm(Form):
@@ -250,7 +250,7 @@ class ChannelForm(Form):
     width: Annotated[Number, _between(1.0, 200.0, "mm")] = 15.0
     depth: Annotated[Number, _between(1.0, 50.0, "mm")] = 6.0
     turns: Annotated[Number, _between(0.5, 200.0, "turns")] | None = None
-    """Else as many as fit side by side."""
+    """By default as many as fit side by side."""
 
 
 class JacketForm(PatchForm):
@@ -266,34 +266,34 @@ class JacketForm(PatchForm):
     """A jacket, in series."""
     channel: ChannelForm = Field(default_factory=ChannelForm)
     wall: Conductance | None = None
-    """Else from the channel."""
+    """By default from the channel."""
     inlet_side: Side | None = None
-    """Where it is coldest."""
+    """Coldest side."""
     unevenness: Annotated[Quantity, _between(0.0, 1.0, "(share)")] | None = None
-    """How much less the far side has; even without it."""
+    """How much less the far side is cooled; if left out, it is the same all around."""
 
 
 class HoldForm(PatchForm):
-    """Where a carrier holds the housing."""
+    """The stretch of the housing held by a carrier."""
 
 
 class BendForm(Form):
-    """A tilt by the difference between a carrier and another one."""
+    """A tilt by the temperature difference between two carriers."""
 
     against: str
     """The other carrier, on the cool side."""
     width: Length
-    """From the middle of the carrier to the middle of *against*, across the bending."""
+    """From the middle of the carrier to the middle of *against*, in the plane of bending."""
     length: Annotated[Quantity, _between(1.0, 10000.0, "mm")]
-    """Over which the two lie side by side and bend each other: the height of the joint."""
+    """Over which the two are side by side and bend each other: the height of the joint."""
     lever: Annotated[Number, _between(-10000.0, 10000.0, "mm")]
     """Along the spindle, from the middle of *length* to the gauge line; positive towards the
     nose."""
     yaw: Annotated[Number, _between(-1.0, 1.0, "")] = 0.0
-    """Which way, as *pitch* for X."""
+    """Like *pitch*, but for X."""
     pitch: Annotated[Number, _between(-1.0, 1.0, "")] = 0.0
-    """1 if a warmer carrier swings the tool's end towards +Y, -1 towards -Y; slanting: cosine and
-    sine."""
+    """1 if a warmer carrier moves the tool's end towards +Y, -1 if towards -Y; in an oblique plane,
+    *yaw* and *pitch* are its cosine and sine."""
 
 
 OneWay = Annotated[Quantity, _between(-5000.0, 5000.0, "mm")]
@@ -301,17 +301,17 @@ OneWay = Annotated[Quantity, _between(-5000.0, 5000.0, "mm")]
 
 
 class GrowForm(Form):
-    """Length of a carrier that moves the nose along an axis; z: towards the table."""
+    """Lengths of a carrier whose growth moves the nose along the axes; z: towards the table."""
 
     x: OneWay | None = None
-    """Length that moves the nose along X."""
+    """Length whose growth moves the nose along X."""
     y: OneWay | None = None
     """Along Y."""
     z: OneWay | None = None
     """Towards the table."""
 
     def lengths(self) -> dict[str, Quantity]:
-        """Return those that are not 0, by axis."""
+        """Return the lengths that are not 0, by axis."""
         by_axis = {"x": self.x, "y": self.y, "z": self.z}
         return {
             axis: length for axis, length in by_axis.items() if length is not None and length.value
@@ -339,7 +339,7 @@ class CarrierForm(Form):
     on: str | None = None
     """The carrier that holds it."""
     joint: Conductance | None = None
-    """To what it holds or stands on; class value."""
+    """To the part that it holds or stands on; class value."""
     air: str | None = None
     """``ambient``, unless another input or the enclosure."""
     grows: GrowForm = Field(default_factory=GrowForm)
@@ -362,7 +362,7 @@ class EnclosureForm(Form):
 
     volume: Annotated[Number, _between(0.01, 500.0, "m3")]
     wall: Annotated[Number, _between(0.1, 500.0, "m2")]
-    """Its own walls towards the hall, not what stands in it."""
+    """Its own walls towards the hall, without the parts inside."""
     film: Annotated[Quantity, _between(0.5, 50.0, "W/(m2 K)")] | None = None
     """From the air inside through the wall to the hall; class value."""
 
@@ -383,7 +383,7 @@ class ThermometerForm(Form):
 
 
 class MaterialForm(Form):
-    """A material of the page's own."""
+    """A material defined in the page."""
 
     density: Annotated[Number, _between(100.0, 25000.0, "kg/m3")]
     """A material of your own. Known: steel, cast_iron, lamination, aluminium, mineral_casting,
@@ -394,12 +394,12 @@ class MaterialForm(Form):
 
 
 class CellsForm(Form):
-    """How finely the spindle is cut; without *sectors* as the thermometers' sides ask."""
+    """Size of the cells; by default the thermometers' sides determine *sectors*."""
 
     longest: Annotated[Number, _between(2.0, 500.0, "mm")] = 40.0
     """Of a cell along the axis."""
     sectors: Literal[1, 4, 8, 12, 16] | None = None
-    """Else the fewest from 4 on in which every thermometer sits in the middle of one."""
+    """By default the lowest number from 4 on with every thermometer in the middle of a sector."""
 
 
 class PageForm(Form):

@@ -1,4 +1,4 @@
-"""What grows and bends: the cells from mounting face to gauge line, the carriers, the tool."""
+"""Parts that grow and bend: the cells from mounting face to gauge line, the carriers, the tool."""
 
 from __future__ import annotations
 
@@ -12,14 +12,13 @@ from plant_model.drawing.mesh import Sector
 from plant_model.drawing.sheet import Sheet
 
 NO_LENGTH = 1e-9
-"""What rounding may leave of a length, given by arithmetic [mm]."""
+"""A length below this is rounding, given by arithmetic [mm]."""
 
 UNEVEN = 0.25
-"""How far the growth of a carrier may be from that of a part as warm as its lump [1]: set on no
-data."""
+"""Relative uncertainty of a carrier's growth, because it is one lump [1]: set on no data."""
 
 MOVES = {"x": "x", "y": "y", "z": "elongation"}
-"""What a length along an axis moves, as a machine file calls it."""
+"""Name in a machine file of the motion by a length along an axis."""
 
 
 def add_growth(sheet: Sheet) -> None:
@@ -49,10 +48,10 @@ def _segment(sheet: Sheet, cell: Cell) -> None:
 
 
 def _bends(sheet: Sheet, cell: Cell) -> None:
-    """Add the bending of a ring between the mounting face and the bearing that locates.
+    """Add the bending of a ring between the mounting face and the locating bearing.
 
-    A ring of n sectors at the temperatures T_k bends by 2 / (n r) sum T_k cos(phi_k), exactly so
-    for one side warmer than the other as the cosine: one item for each pair of opposite sectors.
+    A ring of n sectors at the temperatures T_k bends by 2 / (n r) sum T_k cos(phi_k), which is
+    exact for a cosine around the axis. Each pair of opposite sectors becomes one item.
     """
     at = sheet.drawing.located.form.at
     length = overlap(cell, min(0.0, at), max(0.0, at))
@@ -86,17 +85,17 @@ def _direction(warm: Sector) -> dict[str, Known]:
 def _lever(length: Quantity) -> Known:
     """Return the length over which a carrier bends [mm], to be calibrated.
 
-    What a drawing gives is the length between two faces. The part is one lump, and is not all as
-    warm as that: how much of its length counts is known to a quarter.
+    A drawing gives the length between two faces. The part is one lump but does not have one
+    temperature, so the length that counts is known to a quarter.
     """
     return length.known("mm", UNEVEN)
 
 
 def _moving(axis: str, length: Quantity) -> dict[str, Known]:
-    """Return how a carrier moves the nose along an axis: its length, and which way.
+    """Return how a carrier moves the nose along an axis: its length and its direction.
 
-    Where the range says that it may be either way, the length is the longest one, and its share of
-    either sign is what calibration moves.
+    If the range includes both signs, the length is the longest one, and calibration moves a share
+    of it with either sign.
     """
     known = length.known("mm", UNEVEN)
     if known.low < 0.0 < known.high:

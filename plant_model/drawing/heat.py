@@ -1,4 +1,4 @@
-"""What heats the spindle: bearing sets, the motor or the belt, with the joints around them."""
+"""Heat sources of the spindle: bearing sets, motor or belt, with the joints around them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from plant_model.drawing.sheet import Sheet
 from plant_model.drawing.spindle import add_gap
 
 USUAL_DIAMETER = 70.0
-"""Mean diameter of the bearings that class values are for [mm], given by what their sources say."""
+"""Mean diameter of the bearings that class values are for [mm], given by their sources."""
 
 
 def add_heat(sheet: Sheet) -> None:
@@ -35,7 +35,7 @@ class _Joint:
         self.sheet, self.name, self.usual = sheet, name, usual
 
     def conductance(self, area_m2: float, wall_k_per_w: float) -> float:
-        """Return joint and wall together at the usual joint [W/K], and remember it."""
+        """Return the conductance of joint and wall at the usual joint [W/K], and keep it."""
         ends = tuple(
             1.0 / (1.0 / (joint * area_m2) + wall_k_per_w)
             for joint in (self.usual.low, self.usual.value, self.usual.high)
@@ -50,7 +50,7 @@ class _Joint:
 
 
 def _seat_joint(sheet: Sheet, form: BearingForm) -> _Joint:
-    """Return the joint of all seats, or of one bearing's where the page says it."""
+    """Return the joint of all seats, or of one bearing's seat if the page gives it."""
     name = f"{form.name}_seats" if form.seat else "bearing_seats"
     return _Joint(sheet, name, stated(form.seat, CLASS_VALUES["seat_joint"], 0.6))
 
@@ -86,7 +86,7 @@ def _into_sleeve(sheet: Sheet, seat: Seat, sleeve: SleeveForm, joint: _Joint) ->
     span = (sleeve.start, sleeve.end)
     seated = sum(end - start for start, end in seat.spans)
     if sleeve.outer is None:
-        # The rings' seats, spread along the sleeve.
+        # The rings' seats are spread along the sleeve.
         share = seated / (sleeve.end - sleeve.start)
         _seat_on(sheet, "housing", outer, span, outside, joint, share)
         return
@@ -96,7 +96,7 @@ def _into_sleeve(sheet: Sheet, seat: Seat, sleeve: SleeveForm, joint: _Joint) ->
     volume = pi / 4.0 * (sleeve.outer**2 - outside**2) * 1e-6 * metres
     sheet.node(node, sheet.heat_of(made_of, volume))
     area = pi * outside * seated * 1e-6
-    # A third of its wall lies before its mean temperature, the rest behind it.
+    # A third of its wall is in front of its mean temperature, the rest behind it.
     middle = outside + (sleeve.outer - outside) / 3.0
     around = 2.0 * pi * made_of.conductivity.value
     wall = log(middle / outside) / (around * seated * 1e-3)
@@ -118,8 +118,8 @@ def _seat_on(
 ) -> None:
     """Join a ring to the cells of shaft or housing at its seat; several rings of a set add up.
 
-    A share of the span seats; *behind* is the resistance of the ring's own wall over its length
-    [m K/W].
+    *seated* is the share of the span in contact; *behind* is the resistance of the ring's own wall
+    over its length [m K/W].
     """
     mesh = sheet.mesh
     for cell, length in mesh.covered(part, *span):
@@ -131,7 +131,7 @@ def _seat_on(
 
 
 def _add_up(sheet: Sheet, first: str, second: str, number: str, factor: float) -> None:
-    """Add a tied contact, or more of it where the two are joined already."""
+    """Add a tied contact, or increase it if the two are already joined."""
     for link in reversed(sheet.links):
         if link["kind"] == "contact" and link["between"] == [first, second]:
             link["conductance"]["factor"] += factor
@@ -172,7 +172,7 @@ def _friction(sheet: Sheet, seat: Seat) -> None:
 
 
 def _loss(motor: MotorForm) -> Known:
-    """Return the motor's or the belt's loss without load."""
+    """Return the no-load loss of the motor or the belt."""
     if motor.loss is not None:
         return motor.loss.known("W/(1000 r/min)", 0.3)
     if motor.drive == "belt":

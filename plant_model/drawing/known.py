@@ -1,4 +1,4 @@
-"""Numbers with a range and a source, and how far they may go by how they are known."""
+"""Numbers with a source and a range that depends on how they are known."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from typing import Any
 from plant_model.parameters import Parameter
 
 CLASS = "class value: "
-"""What the source of a number begins with that the page leaves out."""
+"""Start of the source of a number that the page leaves out."""
 
 BY_DATA_SHEET = 0.15
-"""Half range of a number that a data sheet or a plate gives, relative to it [1]: set on no
+"""Half range of a number from a data sheet or a plate, relative to it [1]: set on no
 data."""
 
 
 @dataclass(frozen=True)
 class Known:
-    """A number, the range that it may be in, and where both come from.
+    """A number, its range, and the source of both.
 
     Attributes
     ----------
@@ -37,13 +37,13 @@ class Known:
     free: bool = False
 
     def scaled(self, factor: float) -> Known:
-        """Return the number and its range times a positive factor."""
+        """Return the number with its range, multiplied by a positive factor."""
         return replace(
             self, value=self.value * factor, low=self.low * factor, high=self.high * factor
         )
 
     def clipped(self, low: float, high: float) -> Known:
-        """Return it with its range, and if need be its value, kept within what can be."""
+        """Return it with its range, and if necessary its value, limited to *low* and *high*."""
         value, bottom, top = (
             min(max(number, low), high) for number in (self.value, self.low, self.high)
         )
@@ -61,6 +61,6 @@ def exact(value: float, unit: str, source: str = "page") -> Known:
 
 
 def within(share: float, value: float, unit: str, source: str) -> Known:
-    """Return a number with the same relative range to both sides."""
+    """Return a number with a symmetric relative range."""
     ends = sorted((value * (1.0 - share), value * (1.0 + share)))
     return Known(value, ends[0], ends[1], unit, source)

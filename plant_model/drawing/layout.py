@@ -1,4 +1,4 @@
-"""A page, read and checked: what fits into what, in the words of who drew it."""
+"""A page, read and checked for fit of its parts, in the terms of the drawing."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from plant_model.drawing.known import Known
 from plant_model.drawing.materials import MATERIALS, Material
 
 TOUCH = 0.01
-"""Stretches whose ends are nearer than this touch [mm]: set on no data."""
+"""Stretches touch if their ends are nearer than this [mm]: set on no data."""
 
 ENCLOSURE = "enclosure"
 
@@ -40,7 +40,7 @@ class Seat:
     bearing : Bearing
         One of its bearings.
     spans : tuple of (float, float)
-        Where each bearing of the set sits [mm].
+        Start and end of each bearing of the set [mm].
     """
 
     form: BearingForm
@@ -49,19 +49,19 @@ class Seat:
 
 
 class Drawing:
-    """A page with everything in it found and checked.
+    """A page with all its parts found and checked.
 
     Parameters
     ----------
     table : dict
-        The page, parsed.
+        The parsed page.
     source : path
         The file, for refusals.
 
     Raises
     ------
     BadInput
-        For the first thing wrong, in one line.
+        For the first error, in one line.
     """
 
     def __init__(self, table: dict[str, Any], source: str | Path) -> None:
@@ -93,31 +93,31 @@ class Drawing:
         Returns
         -------
         BadInput
-            To be raised by who asks.
+            For the caller to raise.
         """
         return BadInput(self.source, place, problem)
 
     def one_of(self, place: str, name: object, known: Iterable[str]) -> str:
-        """Return the name if it is known, else refuse and list what is.
+        """Return the name if it is known, else refuse it and list the known ones.
 
         Parameters
         ----------
         place : str
-            Where the name stands in the page, dotted.
+            Place of the name in the page, dotted.
         name : object
-            What stands there.
+            The value there.
         known : iterable of str
-            What is allowed.
+            Allowed names.
 
         Raises
         ------
         BadInput
-            If it is no text or none of them; the closest is offered.
+            If it is not a text or not one of them; the closest is suggested.
         """
         return one_of(self.source, place, name, known)
 
     def span_of(self, part: str) -> tuple[float, float]:
-        """Return from where to where the ``shaft`` or the ``housing`` goes [mm].
+        """Return start and end of the ``shaft`` or the ``housing`` [mm].
 
         Parameters
         ----------
@@ -132,7 +132,7 @@ class Drawing:
         return stretches[0].start, stretches[-1].end
 
     def stretch_at(self, part: str, place: float) -> StretchForm:
-        """Return the stretch of shaft or housing at a place; at a step the one towards the nose.
+        """Return the stretch of shaft or housing at a place; at a step, the one towards the nose.
 
         Parameters
         ----------
@@ -144,13 +144,13 @@ class Drawing:
         return next((s for s in reversed(stretches) if s.start <= place), stretches[0])
 
     def material(self, stretch: StretchForm, part: str) -> Material:
-        """Return what a stretch is made of.
+        """Return the material of a stretch.
 
         Parameters
         ----------
         stretch : StretchForm
         part : {"shaft", "housing"}
-            Its material counts where the stretch names none.
+            Its material is used if the stretch names none.
         """
         name: str = stretch.material or getattr(self.form, part).material
         return self.materials[name]
@@ -167,7 +167,7 @@ class Drawing:
         return next(seat for seat in self.seats if seat.form.locates)
 
     def air_names(self) -> list[str]:
-        """Return what surfaces may face."""
+        """Return the names of the air that surfaces may face."""
         air = [name for name, entry in self.form.inputs.items() if entry.unit == "degC"]
         return [*air, ENCLOSURE] if self.form.enclosure else air
 

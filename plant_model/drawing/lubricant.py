@@ -10,7 +10,7 @@ GRADES = (10, 15, 22, 32, 46, 68, 100, 150, 220, 320)
 
 USUAL_INDEX = 95.0
 """Viscosity index of a mineral oil [1], given by SKF's diagram of viscosity over temperature for
-rolling bearings, which is drawn for it."""
+rolling bearings, which is drawn for this index."""
 
 
 @cache
@@ -19,8 +19,8 @@ def viscosity_at_100(grade: float, index: float = USUAL_INDEX) -> float:
 
     Notes
     -----
-    Inverts ASTM D2270 as the library ``chemicals`` has it. The standard begins at 2 mm2/s at
-    100 degC, so that oils thinner than VG 10 have no index.
+    Inverts ASTM D2270 from the library ``chemicals``. The standard begins at 2 mm2/s at 100 degC,
+    so oils thinner than VG 10 have no index.
     """
     from chemicals.viscosity import viscosity_index
     from scipy.optimize import brentq

@@ -1,6 +1,6 @@
 """Materials by name: heat capacity, conductivity and expansion with ranges.
 
-The ranges of heat capacity and conductivity hold what a drawing leaves open in a section as well:
+The ranges of heat capacity and conductivity also cover what a drawing leaves open in a section:
 holes, threads and keyways, some 5 %.
 """
 
@@ -15,7 +15,7 @@ HANDBOOK = "handbook value at 20 degC"
 
 @dataclass(frozen=True)
 class Material:
-    """What a solid is made of.
+    """A solid material.
 
     Attributes
     ----------
@@ -44,7 +44,10 @@ def material(
     conductivity: tuple[float, float, float],
     expansion: tuple[float, float, float],
 ) -> Material:
-    """Return a material from its density [kg/m3], specific heat [J/(kg K)] and the rest."""
+    """Return a material from its density [kg/m3], specific heat [J/(kg K)] and other properties.
+
+    Conductivity and expansion are value, low and high [W/(m K), 1e-6/K].
+    """
     heat = density * specific_heat
     said = f"{name}, {HANDBOOK}"
     return Material(
@@ -69,4 +72,4 @@ MATERIALS = {
         material("granite", 2700.0, 800.0, (2.8, 2.0, 3.6), (7.0, 5.0, 9.0)),
     )
 }
-"""By the name that a page uses."""
+"""By name in a page."""

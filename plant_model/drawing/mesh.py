@@ -1,4 +1,4 @@
-"""The spindle cut into cells: rings along the shaft, rings or sectors along the housing."""
+"""The spindle divided into cells: rings along the shaft, rings or sectors along the housing."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ NAMED = {0.0: "xp", 90.0: "yp", 180.0: "xm", 270.0: "ym"}
 
 
 SECTORS = (4, 8, 12, 16)
-"""Of the housing, given by the four axes, each of which is the middle of one; set on no data where
-they end."""
+"""Numbers of sectors of the housing, given by the four axis directions, each the middle of a
+sector; the largest is set on no data."""
 
 
 def fewest_sectors(form: PageForm) -> int:
-    """Return how many sectors let every thermometer on the housing sit in the middle of one.
+    """Return the lowest number of sectors with each housing thermometer in the middle of one.
 
-    With four, a tilt is within 3 % of that with sixteen, and a simulation three times as fast as
-    with eight.
+    With four sectors, a tilt is within 3 % of that with sixteen, and a simulation three times as
+    fast as with eight.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def fewest_sectors(form: PageForm) -> int:
     Returns
     -------
     int
-        8, and a refusal later, where no number does.
+        If no number fits, 8; the page is refused later.
     """
     sides = [
         degrees(entry.side)
@@ -52,11 +52,11 @@ class Sector:
     Attributes
     ----------
     node : str
-        Its node's name.
+        Name of its node.
     angle : float or None
         Its middle, from X+ towards Y+ [deg]; None for a ring.
     share : float
-        Of the circumference [1].
+        Share of the circumference [1].
     """
 
     node: str
@@ -64,11 +64,11 @@ class Sector:
     share: float
 
     def towards(self, angle: float) -> float:
-        """Return the cosine between its middle and a direction [deg]; 0 for a ring."""
+        """Return the cosine of the angle between its middle and a direction [deg]; 0 for a ring."""
         return 0.0 if self.angle is None else cos(radians(self.angle - angle))
 
     def under(self, patch: PatchForm) -> float:
-        """Return how much of the circumference is in it and under a patch [1].
+        """Return the share of the circumference that is in it and under a patch [1].
 
         Parameters
         ----------
@@ -78,13 +78,13 @@ class Sector:
             return self.share * patch.around
         apart = patch.apart(self.angle)
         half, wide = 180.0 * self.share, patch.width / 2.0
-        # Wide arcs meet on both sides of the circle.
+        # Wide arcs overlap on both sides of the circle.
         both = (_common(half, wide, apart), _common(half, wide, 360.0 - apart))
         return sum(both) / 360.0
 
 
 def _common(half: float, wide: float, apart: float) -> float:
-    """Return what two arcs of these half widths have in common so far apart [deg]."""
+    """Return the overlap of two arcs, given their half widths and the angle between them [deg]."""
     return max(0.0, min(half, apart + wide) - max(-half, apart - wide))
 
 
@@ -95,16 +95,16 @@ class Mesh:
     ----------
     drawing : Drawing
     finer : float
-        Cells are so many times shorter than the page says.
+        Factor by which cells are shorter than in the page.
     sectors : int, optional
-        Instead of the page's.
+        Number of sectors, instead of the page's.
 
     Attributes
     ----------
     shaft, housing : list of Cell
         From the rear to the nose.
     sectors : int
-        Around the axis, where a stretch is not even.
+        Number around the axis, in stretches that are not even.
     """
 
     def __init__(self, drawing: Drawing, finer: float = 1.0, sectors: int | None = None) -> None:
@@ -115,7 +115,7 @@ class Mesh:
         for part in ("shaft", "housing"):
             stretches = [(s.start, s.end) for s in getattr(form, part).stretches]
             read_at = [t.at for t in form.thermometers if t.part == part and t.at is not None]
-            # Heat comes in at the seats: a cell that straddled an edge would smear it.
+            # Heat enters at the seats: a cell across an edge would spread it beyond the seat.
             edges = [edge for seat in drawing.seats for span in seat.spans for edge in span]
             setattr(self, part, slices(part, stretches, read_at, edges, longest))
 
@@ -128,18 +128,18 @@ class Mesh:
         return stretches[cell.stretch]
 
     def material(self, cell: Cell) -> Material:
-        """Return what a cell is made of."""
+        """Return the material of a cell."""
         return self.drawing.material(self.stretch(cell), cell.part)
 
     def section(self, cell: Cell) -> float:
-        """Return the section of a cell [m2]."""
+        """Return the cross-section of a cell [m2]."""
         stretch = self.stretch(cell)
         return pi / 4.0 * (stretch.outer**2 - stretch.inner**2) * 1e-6
 
     def sectors_of(self, cell: Cell) -> list[Sector]:
         """Return the sectors of a cell.
 
-        One for the whole ring where the page has one sector, the stretch is even, or of the shaft.
+        One for the whole ring if the page has one sector, or if the stretch is even or the shaft's.
         """
         count = self.sectors
         if count == 1 or cell.part == "shaft" or self.stretch(cell).even:
@@ -156,12 +156,12 @@ class Mesh:
         Parameters
         ----------
         patch : PatchForm
-            Along the axis and, where it is on one side, around it.
+            Along the axis and, if it is on one side, around it.
 
         Returns
         -------
         list of (Sector, float)
-            Each with its share of the patch [1]; together 1 where all of it is on the housing.
+            Each with its share of the patch [1]; the sum is 1 if all of it is on the housing.
         """
         whole = (patch.end - patch.start) * patch.around
         return [
@@ -172,10 +172,10 @@ class Mesh:
         ]
 
     def into_wall(self, cell: Cell, seat: float) -> float:
-        """Return ln(r / r_0) from a seat's diameter [mm] to where a wall has its mean [1].
+        """Return ln(r / r_0) from a seat's diameter [mm] to a wall's mean temperature [1].
 
-        With 2 pi k L below it this is the resistance from the seat to the cell. A wall that is
-        heated on one face and passes the heat on along itself has its mean a third of its
+        Divided by 2 pi k L this is the resistance from the seat to the cell. A wall that is heated
+        on one face and conducts the heat along itself has its mean temperature a third of its
         thickness away from that face.
 
         Parameters
@@ -192,7 +192,7 @@ class Mesh:
         return abs(log((face + (other - face) / 3.0) / seat))
 
     def covered(self, part: str, start: float, end: float) -> list[tuple[Cell, float]]:
-        """Return the cells in a span with how much of each lies in it [mm].
+        """Return the cells in a span, each with its length inside the span [mm].
 
         Parameters
         ----------
@@ -205,13 +205,13 @@ class Mesh:
         return [(cell, length) for cell, length in shares if length > 1e-9]
 
     def cell_of(self, part: str, at: float) -> Cell:
-        """Return the cell of shaft or housing that holds a place.
+        """Return the cell of shaft or housing at a place.
 
         Parameters
         ----------
         part : {"shaft", "housing"}
         at : float
-            Along the axis [mm]; beyond the nose, the last cell holds it.
+            Along the axis [mm]; beyond the nose it is in the last cell.
         """
         cells: list[Cell] = getattr(self, part)
         return next((cell for cell in cells if at <= cell.end), cells[-1])
@@ -222,13 +222,13 @@ class Mesh:
         Parameters
         ----------
         place : str
-            Where the thermometer stands in the page, for refusals.
+            Place of the thermometer in the page, for refusals.
         thermometer : ThermometerForm
 
         Raises
         ------
         BadInput
-            If its place or side is missing, it lies in the air, or its side is the middle of no
+            If its place or side is missing, it is in the air, or its side is not the middle of a
             sector.
         """
         drawing, part = self.drawing, thermometer.part

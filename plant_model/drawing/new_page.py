@@ -1,4 +1,4 @@
-"""A first page from a handful of answers: usual proportions around the front bearing."""
+"""A first page from a few answers: usual proportions around the front bearing."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from plant_model.drawing.columns import Columns
 
 ROTOR, STATOR, HOUSING, NOSE = 1.8, 2.7, 3.4, 1.45
 """Diameters relative to the front bearing's bore, as in motor spindles of 40 to 120 mm bore [1]:
-set on no data that is named."""
+set on no named data."""
 BELT_KW = 10.0
-"""Motor power for which the class has its loss of a belt [kW], given by its source: the
-geometric middle of its 5 to 20."""
+"""Motor power of the class value of a belt's loss [kW], given by its source: the geometric mean
+of its 5 to 20."""
 
 FREE = 15.0
-"""Housing beyond a bearing [mm]: set on no data."""
+"""Length of housing beyond a bearing [mm]: set on no data."""
 
 USUAL_FEED = 20000.0
 """Highest feed of an axis, unless the run has a higher one [mm/min]: set on no data."""
 
 ALL_SIDES = ("Y+", "Y-", "X+", "X-")
-"""In the order in which thermometers of one place take them."""
+"""In the order in which several thermometers at one place take them."""
 
 AXES = ("x", "y", "z")
 
@@ -39,7 +39,7 @@ PAGE = Path(__file__).with_name("new_page.txt")
 
 @dataclass(frozen=True)
 class Answers:
-    """What must be said of a machine.
+    """Answers about a machine.
 
     Attributes
     ----------
@@ -76,14 +76,14 @@ class Answers:
 
 @dataclass(frozen=True)
 class _Row:
-    """Where a thermometer sits, empty if that is not known, and why that is to be checked."""
+    """Place of a thermometer, empty if not known, and why it must be checked."""
 
     where: str
     unsure: str
 
 
 class _Plan:
-    """Where everything goes along the axis [mm]; 0 is the mounting face."""
+    """Positions of all parts along the axis [mm]; 0 is the mounting face."""
 
     def __init__(self, answers: Answers) -> None:
         bearing, belt = answers.bearing, answers.drive == "belt"
@@ -93,13 +93,13 @@ class _Plan:
         self.front = round(behind + width + FREE)
         self.housing_end = round(self.front + width + FREE)
         self.gauge = self.housing_end + round(0.8 * bore)
-        # A belt-driven spindle stands in its headstock, a motor spindle hangs in front of it.
+        # A belt-driven spindle sits inside its headstock, a motor spindle in front of it.
         self.rear = -round(3.5 * bore if belt else width + 2.0 * FREE)
         self.housing_start = round(self.rear - width - FREE)
         self.shaft_start = self.housing_start - (70 if belt else 15)
 
     def around_housing(self) -> dict[str, float]:
-        """Return the places on the housing that names of thermometers tell [mm]."""
+        """Return the places on the housing that thermometers' names refer to [mm]."""
         measures: dict[str, float] = {
             "front": self.front,
             "rear": self.rear,
@@ -111,7 +111,7 @@ class _Plan:
 
 
 def _usual_columns(answers: Answers) -> Columns:
-    """Return the columns of a page that is made without a run."""
+    """Return the columns for a page without a run."""
     motor = () if answers.drive == "belt" else ("motor",)
     return Columns(
         speed="speed_rpm",
@@ -129,9 +129,9 @@ def page_text(answers: Answers, columns: Columns | None, running: Mapping[str, f
     ----------
     answers : Answers
     columns : Columns, optional
-        Of a run, whose thermometers and inputs the page then has.
+        Columns of a run, whose thermometers and inputs the page then has.
     running : mapping of str to float
-        At which temperature each bearing of `BEARINGS` runs [degC].
+        Running temperature of each bearing of `BEARINGS` [degC].
     """
     environment = jinja2.Environment(
         trim_blocks=True, keep_trailing_newline=True, undefined=jinja2.StrictUndefined
@@ -154,7 +154,7 @@ def page_text(answers: Answers, columns: Columns | None, running: Mapping[str, f
         housing=_housing(plan, answers),
         thermometers=_rows(plan, columns),
         inputs=_inputs(answers, columns),
-        # The class's loss in proportion to the motor's power.
+        # The class value in proportion to the motor's power.
         belt=CLASS_VALUES["belt_loss"].scaled(answers.power / BELT_KW),
         jackets=_jackets(plan, answers),
         carriers=carriers,
@@ -169,24 +169,24 @@ def page_text(answers: Answers, columns: Columns | None, running: Mapping[str, f
 
 
 def unplaced(answers: Answers, columns: Columns) -> list[str]:
-    """Return the thermometers of a run that its page has only as remarks, to be placed by hand.
+    """Return the thermometers of a run that are only remarks in its page, to be placed by hand.
 
     Parameters
     ----------
     answers : Answers
     columns : Columns
-        Of the run.
+        Columns of the run.
     """
     return [name for name, row in _rows(_Plan(answers), columns).items() if not row.where]
 
 
 def _rows(plan: _Plan, columns: Columns) -> dict[str, _Row]:
-    """Return where each thermometer sits, no two around the housing on one spot."""
+    """Return the place of each thermometer, no two at one place around the housing."""
     rows: dict[str, _Row] = {}
     places, sides = columns.thermometers, columns.sides
     around, carriers = plan.around_housing(), _carrier_names(columns)
     free = {place: list(ALL_SIDES) for place in around}
-    # One whose name says no side comes first, those that sit beside it next.
+    # A thermometer without a side in its name comes first, then those next to it.
     first = {place: name for name, place in reversed(places.items()) if name not in sides}
     order = {name: 0 if first.get(places[name]) == name else 2 - (name in sides) for name in places}
     for name, place in sorted(places.items(), key=lambda entry: order[entry[0]]):
@@ -205,7 +205,7 @@ def _rows(plan: _Plan, columns: Columns) -> dict[str, _Row]:
 
 
 def _carrier_names(columns: Columns) -> dict[str, str]:
-    """Return the parts that are one temperature each, by what thermometers' places call them."""
+    """Return the parts with one temperature each, by their names in thermometers' places."""
     parts = {"headstock": "headstock", "column": "column"}
     places = set(columns.thermometers.values())
     parts |= {name: name for name in ("column_top", "enclosure") if name in places}
@@ -215,7 +215,7 @@ def _carrier_names(columns: Columns) -> dict[str, str]:
 
 
 def _feed(columns: Columns) -> tuple[str, str]:
-    """Return the feed column that the page takes, and its axis: that of the nut, or else Z."""
+    """Return the feed column that the page uses, and its axis: that of the nut, or else Z."""
     nut = next((name for name, place in columns.thermometers.items() if place == "nut"), "")
     axes = {
         re.split(r"_mm_min$", column)[0].lower().split("_")[-1]: column for column in columns.feeds
@@ -228,7 +228,7 @@ def _feed(columns: Columns) -> tuple[str, str]:
 
 
 def _inputs(answers: Answers, columns: Columns) -> list[tuple[str, str, str, float, float, str]]:
-    """Return name, unit, column, range and what else is said of each input."""
+    """Return name, unit, column, range and remark of each input."""
     top = max(answers.speed, columns.highest_speed)
     rows = [
         ("speed", "rpm", columns.speed or "speed_rpm", 0.0, top, ""),

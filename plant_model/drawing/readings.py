@@ -1,4 +1,4 @@
-"""Which node each thermometer reads, and starts."""
+"""The node that each thermometer reads, and whose start it gives."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from plant_model.drawing.layout import ENCLOSURE
 from plant_model.drawing.sheet import Sheet
 
 ROUND_THE_AXIS = ("inner", "outer", "sleeve")
-"""Parts of a bearing set that have one temperature; the sleeve where the page draws it."""
+"""Parts of a bearing set that have one temperature; the sleeve if it is a separate part."""
 
 
 def add_thermometers(sheet: Sheet) -> None:
-    """Add every thermometer on the node that holds its place."""
+    """Add each thermometer at the node of its place."""
     nodes = {entry["name"] for entry in sheet.nodes}
     inputs = [name for name, entry in sheet.form.inputs.items() if entry.unit == "degC"]
     parts = {"shaft": "", "housing": ""}

@@ -1,4 +1,4 @@
-"""The machine file while it is being written."""
+"""A machine file under construction."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from plant_model.machine import REST
 
 
 class Sheet:
-    """Collects what a machine file holds.
+    """Collects the content of a machine file.
 
     Parameters
     ----------
     mesh : Mesh
-        The cells of the drawing that it is made of.
+        The cells of the drawing.
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class Sheet:
     form : PageForm
         The page.
     numbers : dict
-        Named numbers as a machine file has them.
+        Named numbers, as in a machine file.
     nodes, links, sources, structure, sensors : list of dict
     """
 
@@ -39,7 +39,7 @@ class Sheet:
         self.sensors: list[dict[str, Any]] = []
 
     def number(self, name: str, known: Known) -> str:
-        """Put a named number down once and return its name."""
+        """Add a named number once and return its name."""
         self.numbers.setdefault(name, known.parameter())
         return name
 
@@ -53,7 +53,7 @@ class Sheet:
         return self.tied(name, volume_m3, "J/K")
 
     def path_in(self, material: Material, area_over_length_m: float) -> dict[str, Any]:
-        """Return a conductance [W/K] from a section over a length [m]."""
+        """Return a conductance [W/K] from a cross-section divided by a length [m]."""
         conductivity = replace(material.conductivity, free=False)
         name = self.number(f"{material.name}_conductivity", conductivity)
         return self.tied(name, area_over_length_m, "W/K")
@@ -65,11 +65,11 @@ class Sheet:
         return self.tied(name, 1.0, "1e-6/K")
 
     def node(self, name: str, capacity: Known | dict[str, Any]) -> None:
-        """Add a node; it starts at rest unless :meth:`sensor` reads it."""
+        """Add a node; it starts at rest unless a :meth:`sensor` reads it."""
         _add(self.nodes, name=name, capacity=capacity, start=REST)
 
     def sensor(self, entry: dict[str, Any]) -> None:
-        """Add a thermometer; the node that it reads starts there, by the first that reads it."""
+        """Add a thermometer; its node starts at the reading of its first thermometer."""
         self.sensors.append(entry)
         for node in self.nodes:
             if node["name"] == entry["of"] and node["start"] == REST:

@@ -1,4 +1,4 @@
-"""Shaft and housing as nodes: capacities, paths along and around, gaps between, films outside."""
+"""Shaft and housing as nodes: capacities, paths along and around, air gaps, films outside."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from plant_model.drawing.mesh import Sector
 from plant_model.drawing.sheet import Sheet
 
 BLOWN = 5.0
-"""Sealing air and draughts move air past the nose at rest no faster than this [m/s]: set on
+"""Highest speed of air past the nose at rest, by sealing air and draughts [m/s]: set on
 no data."""
 
 LARGEST_GAP = 15.0
-"""The gap law is for narrow gaps; a wider one counts as this [mm]: set on no data."""
+"""Largest gap; the law is for narrow gaps, and a wider one counts as this [mm]: set on no data."""
 
 
 def add_spindle(sheet: Sheet) -> None:
-    """Add shaft and housing with everything that joins their cells to each other and to the air."""
+    """Add shaft and housing with all links of their cells to each other and to the air."""
     _cells(sheet, sheet.mesh.shaft)
     _cells(sheet, sheet.mesh.housing)
     _gaps(sheet)
@@ -45,7 +45,7 @@ def _cells(sheet: Sheet, cells: list[Cell]) -> None:
 
 
 def _facing(first: list[Sector], second: list[Sector]) -> list[tuple[Sector, Sector, float]]:
-    """Return the sectors of two cells that touch, with their share of the circumference."""
+    """Return the touching sectors of two cells, with their share of the circumference."""
     if len(first) == len(second):
         return [(a, b, a.share) for a, b in zip(first, second, strict=True)]
     return [(a, b, min(a.share, b.share)) for a in first for b in second]
@@ -69,8 +69,8 @@ def _along(sheet: Sheet, cells: tuple[Cell, Cell], nodes: tuple[str, str], share
 def _around(sheet: Sheet, cell: Cell, sectors: list[Sector], material: Material) -> None:
     """Join the sectors of a ring to their neighbours.
 
-    A sum over n sectors sees less of the curvature of a cosine than there is; the factor makes up
-    for it, so that one side warmer than the other evens out as fast as in a ring without sectors.
+    With n sectors, differences underestimate the curvature of a cosine. The factor corrects this,
+    so that a one-sided temperature evens out as fast as in a continuous ring.
     """
     if len(sectors) == 1:
         return
@@ -86,7 +86,7 @@ def _around(sheet: Sheet, cell: Cell, sectors: list[Sector], material: Material)
 
 
 def _gaps(sheet: Sheet) -> None:
-    """Join shaft and housing across the air between them, where no bearing or motor sits."""
+    """Join shaft and housing across the air between them, except at bearings and motor."""
     taken = [span for seat in sheet.drawing.seats for span in seat.spans]
     motor = sheet.form.motor
     if motor is not None and motor.drive == "built-in":
@@ -122,7 +122,7 @@ def add_gap(
 
 
 def still_film(sheet: Sheet) -> str:
-    """Return the name of the film of all outer surfaces in still air."""
+    """Return the name of the number for the film of all outer surfaces in still air."""
     diameter = max(stretch.outer for stretch in sheet.form.housing.stretches)
     low, usual, high = (
         still_air(diameter, getattr(CLASS_VALUES["emissivity"], key))
@@ -134,9 +134,9 @@ def still_film(sheet: Sheet) -> str:
 
 
 def turning_in_air(sheet: Sheet, node: str, surface: tuple[float, float]) -> None:
-    """Add the film of what turns: that at rest, and what the speed adds to it.
+    """Add the film of a rotating part: that at rest, and the increase by speed.
 
-    At rest it is still air's, or more where sealing air or a draught blows on the nose.
+    At rest it is that of still air, or more if sealing air or a draught blows on the nose.
 
     Parameters
     ----------
@@ -169,9 +169,9 @@ def turning_in_air(sheet: Sheet, node: str, surface: tuple[float, float]) -> Non
 
 
 def to_air(sheet: Sheet, node: str, air: str, area_m2: float, film: str, prefix: str = "") -> None:
-    """Add a surface in the air: of the hall, which is an input, or of the enclosure, a node.
+    """Add a surface in the air of the hall, which is an input, or of the enclosure, a node.
 
-    The link is called after what it joins, or after *prefix* and the node.
+    The link is named after what it joins, or after *prefix* and the node.
     """
     called = {"name": f"{prefix}_{node}"} if prefix else {}
     if air == ENCLOSURE:
@@ -189,7 +189,7 @@ def to_air(sheet: Sheet, node: str, air: str, area_m2: float, film: str, prefix:
 
 
 def _shaded(cell: Cell, sector: Sector, patch: PatchForm) -> float:
-    """Return what a patch covers of a sector: length times share of the circumference [mm]."""
+    """Return how much of a sector a patch covers: length times share of the circumference [mm]."""
     return overlap(cell, patch.start, patch.end) * sector.under(patch)
 
 
@@ -201,7 +201,7 @@ def _face_film(sheet: Sheet, face: FaceForm, k: int, still: str) -> str:
 
 
 def _outside(sheet: Sheet) -> None:
-    """Add the films of the housing's outside and of the shaft where it stands out."""
+    """Add the films of the housing's outside and of the shaft outside the housing."""
     air = sheet.form.housing.air or "ambient"
     still = still_film(sheet)
     held = [c.holds for c in sheet.form.carriers if c.holds is not None]
@@ -214,7 +214,7 @@ def _outside(sheet: Sheet) -> None:
                 continue
             rest = free
             for k, face in enumerate(faces):
-                # What holds it is taken to cover a face as much as the rest.
+                # The carrier is assumed to cover a face as much as the rest of the housing.
                 part = free * _shaded(cell, sector, face) / (cell.length * sector.share)
                 rest -= part
                 if part > 1e-6:

@@ -1,4 +1,4 @@
-"""What the spindle stands in: jackets, carriers, enclosure, tool."""
+"""Surroundings of the spindle: jackets, carriers, enclosure, tool."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from plant_model.drawing.sheet import Sheet
 from plant_model.drawing.spindle import still_film, to_air, turning_in_air
 
 AIR_HEAT = 1200.0
-"""Heat capacity of air [J/(m3 K)], given by its 1.2 kg/m3 and 1005 J/(kg K)."""
+"""Heat capacity of air [J/(m3 K)], given by 1.2 kg/m3 and 1005 J/(kg K)."""
 
 SHEET_HEAT = 3.9e6 * 0.002
-"""Of two millimetres of sheet steel [J/(m2 K)]; half of it warms with the air inside. Set
-on no data."""
+"""Heat capacity of two millimetres of sheet steel [J/(m2 K)]; half of it warms with the air inside.
+Set on no data."""
 
 RIB = 5.0
 """Wall between two turns of a jacket's channel [mm]: set on no data."""
