@@ -1,1 +1,1 @@
-"""The plant without Python: its equations traced from the effects, written as C99."""
+"""The plant without Python: its equations, traced from the effects and written as C99."""

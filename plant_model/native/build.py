@@ -1,4 +1,4 @@
-"""What the C99 FMU of a machine is made of."""
+"""Parts of a machine's C99 FMU."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from plant_model.native.generate import machine_sources, program, tunable_of, va
 
 
 def native_plant(recipe: Recipe, twin_of: str = "") -> Native:
-    """Return what the C twin of a plant FMU is made of.
+    """Return the parts of the C twin of a plant FMU.
 
     Parameters
     ----------
     recipe : Recipe
         Of the Python FMU.
     twin_of : str
-        GUID of the Python FMU that it gives the results of.
+        GUID of the Python FMU whose results it reproduces.
 
     Raises
     ------

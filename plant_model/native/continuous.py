@@ -1,4 +1,4 @@
-"""A machine's states and their derivatives as variables, for model exchange."""
+"""States of a machine and their derivatives as FMU variables, for model exchange."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ TIME, TOOL_LENGTH = "time", "tool_length"
 
 
 def is_continuous(equations: Equations) -> bool:
-    """Return whether a solver can integrate all states: none jumps at the end of a step."""
+    """Return whether a solver can integrate all states, because none jumps at the end of a step."""
     return not equations.settling
 
 
@@ -33,10 +33,10 @@ def nominals(equations: Equations) -> list[float]:
 
 
 def derivatives_of(equations: Equations) -> dict[str, list[Any]]:
-    """Return the derivatives of rates and outputs by what is known, forward and backward.
+    """Return the derivatives of rates and outputs by the knowns, forward and backward.
 
-    Among the known the inputs come first, then the tool's length, the offsets (on which nothing
-    depends at once), the states and the parameters.
+    The knowns are, in order, the inputs, the tool's length, the offsets (on which nothing depends
+    directly), the states and the parameters.
     """
     cells = [*equations.slopes, *shown(equations)]
     inputs, nodes = equations.input_count, len(equations.capacity)
@@ -50,7 +50,7 @@ def derivatives_of(equations: Equations) -> dict[str, list[Any]]:
 
 
 def note_on_exchange(equations: Equations) -> str:
-    """Return what the FMU's user is told of model exchange: a sentence."""
+    """Return a sentence on model exchange for the FMU's user."""
     if is_continuous(equations):
         return f"Also for model exchange, with {len(equations.slopes)} states."
     jumping = [e.key for e in equations.acting if not set(e.states).isdisjoint(equations.settling)]
@@ -63,17 +63,17 @@ def note_on_exchange(equations: Equations) -> str:
 def continuous_variables(
     machine: Machine, equations: Equations, tunable: Sequence[str]
 ) -> dict[str, Variable]:
-    """Return what model exchange adds to an FMU's variables, by name.
+    """Return the variables that model exchange adds to an FMU, by name.
 
-    These are states and derivatives; outputs and derivatives say what they depend on.
+    These are states and derivatives; outputs and derivatives state what they depend on.
 
     Parameters
     ----------
     machine : Machine
     equations : Equations
-        Its own, all of whose states are continuous.
+        The machine's; all states must be continuous.
     tunable : sequence of str
-        The parameters that they keep as symbols.
+        The parameters that are symbols in the equations.
     """
     states = _states(machine, equations)
     names = {("T", place): state.name for place, state in enumerate(states[: len(machine.nodes)])}
@@ -123,13 +123,13 @@ def _states(machine: Machine, equations: Equations) -> list[Variable]:
 
 
 def shown(equations: Equations) -> list[Any]:
-    """Return what each output follows at once; offsets move when a solver's step has ended."""
+    """Return the direct expression of each output; offsets move only at the end of a step."""
     sensors, drift = equations.outputs[:-3], equations.outputs[-3:]
     return [*sensors, *(cell for axis in drift for cell in (axis, 0.0, axis))]
 
 
 def symbols_of(cell: Any) -> set[tuple[str, int]]:
-    """Return the symbols, each a row and a place, that a cell depends on."""
+    """Return the symbols that a cell depends on, each as row and place."""
     waiting = [cell]
     seen, found = set[Expr](), set[tuple[str, int]]()
     while waiting:

@@ -1,4 +1,4 @@
-"""Derivatives of expressions, forward and backward: the chain rule over what was traced."""
+"""Derivatives of expressions, forward and backward: the chain rule over traced expressions."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from plant_model.native.trace import Expr
 
 Do = Callable[..., Any]
 SEED = "d"
-"""The row of what is multiplied with derivatives."""
+"""Row of the factors of derivatives: directions or weights."""
 
 Knowns = Mapping[tuple[str, int], int]
-"""Places among the seeds or results, by the row and place of a symbol."""
+"""Places among the seeds or results, by row and place of a symbol."""
 
 
 def forward(cells: Sequence[Any], knowns: Knowns) -> list[Any]:
-    """Return the derivatives of cells in a direction, whose parts are the symbols of `SEED`.
+    """Return the derivatives of cells in a direction, whose components are the symbols of `SEED`.
 
     Parameters
     ----------
     cells : sequence of number or expression
     knowns : mapping of (str, int) to int
-        What moves, and where its part of the direction stands.
+        Symbols that vary, with the place of each in the direction.
     """
     slopes: dict[Expr, Any] = {}
     for cell in _ordered(cells, knowns):
@@ -40,13 +40,13 @@ def forward(cells: Sequence[Any], knowns: Knowns) -> list[Any]:
 
 
 def backward(cells: Sequence[Any], knowns: Knowns) -> list[Any]:
-    """Return the derivatives of a sum of cells, each times its symbol of `SEED`.
+    """Return the derivatives of a sum of cells, each weighted by its symbol of `SEED`.
 
     Parameters
     ----------
     cells : sequence of number or expression
     knowns : mapping of (str, int) to int
-        What it is derived by, and where that derivative stands among the results.
+        Symbols to differentiate by, with the place of each derivative among the results.
     """
     ordered = _ordered(cells, knowns)
     slopes: dict[Expr, Any] = dict.fromkeys(ordered, 0.0)
@@ -66,7 +66,7 @@ def backward(cells: Sequence[Any], knowns: Knowns) -> list[Any]:
 
 
 def _ordered(cells: Iterable[Any], knowns: Knowns) -> list[Expr]:
-    """Return the expressions that a known one may move, each behind what it is made of."""
+    """Return the expressions that depend on knowns, each after its arguments."""
     rows = {row for row, _ in knowns}
 
     def moves(cell: Any) -> bool:
@@ -85,11 +85,11 @@ def _ordered(cells: Iterable[Any], knowns: Knowns) -> list[Expr]:
 
 
 def _through(cell: Expr, place: int, slope: Any) -> Any:
-    """Return a slope times the derivative of an expression by one of what it is made of.
+    """Return a slope times the derivative of an expression by one of its arguments.
 
-    Where a derivative jumps it is that of one side. A root of nought, whose derivative is infinite,
-    has none: what does not move would come out as infinity times nought. Floors, signs and
-    conditions stay as they are.
+    If a derivative jumps, that of one side is taken. The infinite derivative of a root at zero is
+    taken as zero: a constant argument would give infinity times zero. Floors, signs and conditions
+    count as constant.
     """
     do, args = cell.graph.apply, cell.args
     if cell.op in CHOICES:
@@ -129,7 +129,7 @@ def _of_remainder(cell: Expr, do: Do) -> tuple[Any, Any]:
 
 
 CHOICES = {"where": ("", 1), "maximum": ("greater", 0), "minimum": ("less", 0)}
-"""Which condition chooses, nothing for the first argument, and which argument it then chooses."""
+"""Condition of a choice (empty: its first argument), and the argument chosen if it holds."""
 
 FACTORS: dict[str, Callable[[Expr, Do], Sequence[Any]]] = {
     "add": lambda cell, do: (1.0, 1.0),
@@ -153,4 +153,4 @@ FACTORS: dict[str, Callable[[Expr, Do], Sequence[Any]]] = {
     ),
     "tanh": lambda cell, do: (do("subtract", 1.0, do("multiply", cell, cell)),),
 }
-"""The derivatives of an operation by each of its arguments."""
+"""Derivatives of an operation by each of its arguments."""

@@ -1,4 +1,4 @@
-"""Expressions written as C functions; what comes up twice is computed once."""
+"""Expressions written as C functions; common subexpressions are computed once."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ POWERS = {2.0: "square", 3.0: "cube", 4.0: "fourth"}
 
 
 class Stage:
-    """Numbers that are computed before others, kept in a row of that name.
+    """Numbers that are computed before others and kept in a row.
 
     Parameters
     ----------
     row : str
-        Its name in C.
+        Name of the row in C.
     needs : iterable of str
         Rows that are known when it is computed.
     """
@@ -32,7 +32,7 @@ class Stage:
         return isinstance(cell, Expr) and cell.rows <= self.needs
 
     def place(self, cell: Expr) -> str:
-        """Return where the stage keeps a number."""
+        """Return the place in C where the stage keeps a number."""
         return f"{self.row}[{self.kept.setdefault(cell, len(self.kept))}]"
 
 
@@ -46,9 +46,9 @@ def function(
     head : str
         Its declaration; parameters have the rows' names.
     results : mapping of str to number or expression
-        What it computes, by the place to put it.
+        The results, by the place in C to store them.
     stages : sequence of Stage
-        What has been computed before; the first that can takes an expression.
+        Stages computed before; the first that can compute an expression takes it.
     """
     pairs = list(results.items() if isinstance(results, Mapping) else results)
     writer = _Writer(stages, [cell for _, cell in pairs])
@@ -59,7 +59,7 @@ def function(
 
 
 def stage_function(head: str, stage: Stage, before: Sequence[Stage]) -> str:
-    """Return the C function that computes a stage, once all that need it are written."""
+    """Return the C function of a stage; call it after writing all functions that need the stage."""
     results = [(f"{stage.row}[{place}]", cell) for cell, place in stage.kept.items()]
     return function(head, results, before)
 
@@ -83,10 +83,10 @@ class _Writer:
                 waiting += now.args if self._uses[now] == 1 else ()
 
     def value(self, cell: Any) -> str:
-        """Return how C names a cell, having written what it needs."""
+        """Return a cell's name in C, after writing what it needs."""
         if not isinstance(cell, Expr):
             return literal(float(cell))
-        # Not by recursion: a sum over all nodes is as deep as it is long.
+        # No recursion: a sum over all nodes is nested as deep as it is long.
         waiting = [cell]
         while waiting:
             now = waiting[-1]
@@ -112,13 +112,14 @@ class _Writer:
         return f"{cell.args[0]}[{cell.args[1]}]" if cell.op == "symbol" else ""
 
     def _alone(self, arg: Any) -> bool:
-        """Return whether an argument is computed for one place only."""
+        """Return whether an argument is an expression that is used only once."""
         return isinstance(arg, Expr) and self._uses[arg] == 1 and not self._known(arg)
 
     def _args(self, cell: Expr, inside: bool) -> Iterator[tuple[Any, bool]]:
-        """Yield an operation's arguments, of a sum all terms, and whether each is written in place.
+        """Yield an operation's arguments (a sum's terms), and whether each is written in place.
 
-        What only one branch of a choice needs is: it is computed where it is chosen.
+        This is so for an argument that only one branch of a choice needs: it is computed only if
+        that branch is chosen.
         """
         waiting = [*reversed(cell.args)]
         while waiting:
@@ -130,7 +131,7 @@ class _Writer:
                 yield arg, alone and (inside or (cell.op == "where" and arg is not cell.args[0]))
 
     def _needs(self, cell: Expr, inside: bool = False) -> Iterator[Any]:
-        """Yield what has to have a name before an operation is written."""
+        """Yield what must have a name before an operation is written."""
         for arg, in_place in self._args(cell, inside):
             yield from self._needs(arg, True) if in_place else (arg,)
 

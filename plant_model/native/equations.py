@@ -1,6 +1,6 @@
 """A machine's equations as expressions, from the network, effects and sensors that Python runs.
 
-Symbols stand in rows: ``p`` tunable parameters, ``u`` the machine's inputs, ``T`` temperatures,
+Symbols are in rows: ``p`` tunable parameters, ``u`` the machine's inputs, ``T`` temperatures,
 ``x`` the effects' own states, ``s`` temperatures at the start, ``w`` time since the start and
 length of the tool.
 """
@@ -29,11 +29,11 @@ Cells = list[Any]
 
 
 class NoFormulaError(ValueError):
-    """A machine that cannot be written in C; the text is one line that names the effect."""
+    """A machine that cannot be written in C; the message is one line that names the effect."""
 
 
 class SymbolicValues(Values):
-    """The values of a machine's parameters, of which the tunable ones are symbols."""
+    """The values of a machine's parameters, with the tunable ones as symbols."""
 
     def __init__(self, machine: Machine, tunable: Sequence[str], graph: Graph) -> None:
         super().__init__(machine.parameters)
@@ -59,19 +59,19 @@ class SymbolicValues(Values):
 
 @dataclass(frozen=True)
 class Acting:
-    """An effect in force: what it does, and the parameter that may switch it off.
+    """An effect in force, and the parameter that may switch it off.
 
     Attributes
     ----------
     key : str
     amplitude : int or None
-        Place among the tunable parameters; None where it is never off.
+        Place among the tunable parameters; None if it is never off.
     off : float
         The amplitude's value that switches the effect off.
     dependent : bool
         Whether it makes the network non-linear while it is on.
     states : range
-        Its own states.
+        Positions of its own states.
     """
 
     key: str
@@ -83,22 +83,22 @@ class Acting:
 
 @dataclass(frozen=True)
 class Equations:
-    """Everything that a plant computes, as lists of numbers and expressions.
+    """All equations of a plant, as lists of numbers and expressions.
 
     Attributes
     ----------
     capacity : nodes
     matrix : dict of (int, int) to cell
-        L, by node and node, the first not above the second.
+        L, by a pair of nodes, the first not above the second.
     boundary : dict of (int, int) to cell
         B, by node and boundary.
     force : nodes
-        Heat that does not depend on temperature; that from outside by the conductances of
-        `boundary`, which are the symbols of a row ``outside``.
+        Heat that does not depend on temperature, including that from outside; for this the
+        conductances of `boundary` are the symbols of a row ``outside``.
     dependent, rates : nodes; own states
-        What depends on temperature.
+        Heat that depends on temperature; rates of own states.
     slopes : nodes, then own states
-        How fast each changes, all in all.
+        Total rate of each.
     decay, time_constants, scales : own states
     target, settled, first : own states
     outputs : sensors, then drift in X, Y, Z
@@ -140,15 +140,15 @@ def equations_of(machine: Machine, tunable: Sequence[str]) -> Equations:
     ----------
     machine : Machine
     tunable : sequence of str
-        Parameters by full name that stay symbols; all others have the machine's values.
+        Full names of the parameters that become symbols; all others have the machine's values.
 
     Raises
     ------
     NoFormulaError
-        For an effect that computes something which has no formula.
+        For an effect with a computation that has no formula.
     """
     graph = Graph()
-    catalogue()  # What is imported later would be numpy's code as it is.
+    catalogue()  # Modules imported later would run plain numpy.
     plugins = plugged_modules()
     with tracing(graph, "plant_model", lambda name: name.startswith("plant_model.native"), plugins):
         values = SymbolicValues(machine, tunable, graph)
@@ -165,7 +165,7 @@ def equations_of(machine: Machine, tunable: Sequence[str]) -> Equations:
 
 
 def _where(error: Exception) -> Effect | None:
-    """Return the effect in whose hook an error arose, if it did."""
+    """Return the effect whose hook raised an error, if one did."""
     frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
     found = [frame.f_locals.get("self") for frame in frames]
     return next((entry for entry in reversed(found) if isinstance(entry, Effect)), None)
@@ -243,7 +243,7 @@ class _Tracer:
     def _slopes(
         self, heat: Cells, matrix: Mapping[Place, Any], boundary: Mapping[Place, Any]
     ) -> Cells:
-        """Return how fast temperatures change with a heat, the network and its surroundings."""
+        """Return the rates of temperatures by a heat, the network and its surroundings."""
         temperatures = _flat(self.temperatures)
         outside = [self.inputs[name].cells[0] for name in self.machine.boundary_index]
         flows = [(i, self._do("multiply", g, outside[j])) for (i, j), g in boundary.items()]

@@ -1,4 +1,4 @@
-"""The C sources of one machine, from the machine file and from the effects as Python has them."""
+"""C sources of one machine, from its machine file and the effects in Python."""
 
 from __future__ import annotations
 
@@ -28,29 +28,29 @@ HEAD = "/* Made by spindle-drift from the machine {name}; not to be edited. */\n
 
 
 def program() -> dict[str, str]:
-    """Return the sources that every plant shares, by path in the folder of sources."""
+    """Return the sources common to all plants, by path in the folder of sources."""
     paths = sorted([*C_FOLDER.glob("*.c"), *C_FOLDER.glob("*.h")])
     return {path.name: path.read_text("utf-8") for path in paths}
 
 
 def tunable_of(machine: Machine) -> list[str]:
-    """Return the parameters that an FMU's user may set, by full name."""
+    """Return the full names of the parameters that an FMU's user may set."""
     return [name for name, entry in machine.parameters.items() if entry.calibrate]
 
 
 def machine_sources(machine: Machine, equations: Equations | None = None) -> dict[str, str]:
-    """Return the sources that hold one machine, by path in the folder of sources.
+    """Return the sources of one machine, by path in the folder of sources.
 
     Parameters
     ----------
     machine : Machine
     equations : Equations, optional
-        The machine's with its tunable parameters, where they are known.
+        The machine's, with its tunable parameters as symbols, if already known.
 
     Raises
     ------
     NoFormulaError
-        For an effect that has no form in C.
+        For an effect without a C form.
     """
     tunable = tunable_of(machine)
     equations = equations or equations_of(machine, tunable)
@@ -89,7 +89,7 @@ def machine_sources(machine: Machine, equations: Equations | None = None) -> dic
 
 
 def _functions(equations: Equations, product: Product) -> tuple[list[str], int, int]:
-    """Return the C functions, and how many numbers each stage keeps."""
+    """Return the C functions, and the number of values that each stage keeps."""
     of_parameters = Stage("k", {"p"})
     of_inputs = Stage("h", {"p", "u"})
     first, both = [of_parameters], [of_parameters, of_inputs]
@@ -136,7 +136,7 @@ def _functions(equations: Equations, product: Product) -> tuple[list[str], int, 
     ):
         cells = _places([(name, getattr(equations, name))])
         made.append(function(f"void equations_{name}({given}, double *{name})", cells, first))
-    # The largest of all, which no controller asks for.
+    # The largest functions, which no controller needs.
     made.append("#ifndef NO_HEAP")
     for name, found in derivatives_of(equations).items():
         head = f"void equations_{name}({shown}, const double *d, double *found)"
@@ -159,7 +159,7 @@ def _moves(cell: object) -> bool:
 
 
 def _still(cell: Any) -> Any:
-    """Return the part of a sum of conductances that inputs do not move."""
+    """Return the part of a sum of conductances that does not depend on inputs."""
     if not _moves(cell):
         return cell
     linear = cell.op in {"add", "subtract", "negative"}
@@ -199,7 +199,7 @@ def _array(kind: str, name: str, size: str, rows: Iterable[object]) -> list[str]
 
 
 def _in_c(value: object) -> str:
-    """Return a value in C; a text is taken as it is."""
+    """Return a value in C; a text is kept as it is."""
     match value:
         case None:
             return "NONE"
@@ -226,7 +226,7 @@ def _starts(machine: Machine) -> Iterator[tuple[object, ...]]:
 def _resting(machine: Machine) -> Iterator[tuple[object, ...]]:
     """Yield every node at rest: its place, and its shares of boundaries, start rises and 1 degC.
 
-    The other nodes' starts are such sums themselves, so no network is to be solved in C.
+    The starts of the other nodes are also sums of these, so C does not have to solve a network.
     """
     if not any(node.rests for node in machine.nodes):
         return
@@ -269,7 +269,7 @@ def variable_sources(variables: Sequence[Variable], name: str, guid: str) -> str
         elif variable.derivative_of:
             causality, offset = "DERIVATIVE", str(derivatives.index(variable.derivative_of))
         elif variable.is_computed:
-            # Own states stand behind the temperatures.
+            # Own states come after the temperatures.
             causality = "OUTPUT"
             offset = _in_memory("temperatures", derivatives.index(variable.name))
         elif variable.variability == "tunable":
@@ -302,7 +302,7 @@ def _in_memory(row: str, place: int) -> str:
 
 
 def _bounds(variable: Variable) -> tuple[float, float]:
-    """Return what a variable may be; the control limits offsets itself, so all finite ones are."""
+    """Return a variable's allowed range; for offsets any finite number: the control limits them."""
     bounds = (None, None) if variable.name in OFFSETS else (variable.low, variable.high)
     low, high = (None, None) if variable.is_computed else bounds
     return -LARGEST if low is None else float(low), LARGEST if high is None else float(high)

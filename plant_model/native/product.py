@@ -1,10 +1,10 @@
-"""A network times temperatures as C: loops over nodes whose neighbours lie alike.
+"""Product of a network's matrix and temperatures in C: loops over nodes with similar neighbours.
 
-A processor takes several numbers at once where they stand side by side. So a matrix's rows are cut
-into groups of as many. What rows of a group have in common is a term: a neighbour of several, or
-neighbours as far off each, or mirrored. Where a row lacks a term there is a nought. What several of
-a group exchange with one node, or with a group in which they have one neighbour each,
-stands once and is reckoned both ways in the same loop. What no group shares is added by itself.
+A processor handles several adjacent numbers at once. So the matrix's rows are cut into groups of
+that many rows. A term is what rows of a group have in common: the same neighbour, neighbours at the
+same distance, or mirrored ones. If a row lacks a term, its element is zero. If several rows of a
+group exchange heat with one node, or with one neighbour each in another group, the elements are
+stored once and used in both directions in the same loop. Other elements are added one by one.
 """
 
 from __future__ import annotations
@@ -13,16 +13,15 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 
 LANES = 4
-"""Numbers that are taken at once, and then cost as much as one: given by AVX, the widest that most
-processors have. As many terms of a sum are added one after the other, and groups of them apart, so
-that they do not wait for each other."""
+"""Numbers handled at once, at the cost of one: given by AVX, the widest that most processors have.
+Sums are also split into parts of as many terms, so that the parts do not wait for each other."""
 
 PLUS = "\n           + "
 Place = tuple[int, int]
 
 
 class Product:
-    """The C function, and the matrix's elements beside the diagonal in the order it reads them.
+    """The C function, and the matrix's off-diagonal elements in the order in which it reads them.
 
     Parameters
     ----------
@@ -33,7 +32,7 @@ class Product:
     Attributes
     ----------
     entries : list of (int, int) or None
-        Row and column of every element; None: a nought.
+        Row and column of every element; None for a zero.
     """
 
     def __init__(self, nodes: int, edges: Iterable[Place]) -> None:
@@ -60,14 +59,14 @@ class Product:
             "double *restrict next, double *restrict sum)"
         )
         unused = [] if self.entries else ["    (void)entries;"]
-        # Rows stand behind the entries: so most groups lie in one line of the cache each.
+        # Rows follow the entries in memory: with this padding most groups are in one cache line.
         begin = Counter(first % LANES for first in self._groups).most_common(1)
         self.entries += [None] * (-(len(self.entries) + sum(place for place, _ in begin)) % LANES)
         sums = [f"    double {name}[{LANES}];" for name in sorted(self._begun)]
         self.text = "\n".join([head, "{", *unused, *sums, *lines, "}", ""])
 
     def _take(self, first: int, neighbour: str, back: str, places: set[Place]) -> None:
-        """Let a group have a term, and its neighbours the same elements if they are summed."""
+        """Give a group a term, and with *back* use the same elements for its neighbours."""
         self._terms[first].append((neighbour, back, places))
         self._left -= places
         if back:
@@ -81,7 +80,7 @@ class Product:
                     self._take(one, f"T[{other} + i]", f"g{other}", pairs)
 
     def _share_with_nodes(self) -> None:
-        """Share what is worth a sum over the lanes in the end, the nodes with most groups first."""
+        """Share elements if that is worth a final sum over the lanes, busiest nodes first."""
         found = defaultdict[int, dict[int, set[Place]]](dict)
         for first in self._groups:
             beside = {j for i in _lanes(first) for j in self._rows[i]} - {*_lanes(first)}
@@ -115,7 +114,7 @@ class Product:
         yield "    }"
 
     def _row(self, i: int, grouped: bool) -> Iterator[str]:
-        """Yield a row by itself, or what a row gets beside its group's terms."""
+        """Yield a single row, or a row's elements outside its group's terms."""
         parts = [] if grouped else [f"diagonal[{i}] * T[{i}]"]
         if f"s{i}" in self._begun:
             parts.append(f"((s{i}[0] + s{i}[2]) + (s{i}[1] + s{i}[3]))")
@@ -131,10 +130,10 @@ class Product:
 
 
 def groups(rows: Sequence[set[int]]) -> list[int]:
-    """Return the first rows of the groups of the cut of a matrix's rows with the fewest operations.
+    """Return the first row of each group, for the cut of the rows with the fewest operations.
 
-    A term is one, and so are an element by itself, a row and a group. A row that has more alone
-    than there are lanes will share them.
+    A term counts as one operation, and so do a single element, a row and a group. A row with more
+    single elements than lanes will share them.
     """
     best: list[tuple[int, list[int]]] = [(0, [])]
     for end in range(1, len(rows) + 1):
@@ -153,7 +152,7 @@ def groups(rows: Sequence[set[int]]) -> list[int]:
 
 
 def terms(rows: Sequence[set[int]], first: int, among: set[Place]) -> list[tuple[str, set[Place]]]:
-    """Return the terms of a group, the neighbour of each in C and its places."""
+    """Return the terms of a group: the neighbour in C, and the places, of each."""
     left = {place for place in among if place[0] in _lanes(first)}
     found: list[tuple[str, set[Place]]] = []
     while True:
@@ -176,6 +175,6 @@ def _lanes(first: int) -> range:
 
 
 def _sum(parts: Sequence[str]) -> str:
-    """Return a sum of few that do not wait for each other."""
+    """Return a sum split into parts that do not wait for each other."""
     groups = [parts[k : k + LANES] for k in range(0, len(parts), LANES)]
     return PLUS.join(f"({' + '.join(group)})" for group in groups)

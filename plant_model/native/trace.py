@@ -1,8 +1,8 @@
-"""Arrays of expressions: numpy code that runs on them leaves its formulas behind.
+"""Arrays of expressions: numpy code that runs on them yields its formulas.
 
-The hooks of effects are numpy code whose course does not depend on values. Run on :class:`Traced`
-arrays instead of numbers they compute expressions, and these can be written in any language. What
-does depend on a value (an ``if`` on a temperature) cannot be traced and is refused.
+The hooks of effects are numpy code without branches on values. Run on :class:`Traced` arrays
+instead of numbers, they compute expressions, which can be written in any language. Code that
+branches on a value (an ``if`` on a temperature) cannot be traced and is refused.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ CALLS = {"absolute": "fabs", "sqrt": "sqrt", "exp": "exp", "expm1": "expm1", "lo
 CALLS |= {"sin": "sin", "cos": "cos", "tan": "tan", "arctan": "atan", "tanh": "tanh"}
 CALLS |= {"floor": "floor", "power": "pow", "sign": "sign_of", "remainder": "modulo"}
 CALLS |= {"maximum": "larger", "minimum": "smaller", "radians": "radians"}
-"""What numpy's functions are in C: those that are here can be traced."""
+"""C functions by numpy's names; only these can be traced."""
 
 
 class UntraceableError(TypeError):
-    """Code that has no formula; the text is one line that says what it does."""
+    """Code without a formula; the message is one line that states what the code does."""
 
 
 class Expr:
@@ -39,9 +39,9 @@ class Expr:
     Attributes
     ----------
     op : str
-        Name of the operation, ``symbol`` for a number that is given.
+        Name of the operation; ``symbol`` for a given number.
     args : tuple
-        What it works on; of a symbol the row that it stands in and its place there.
+        Its arguments; for a symbol, its row and its place there.
     rows : frozenset of str
         The rows of symbols that it depends on.
     """
@@ -72,24 +72,24 @@ class Expr:
 
 
 class Graph:
-    """Expressions, each of which is there once."""
+    """Expressions, each of which exists once."""
 
     def __init__(self) -> None:
         self._known: dict[tuple[Any, ...], Expr] = {}
 
     def symbol(self, row: str, place: int) -> Expr:
-        """Return a number that is given: number *place* of a *row*."""
+        """Return a given number: number *place* of a *row*."""
         return self._kept("symbol", (row, place), frozenset({row}))
 
     def symbols(self, row: str, shape: Sequence[int]) -> Traced:
-        """Return an array of symbols, the first of which stand at place 0."""
+        """Return an array of symbols, the first at place 0."""
         cells = np.empty(shape, dtype=object)
         for place in range(cells.size):
             cells.flat[place] = self.symbol(row, place)
         return Traced(self, cells)
 
     def constant(self, value: Any) -> Traced:
-        """Return an array of numbers that can take expressions in."""
+        """Return an array of numbers that can hold expressions."""
         return Traced(self, np.asarray(value).astype(object))
 
     def _kept(self, op: str, args: tuple[Any, ...], rows: frozenset[str]) -> Expr:
@@ -100,7 +100,7 @@ class Graph:
         return self._known[key]
 
     def apply(self, op: str, *args: Any) -> Any:
-        """Return an operation's result, simplified where that changes no finite number."""
+        """Return an operation's result, simplified if that changes no finite number."""
         if not any(isinstance(arg, Expr) for arg in args):
             return _number(op, args)
         simple = _simplified(self, op, args)
@@ -120,7 +120,7 @@ def _number(op: str, args: tuple[Any, ...]) -> Any:
 
 
 def _simplified(graph: Graph, op: str, args: tuple[Any, ...]) -> Any:
-    """Return what needs no operation of its own, else None."""
+    """Return the result if it needs no operation, else None."""
     if op == "where":
         return None if isinstance(args[0], Expr) else args[1] if args[0] else args[2]
     if op in {"logical_and", "logical_or"}:
@@ -191,7 +191,7 @@ class Traced(NDArrayOperatorsMixin):
         return len(self.cells)
 
     def __iter__(self) -> Iterator[Traced]:
-        """Go along the first axis."""
+        """Iterate along the first axis."""
         return (self[place] for place in range(len(self.cells)))
 
     def _alone(self) -> Any:
@@ -200,22 +200,22 @@ class Traced(NDArrayOperatorsMixin):
         return self.cells.flat[0]
 
     def __bool__(self) -> bool:
-        """Return a condition that is known."""
+        """Return a known condition."""
         return bool(self._alone())
 
     def __float__(self) -> float:
-        """Return a number that is known."""
+        """Return a known number."""
         return float(self._alone())
 
     def __getitem__(self, key: Any) -> Traced:
-        """Return a part; as with numpy a view where the key is of slices."""
+        """Return a part; as with numpy, a view if the key consists of slices."""
         found = self.cells[key]
         if not isinstance(found, np.ndarray):
             found = _cell(found)
         return Traced(self.graph, found)
 
     def __setitem__(self, key: Any, value: Any) -> None:
-        """Put numbers or expressions in."""
+        """Store numbers or expressions."""
         self.cells[key] = _cells(value)
 
     def copy(self) -> Traced:
@@ -231,7 +231,7 @@ class Traced(NDArrayOperatorsMixin):
         return Traced(self.graph, self.cells.reshape(*shape))
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
-        """Do what a ufunc does, element by element."""
+        """Apply a ufunc element by element."""
         name = LOGIC.get(ufunc.__name__, ufunc.__name__)
         out = options.pop("out", None)
         if method != "__call__" or options:
@@ -251,7 +251,7 @@ class Traced(NDArrayOperatorsMixin):
         return out[0]
 
     def __array_function__(self, function: Any, types: Any, args: Any, kwargs: Any) -> Any:
-        """Do what a function of numpy does, if it is one of those that effects use."""
+        """Apply a numpy function, if it is one of those that effects use."""
         name = function.__name__
         if name in _SHAPING:
             bare, settings = _bare(args), {key: _bare(value) for key, value in kwargs.items()}
@@ -308,7 +308,7 @@ def _bare(value: Any) -> Any:
 
 
 class _Numpy:
-    """numpy, but for arrays made from nothing: these must be able to take expressions in."""
+    """numpy, except that newly created arrays can hold expressions."""
 
     def __init__(self, graph: Graph) -> None:
         self._graph = graph
@@ -340,15 +340,15 @@ class _Numpy:
 def tracing(
     graph: Graph, package: str, keep: Callable[[str], bool], more: Collection[str] = ()
 ) -> Iterator[None]:
-    """Let the modules of a package make arrays that can take expressions in, for a while.
+    """Let the modules of a package create arrays that can hold expressions, temporarily.
 
     Parameters
     ----------
     graph : Graph
     package : str
-        Whose modules, as far as they are imported and call numpy ``np``.
+        All its modules that are imported and have numpy as ``np``.
     keep : callable
-        Says of a module's name whether it is to stay as it is.
+        Takes a module's name; returns whether the module stays unchanged.
     more : collection of str
         Further modules: those of plug-ins.
     """
@@ -369,7 +369,7 @@ def tracing(
 
 
 def literal(value: float) -> str:
-    """Return a number in C, in full."""
+    """Return a number in C, with all digits."""
     if math.isnan(value):
         return "NAN"
     if math.isinf(value):

@@ -1,5 +1,5 @@
-/* Stepping a network in which something depends on temperature: see the Python twins, dependent.py
-   and integrate.py, for the scheme and its sources. */
+/* Stepping a network in which something depends on temperature: see the Python twins,
+   side_by_side.py and integrate.py, for the scheme and its sources. */
 #include <math.h>
 #include <string.h>
 
@@ -7,21 +7,21 @@
 #include "plant.h"
 
 #define TOLERANCE 1e-2               /* [K] */
-#define SMALLEST_SPLIT 0x1p-15       /* of a step, or */
-#define SMALLEST_S 5e-4              /* a length, whichever is less [s] */
-#define ROUNDING 1e-6                /* less of a part is no part */
-#define MOST_PARTS 100000            /* of a step, which is not to be endless */
+#define SMALLEST_SPLIT 0x1p-15       /* smallest fraction of a step, or */
+#define SMALLEST_S 5e-4              /* smallest length, whichever is less [s] */
+#define ROUNDING 1e-6                /* a smaller fraction of a part is ignored */
+#define MOST_PARTS 100000            /* of a step, so that it ends */
 #define NO_STEP "error control cannot reach its tolerance: the model changes too fast"
 
 enum { OF_HALF, OF_FULL, HALF_GAIN, GAIN, SLOPE_GAIN, BEND_GAIN };
 
-/* What a step's forcing is made of. */
+/* Inputs of a step's forcing. */
 struct step {
     struct plant *plant;
     const double *inputs, *force, *held;
 };
 
-/* What own states lose by themselves is stepped exactly, each on its own. */
+/* The own decay of each own state is stepped exactly. */
 static void weigh(struct plant *self, double h)
 {
     if (self->weights_step_s == h) {
@@ -55,12 +55,12 @@ static struct point forcing(const struct step *step, const struct point *at)
     return found;
 }
 
-/* One step of length h; returns the largest error, in K.
+/* One step of length h; returns the largest error [K].
 
-   With v1 the slope at the start, v2 what the forcing at the middle differs by from that at the
-   start, and e by how much its change bends, f_b - f_0 - 2 v2, the scheme is
+   With the slope v1 at the start, the difference v2 of the forcing at the middle from that at the
+   start, and the curvature of the forcing e = f_b - f_0 - 2 v2, the scheme is
    Ta = T + h/2 phi_1(h/2) v1, Tb = T + h phi_1 (v1 + 2 v2),
-   T' = T + h (phi_1 v1 + 2 phi_2 v2 + (4 phi_3 - phi_2) e), whose last part is the error. */
+   T' = T + h (phi_1 v1 + 2 phi_2 v2 + (4 phi_3 - phi_2) e); the last term is the error. */
 static double once(
     const struct step *step, double h, const struct point *state, struct point *end)
 {
@@ -75,7 +75,7 @@ static double once(
     weigh(plant, h);
     equations_product(
         network->diagonal, network->entries, network->share, state->nodes, f0.nodes, 0.0, v, r);
-    /* v is -v1; what series leave off is small beside it. */
+    /* v is -v1; the truncation error of series is small compared with it. */
     double slope = largest_of(v, NODES);
     series_add(series, network, h, v, 0.0, 2, first, ps);
     for (size_t i = 0; i < NODES; i++) {
@@ -114,7 +114,7 @@ static double once(
     return larger(h * largest_of(r, NODES), worst);
 }
 
-/* Goes through an interval, in equal parts as long as the error does not ask for others. */
+/* Steps through an interval, in equal parts until the error requires others. */
 static const char *interval(
     const struct step *step, double length, double *part, struct point *state)
 {

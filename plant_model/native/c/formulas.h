@@ -1,4 +1,4 @@
-/* Operations of numpy that C has not. */
+/* Operations of numpy that C lacks. */
 #ifndef FORMULAS_H
 #define FORMULAS_H
 
@@ -6,15 +6,15 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* Of a function that goes over all nodes: it is there twice, and the wider one runs where the processor
-   has it. Both give the same numbers: nothing is summed in another order or contracted. */
+/* Compiles a function over all nodes twice; the wider form runs if the processor supports it. Both
+   give the same numbers: no sum is reordered or contracted. */
 #if defined __GNUC__ && !defined __clang__ && defined __x86_64__ && defined __gnu_linux__
 #define WIDE __attribute__((target_clones("avx2", "default")))
 #else
 #define WIDE
 #endif
 
-/* A value that is not a number stays one. */
+/* NaN stays NaN. */
 static inline double larger(double a, double b)
 {
     return a > b || a != a ? a : b;
@@ -25,7 +25,7 @@ static inline double smaller(double a, double b)
     return a < b || a != a ? a : b;
 }
 
-/* The largest magnitude in a row: every fourth by itself, which a compiler takes at once. */
+/* The largest magnitude in a row, in four interleaved parts that a compiler handles at once. */
 static inline double largest_of(const double *row, size_t count)
 {
     double most[4];
@@ -43,7 +43,7 @@ static inline double largest_of(const double *row, size_t count)
     return larger(larger(most[0], most[1]), larger(most[2], most[3]));
 }
 
-/* Nought times what is not finite is not a number. */
+/* Zero times a number that is not finite is NaN. */
 static inline bool are_finite(const double *row, size_t count)
 {
     double sums[4] = {0.0, 0.0, 0.0, 0.0};

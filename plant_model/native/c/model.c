@@ -15,7 +15,7 @@ const bool model_clock_may_jump = false;
 
 struct model {
     struct plant plant;
-    double parameters[PARAMETERS]; /* that the plant is made of */
+    double parameters[PARAMETERS]; /* those of the plant */
     bool made;
 };
 
@@ -31,7 +31,7 @@ void model_reset(struct model *self, void *content)
     memset(content, 0, sizeof(struct plant_memory));
 }
 
-/* Writes why a value is not allowed; a decimal comma of the host's locale becomes a point. */
+/* Writes why a value is not allowed, with a point for a decimal comma of the host's locale. */
 static const char *refusal(size_t ref, double value, char problem[PROBLEM_LENGTH])
 {
     const struct range *range = &machine_ranges[ref];
@@ -45,7 +45,7 @@ static const char *refusal(size_t ref, double value, char problem[PROBLEM_LENGTH
     return problem;
 }
 
-/* Returns what is wrong with the values from a reference on, NULL for nothing. */
+/* Returns NULL, or what is wrong with the values from a reference on. */
 static const char *look(
     const double *values, size_t first, size_t count, char problem[PROBLEM_LENGTH])
 {
@@ -63,7 +63,7 @@ static bool same_parameters(const struct model *self, const double *values)
     return self->made && memcmp(self->parameters, values + FIRST_PARAMETER, size) == 0;
 }
 
-/* Makes the plant of the parameters, unless it is made of them already. */
+/* Makes the plant from the parameters, unless it already has them. */
 static void make(struct model *self, const double *values)
 {
     const double *parameters = values + FIRST_PARAMETER;
@@ -93,8 +93,8 @@ const char *model_start(
     return wrong;
 }
 
-/* Sees to it that the plant is that of the values in force: parameters that have been set count
-   from now on. What is wrong, NULL for nothing. */
+/* Makes the plant match the values in force, including newly set parameters. Returns NULL or an
+   error message. */
 static const char *ready(struct model *self, const double *values, char problem[PROBLEM_LENGTH])
 {
     const char *wrong = look(values, 0, GIVEN, problem);
@@ -154,10 +154,10 @@ static const char *complete(
     return wrong;
 }
 
-#ifdef NO_HEAP /* a controller asks for none */
+#ifdef NO_HEAP /* a controller does not need them */
 const struct derivatives *const model_derivatives = NULL;
 #else
-/* The known are inputs, then states, then parameters; the unknown rates, then outputs. */
+/* The knowns are inputs, then states, then parameters; the unknowns rates, then outputs. */
 static size_t place(enum side side, size_t ref)
 {
     const struct variable *variable = &model_variables[ref];

@@ -4,11 +4,11 @@
 
 #include "formulas.h"
 
-#define ROUNDS 4   /* the bound is then 1 % above what is there, on the shipped machines */
-#define LEAST 1e-3 /* of the largest: any number above 0 bounds */
+#define ROUNDS 4   /* the bound is then 1 % above the eigenvalue, on the shipped machines */
+#define LEAST 1e-3 /* of the largest; any number above 0 gives a bound */
 
-/* The matrix of the rates' magnitudes, M, has no eigenvalue above the greatest (M x)_i / x_i for any
-   positive x (Collatz); the more often M has been applied to x, the closer that is. */
+/* The matrix M of the rates' magnitudes has no eigenvalue above the greatest (M x)_i / x_i for any
+   positive x (Collatz); the bound gets closer each time M is applied to x. */
 static double bound(const struct network *self)
 {
     static const double none[NODES];
@@ -55,7 +55,7 @@ WIDE void network_at(struct network *self, const double *k, const double *u)
     for (size_t i = 0; i < NODES; i++) {
         moving[i] = (self->diagonal[i] - self->still[i]) * self->share[i];
     }
-    /* What moves adds no more than its own fastest mode: Gershgorin's bound. */
+    /* The part that depends on inputs adds at most its own fastest mode: Gershgorin's bound. */
     self->fastest = self->bound + 2.0 * largest_of(moving, NODES);
     self->shifts = false;
     self->known = true;

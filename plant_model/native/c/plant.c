@@ -9,9 +9,9 @@
 #define NOT_FINITE "the thermal network is not finite"
 #define TOO_LONG "the step is too long: temperatures would go on changing"
 #define MOST_PARTS 100000.0
-#define STEADY 1e-14         /* what changes by less in a part changes no more */
+#define STEADY 1e-14         /* a smaller relative change in a part is a steady state */
 #define MOST_ALLOWANCE 1e15  /* see the Python twin, axis.py */
-#define FINEST 1e-12         /* rounding to a resolution far below a double's changes nothing */
+#define FINEST 1e-12         /* rounding to a resolution this fine changes nothing */
 
 void plant_prepare(struct plant *self, const double *parameters, uint32_t seed)
 {
@@ -96,7 +96,7 @@ void plant_start(
     plant_show(self, memory, inputs, tool_length);
 }
 
-/* The own states of a linear network after a step: a lag follows what is linear between. */
+/* The own states of a linear network after a step: a lag follows a target linear in between. */
 static void follow(
     const struct plant *self, double step_s, const double *inputs, const double *before,
     const double *after, double *states)
@@ -118,7 +118,7 @@ static void follow(
     }
 }
 
-/* Moves an axis towards an offset; a value that is not finite is not an offset. */
+/* Moves an axis towards an offset; a value that is not finite leaves the axis where it is. */
 static void axis_step(struct axis_state *self, double wanted, double step_s)
 {
     double limit = machine_axis.limit_um, increment = machine_axis.increment_um;
@@ -127,7 +127,7 @@ static void axis_step(struct axis_state *self, double wanted, double step_s)
     }
     double target = wanted < -limit ? -limit : wanted > limit ? limit : wanted;
     double missing = rint(target / increment) - self->counts;
-    /* Travel that is less than an increment is kept for the next step, but not hoarded. */
+    /* Travel of less than an increment is kept for the next step, but does not accumulate. */
     self->allowance += machine_axis.slew_um_per_s * step_s / increment;
     self->allowance = self->allowance < MOST_ALLOWANCE ? self->allowance : MOST_ALLOWANCE;
     double reach = trunc(self->allowance);
@@ -177,7 +177,7 @@ void plant_go_on(struct plant_memory *memory, double step_s, const double offset
     memory->drawn += SENSORS;
 }
 
-/* The network and the heat at inputs. */
+/* Updates the network and the heat for inputs. */
 static void enter(struct plant *self, const double *inputs, double *h, double *force)
 {
     network_at(&self->network, self->k, inputs);

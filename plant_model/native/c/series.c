@@ -5,15 +5,15 @@
 
 #include "formulas.h"
 
-/* What series leave off, of the way that a temperature has to go. Set on four machines, random inputs
-   and steps of 10 ms to 300 s: outputs then differ from Python's by 7e-9 at most. */
+/* Truncation error of series, relative to a temperature's distance to go. Set on four machines,
+   random inputs and steps of 10 ms to 300 s: outputs then differ from Python's by at most 7e-9. */
 #define SMALL 5e-10
-#define LEAST_SCALE 1e-290 /* capacities divided by it are finite */
+#define LEAST_SCALE 1e-290 /* so that capacities divided by it are finite */
 #define LEAST_REACH 1e-9
 #define CLOSE 0.5
 #define PI 3.14159265358979323846
 
-/* Its Taylor series, for x close to 0, where the quotient cancels. */
+/* The Taylor series of phi, for x close to 0, where the quotient cancels. */
 static double phi_close(int order, double x)
 {
     static const double inverse[] = {
@@ -41,8 +41,8 @@ double phi(int order, double x)
     return value;
 }
 
-/* All kinds at once: with e = exp(z / 2), each follows from the one before or, where the quotient
-   cancels, from the one behind. */
+/* All kinds at once: with e = exp(z / 2), each follows from the previous one or, if the quotient
+   cancels, from the next one. */
 static void values_at(double z, double values[SERIES])
 {
     double e, three;
@@ -61,7 +61,7 @@ static void values_at(double z, double values[SERIES])
     values[HALF] = values[ONE] / (1.0 + e);
 }
 
-/* A rate times the step is at most the reach times the way to go. */
+/* A rate times the step is at most the reach times the distance to go. */
 static double small_for(double reach)
 {
     return SMALL / larger(1.0, reach);
@@ -79,8 +79,8 @@ static size_t enough(double reach)
     return count + count % 2;
 }
 
-/* Finds the weights by the values at the zeros of a Chebyshev polynomial, two by two on either side of
-   the middle; returns how many are not small. */
+/* Finds the weights from the values at the zeros of a Chebyshev polynomial, in pairs on both sides
+   of the middle; returns the number of weights that are not small. */
 static size_t make(struct term *terms, size_t count, double reach)
 {
     memset(terms, 0, count * sizeof *terms);
@@ -112,7 +112,7 @@ static size_t make(struct term *terms, size_t count, double reach)
         terms[k].rest = rest;
         needed = rest > small && k >= needed ? k + 1 : needed;
     }
-    /* The last that is kept makes up for the others where nothing decays: slow rises are exact. */
+    /* The last kept term makes up for the dropped ones at zero decay: slow changes are exact. */
     for (size_t k = needed; k < count; k++) {
         for (int kind = 0; kind < SERIES; kind++) {
             double left = terms[k].weights[kind];
@@ -131,7 +131,7 @@ const struct series *series_for(struct all_series *self, double reach)
             return kept;
         }
     }
-    /* In steps of an eighth at most: conductances that move a little share a series. */
+    /* Rounded up in steps of at most an eighth, so that similar conductances share a series. */
     int exponent;
     double part = frexp(reach, &exponent), step = ldexp(1.0 / 16.0, exponent);
     double wide = ceil(part * 16.0) * step, above = wide - (part > 0.5 ? step : step / 2.0);
@@ -150,7 +150,7 @@ const struct series *series_for(struct all_series *self, double reach)
     return found;
 }
 
-/* With what it leaves a product is 2 (scale A - 1) times a vector. */
+/* Sets the arrays with which a product is 2 (scale A - 1) times a vector. */
 static void stretch(struct network *self, double scale)
 {
     if (self->scale != scale) {
@@ -186,7 +186,7 @@ WIDE void series_add(
         least *= larger(1.0, beside / largest_of(vector, NODES));
     }
     stretch(network, larger(2.0 * h / self->reach, LEAST_SCALE));
-    /* From the second term on these are the polynomials twice. */
+    /* From the second term on, rows hold twice the polynomials. */
     for (size_t i = 0; i < NODES; i++) {
         rows[2][i] = 2.0 * vector[i];
     }
