@@ -69,7 +69,7 @@ def mapped_signal(name: str, spec: Spec, signal: CanSignal) -> Signal:
 
 def plain_signal(name: str, signal: CanSignal) -> Signal:
     """Return a signal under a name, with its raw values unchanged."""
-    low, high = _raw_ends(signal)
+    low, high = raw_ends(signal)
     return Signal(
         name,
         unit=signal.unit or "",
@@ -183,7 +183,8 @@ def _page(signal: CanSignal) -> int | None:
     return int(signal.multiplexer_ids[0])
 
 
-def _raw_ends(signal: CanSignal) -> tuple[float, float]:
+def raw_ends(signal: CanSignal) -> tuple[float, float]:
+    """Return the smallest and the largest raw value that a signal can hold."""
     if signal.is_float:
         return -1e30, 1e30
     if signal.is_signed:

@@ -35,7 +35,7 @@ from gateway.mapfile import (
     OutputMap,
     read_form,
 )
-from gateway.mapped_signals import mapped_signal, protection_of
+from gateway.mapped_signals import mapped_signal, protection_of, raw_ends
 from gateway.probes import PROBE_TIME
 from gateway.protection import PROFILE_1
 from measurement.errors import BadInput, checked
@@ -353,6 +353,9 @@ def _fixed(message: Message, form: FrameMap, taken: set[str]) -> dict[str, float
     found = {}
     for name, signal in others.items():
         raw = form.fill.get(name, float(signal.raw_initial or 0))
+        low, high = raw_ends(signal)
+        if not low <= raw <= high:
+            raise _refused(f"fill.{name}: {raw:g} is not allowed: {low:.0f} to {high:.0f}")
         found[name] = raw if signal.is_float else round(raw)
     return found
 

@@ -299,6 +299,11 @@ WRONG = [
         "outputs.dX: is missing: the compensator sends it; see axes",
     ),
     ("[cycle]", 'axes = ["X", "Y"]\n[cycle]', "outputs.dZ: is sent, and axes has no Z"),
+    (
+        'CMP_OFFSET = { protection = "none" }',
+        'CMP_OFFSET = { protection = "none", fill = { OfsReserve = 256 } }',
+        "frames.CMP_OFFSET: fill.OfsReserve: 256 is not allowed: 0 to 255",
+    ),
     ("trust = ", "sunshine = ", "outputs.sunshine: is not an output of the compensator or"),
 ]
 
