@@ -446,7 +446,7 @@ def by_tool_length(
     return values
 
 
-def half_widths(outputs: Mapping[str, float], *, known: bool) -> dict[str, Value]:
+def half_widths(outputs: Mapping[str, float], *, known: bool) -> dict[str, float]:
     """Return the uncertainty of each axis [um]; NaN if it is unbounded.
 
     Parameters

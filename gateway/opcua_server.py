@@ -49,6 +49,21 @@ KINDS: dict[str, tuple[ua.VariantType, Value]] = {
 """Type and start value of variables without a unit."""
 
 
+UNIT_CODES = {"degC": "CEL", "rpm": "RPM", "mm": "MMT", "um": "4H", "urad": "B97", "s": "SEC"}
+"""What clients know units by: given by UNECE Recommendation 20."""
+UNIT_NAMESPACE = "http://www.opcfoundation.org/UA/units/un/cefact"
+NO_UNIT_ID = -1
+"""Of a unit without a code: given by OPC 10000-8, as the way from a code to its id is."""
+
+
+def unit_information(unit: str) -> ua.EUInformation:
+    """Return a unit as clients read it."""
+    shown, code = ua.LocalizedText(unit), UNIT_CODES.get(unit)
+    if code is None:
+        return ua.EUInformation(UnitId=NO_UNIT_ID, DisplayName=shown)
+    return ua.EUInformation(UNIT_NAMESPACE, int.from_bytes(code.encode(), "big"), shown)
+
+
 class Reading(SimpleRoleRuleset):
     """Lets clients read, browse and subscribe, and nothing else."""
 
@@ -114,7 +129,7 @@ class Status:
                     await node.add_property(
                         ua.NodeId(f"{group}.{name}.unit", self._index),
                         ua.QualifiedName("EngineeringUnits", 0),
-                        ua.EUInformation(DisplayName=ua.LocalizedText(unit)),
+                        unit_information(unit),
                     )
                 await node.write_value(ua.DataValue(StatusCode=code))
                 self._nodes[f"{group}.{name}"] = node, kind

@@ -15,7 +15,7 @@ from gateway.clocks import steady
 from gateway.codec import Value
 from gateway.database import MACHINE, Database
 from gateway.link import Link
-from gateway.node import RUNNING, GatewayNode, GatewaySettings
+from gateway.node import RUNNING, GatewayNode, GatewaySettings, half_widths
 from gateway.protocols.base import Participant, Report, Send
 from gateway.state import StateFile
 from gateway.systemd import ServiceManager
@@ -199,6 +199,7 @@ class Service:
 
     def _report(self, node: GatewayNode) -> Report:
         answer, outputs = node.answer, self.unit.outputs
+        shown = outputs | half_widths(outputs, known=node.reference_known)
         state: dict[str, Value | bool] = {
             "valid": answer.get("valid") == "valid",
             "status": int(outputs.get("status", 0)),
@@ -213,7 +214,7 @@ class Service:
             "compensator": self.fmu.name,
             "compensator_sha256": self.unit.slave.sha256,
         }
-        return Report(answer, node.given, outputs, state)
+        return Report(answer, node.given, shown, state)
 
     def _over(self, node: GatewayNode, begun: float) -> bool:
         late = self.duration_s is not None and self.clock() - begun >= self.duration_s

@@ -37,7 +37,7 @@ class Report:
     given : mapping of str to float
         The inputs received for it.
     outputs : mapping of str to float
-        The compensator's outputs.
+        The compensator's outputs; NaN for an uncertainty that nothing bounds.
     state : mapping
         The gateway's own state: ``valid``, ``status_text``, ``gateway_state``, …
     """

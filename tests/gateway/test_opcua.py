@@ -8,6 +8,7 @@ import socket
 import time
 from collections.abc import Callable, Coroutine, Iterator
 from dataclasses import dataclass
+from math import isnan
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -15,7 +16,7 @@ import pytest
 
 from gateway.database import Database
 from gateway.node import GatewaySettings
-from gateway.protocols.base import Report
+from gateway.protocols.base import Participant, Report
 from gateway.protocols.opcua import HallStatus, Security, checked_url, security_of
 from gateway.serving import Service
 from measurement.errors import BadInput
@@ -135,6 +136,32 @@ def test_the_hall_reads_what_the_bus_carries(hall):
         "state.gateway_state": "running",
         "state.compensator_sha256": unit.slave.sha256,
     }
+
+
+def test_a_client_knows_the_units_by_their_codes(hall):
+    """The ids are those of the OPC Foundation's table, UNECE_to_OPCUA.csv."""
+    ids = {"inputs.T1": 4408652, "inputs.speed": 5394509, "inputs.tool_length": 5066068}
+    ids |= {"outputs.dX": 13384, "outputs.yaw": 4340023, "state.machine_time": 5457219}
+
+    async def read() -> dict[str, int]:
+        async with Client(hall.url) as client:
+            nodes = {name: await found(client, name) for name in ids}
+            units = {n: await nodes[n].get_child("0:EngineeringUnits") for n in ids}
+            return {name: (await unit.read_value()).UnitId for name, unit in units.items()}
+
+    assert patiently(read) == ids
+
+
+def test_an_uncertainty_that_nothing_bounds_is_missing(database, quick_fmu):
+    reports: list[Report] = []
+
+    class Ear(Participant):
+        def update(self, now: float, report: Callable[[], Report]) -> None:
+            reports.append(report())
+
+    with gateway_thread(new_wire("virtual"), database, quick_fmu, CLOCK, participants=[Ear()]):
+        until(lambda: bool(reports))
+    assert isnan(reports[0].outputs["dX_uncertainty"])
 
 
 def test_nothing_can_be_written_or_called_or_added(hall):
