@@ -1,4 +1,4 @@
-"""Build the FMUs: ``python build_fmu.py``. What it does is in `scenarios.build_command`."""
+"""Build the FMUs: ``python build_fmu.py``. The code is in `scenarios.build_command`."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = [
 
 
 def _on_bus(recipe: Recipe, native: Native, dbc: Path | None, high: bool) -> Native:
-    from gateway.native.build import native_on_bus  # takes its time, and few FMUs need it
+    from gateway.native.build import native_on_bus  # slow to import, and few FMUs need it
 
     return native_on_bus(recipe, native, dbc, high=high)
 

@@ -1,5 +1,5 @@
 """Turns modules of this project into FMUs: a fast slave, a bundle of modules, a complete package.
 
-`variables` and `slave` travel inside the FMUs and import the standard library and pythonfmu only;
+`variables` and `slave` are part of the FMUs and import only the standard library and pythonfmu;
 the other modules run at build time.
 """

@@ -1,4 +1,4 @@
-"""Temperatures as one array, where FMI 3.0 is wanted so: a variable in place of many."""
+"""Temperatures as one array variable instead of many variables, an option for FMI 3.0."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fmu_packaging.variables import Variable
 NAME = "temperatures"
 OFFSETS = ("dX", "dY", "dZ")
 SOURCE = "fmi3_array.c"
-"""What says in C which variables an array holds."""
+"""The C source that defines which variables an array holds."""
 ARRAY = """\
 /* Made by spindle-drift; not to be edited. */
 #include "model.h"
@@ -26,7 +26,8 @@ def temperatures(variables: Sequence[Variable]) -> list[Variable]:
     Parameters
     ----------
     variables : sequence of Variable
-        Those of a plant, which computes them, or of a compensator, which computes offsets.
+        Variables of a plant, which computes temperatures, or of a compensator, which computes
+        offsets.
     """
     computes = any(variable.name in OFFSETS and variable.is_output for variable in variables)
     side = "input" if computes else "output"
@@ -34,7 +35,7 @@ def temperatures(variables: Sequence[Variable]) -> list[Variable]:
 
 
 def in_array(variables: Sequence[Variable]) -> list[Variable]:
-    """Return the variables with the temperatures as one, in the place of the first.
+    """Return the variables with the temperatures as one array, in the place of the first.
 
     Parameters
     ----------
@@ -44,7 +45,7 @@ def in_array(variables: Sequence[Variable]) -> list[Variable]:
     Raises
     ------
     NativeError
-        If the temperatures do not follow one another, or another variable has the array's name.
+        If the temperatures are not contiguous, or another variable has the array's name.
     """
     members = temperatures(variables)
     first = variables.index(members[0]) if members else 0
@@ -77,12 +78,12 @@ def in_array(variables: Sequence[Variable]) -> list[Variable]:
 
 
 def array_source(variables: Sequence[Variable]) -> str:
-    """Return the C that says which variables are in the array.
+    """Return the C source that defines which variables are in the array.
 
     Parameters
     ----------
     variables : sequence of Variable
-        Each by itself, in the order of their value references.
+        Individual variables, in the order of their value references.
     """
     members = temperatures(variables)
     return ARRAY.format(first=variables.index(members[0]), count=len(members))

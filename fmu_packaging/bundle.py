@@ -1,9 +1,9 @@
-"""Copies of the modules that a slave needs, all under one root package of its own.
+"""Copies of the modules that a slave needs, under a root package unique to the FMU.
 
-Two FMUs in one process share `sys.modules`, and so does an FMU with the program that loads it. So
-every bundled module lives under a root package whose name holds a hash of the content, and the
-absolute imports of bundled packages are rewritten to that root. An import is located with `ast`;
-nothing else in a module changes.
+Two FMUs in one process share `sys.modules`, also with the program that loads them. So every bundled
+module is under a root package whose name contains a hash of the content, and absolute imports of
+bundled packages are rewritten to that root. Imports are located with `ast`; nothing else in a
+module changes.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 VENDORED = "pythonfmu"
-"""Travels under the root too, without its own ``__init__``, which would import its builder."""
+"""Also bundled under the root, without its own ``__init__``, which would import its builder."""
 
 
 class BundleError(ValueError):
@@ -27,7 +27,7 @@ class BundleError(ValueError):
 
 @dataclass(frozen=True)
 class _Import:
-    """One absolute import: where the module's name stands, and which modules it may mean."""
+    """One absolute import: the position of the module's name, and the modules that it may mean."""
 
     line: int
     column: int
@@ -38,14 +38,14 @@ class _Import:
 
 @dataclass(frozen=True)
 class Bundle:
-    """Modules by their original dotted names, with the source as it stands in this project.
+    """Modules by their original dotted names, with their unchanged sources.
 
     Attributes
     ----------
     sources : dict of str to str
-        Source by dotted name, packages included.
+        Source by dotted name, including packages.
     packages : frozenset of str
-        Those that are packages.
+        Names that are packages.
     third_party : frozenset of str
         Top-level names of other packages that they import.
     """
@@ -85,18 +85,18 @@ def collect(
     Parameters
     ----------
     entry : str
-        Dotted name of the module that holds the slave.
+        Dotted name of the slave's module.
     roots : iterable of str
-        Top-level packages to bundle. Imports of any other package but the standard library's and
-        *allowed* are refused.
+        Top-level packages to bundle. Imports from other packages are refused, except the standard
+        library and *allowed*.
     whole : iterable of str
         Packages of which every module is needed, because they are found by walking a folder.
     allowed : iterable of str
         Top-level packages that the host's Python must have.
     added : dict of str to str, optional
-        Sources from elsewhere, by the dotted name that each has in the bundle.
+        Sources from elsewhere, by their dotted name in the bundle.
     left_out : collection of str
-        Modules that are not bundled, though they are imported: the importer goes on without.
+        Modules that are imported but not bundled; the importer can do without them.
 
     Raises
     ------
@@ -136,16 +136,16 @@ def collect(
 
 
 def needed_by(source: str, name: str) -> str:
-    """Return what a class of a module needs of it; all other lines are blank.
+    """Return the lines of a module that a class needs; all other lines are blank.
 
-    So a file may hold more than an FMU can carry, and lines keep their numbers.
+    So a file may contain code that an FMU cannot, and lines keep their numbers.
 
     Parameters
     ----------
     source : str
-        Of the module.
+        Source of the module.
     name : str
-        Of the class, at the top level.
+        Name of the top-level class.
     """
     tree = ast.parse(source)
     binding: dict[str, list[ast.stmt]] = {}
@@ -170,7 +170,7 @@ def needed_by(source: str, name: str) -> str:
 
 
 def _bound(statement: ast.stmt) -> set[str]:
-    """Return the names that a statement at the top level binds."""
+    """Return the names bound by a top-level statement."""
     if isinstance(statement, ast.ClassDef | ast.FunctionDef):
         return {statement.name}
     names: set[str] = set()
@@ -185,15 +185,15 @@ def _bound(statement: ast.stmt) -> set[str]:
 
 
 def problem_alone(file: str, source: str, roots: Iterable[str], allowed: Iterable[str]) -> str:
-    """Return why a source from elsewhere cannot be bundled alone, or nothing.
+    """Return why a source from elsewhere cannot be bundled on its own; empty if it can.
 
     Parameters
     ----------
     file : str
-        How a message names it.
+        Its name in messages.
     source : str
     roots, allowed : iterable of str
-        As `collect` takes them.
+        As for `collect`.
     """
     known = {*roots, *allowed, *sys.stdlib_module_names}
     for node in ast.walk(ast.parse(source)):
@@ -206,7 +206,7 @@ def problem_alone(file: str, source: str, roots: Iterable[str], allowed: Iterabl
 
 
 def rewritten(source: str, root: str, ours: Iterable[str], name: str = "<module>") -> str:
-    """Return *source* with absolute imports of the packages *ours* rewritten to lie under *root*.
+    """Return *source* with absolute imports of the packages *ours* moved under *root*.
 
     Raises
     ------
@@ -236,7 +236,7 @@ def _imports(
     relative: bool = True,
     typing_too: bool = False,
 ) -> list[_Import]:
-    """Return the imports of a module; those for type checkers are left out unless asked for."""
+    """Return the imports of a module, with those for type checkers only if *typing_too*."""
     tree = ast.parse(source)
     skipped = set() if typing_too else _typing_only(tree)
     found: list[_Import] = []
@@ -277,7 +277,7 @@ def _module_position(source: str, node: ast.ImportFrom) -> tuple[int, int]:
 
 
 def _typing_only(tree: ast.Module) -> set[ast.AST]:
-    """Return the nodes that stand under ``if TYPE_CHECKING``."""
+    """Return the nodes under ``if TYPE_CHECKING``."""
     return {
         inner
         for node in ast.walk(tree)

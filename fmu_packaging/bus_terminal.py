@@ -1,6 +1,6 @@
-"""A bus terminal in an FMU's description: FMI-LS-BUS, network abstraction ("low cut"), whose
-variables hold operations of the bus, or physical signal abstraction ("high cut"), with a variable
-for each signal.
+"""A bus terminal in an FMU's description, after FMI-LS-BUS: network abstraction ("low cut"), whose
+variables hold bus operations, or physical signal abstraction ("high cut"), with one variable per
+signal.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ DESCRIPTION = (
     "Layered Standard for the simulation of bus communication on a Physical Signal Abstraction or "
     "Network Abstraction based level."
 )
-"""As the schema of the manifest wants it, word for word."""
+"""The exact text required by the schema of the manifest."""
 LARGEST_FRAME = 2048
-"""Bytes of operations that are passed at once: given by ``bus.h``, where it was set on no data."""
+"""Bytes of operations passed at once: given by ``bus.h``, where it was set on no data."""
 KIND = "org.fmi-ls-bus.network-terminal"
 MEMBERS = ("Rx_Clock", "Tx_Clock", "Rx_Data", "Tx_Data")
 FRAME_KIND, PDU_KIND = "org.fmi-ls-bus.frame-terminal", "org.fmi-ls-bus.pdu-terminal"
@@ -28,14 +28,14 @@ FRAME_KIND, PDU_KIND = "org.fmi-ls-bus.frame-terminal", "org.fmi-ls-bus.pdu-term
 
 @dataclass(frozen=True)
 class BusTerminal:
-    """A terminal of a bus, low cut.
+    """A low-cut bus terminal.
 
     Attributes
     ----------
     name : str
-        Of the network; what its variables' names begin with.
+        Name of the network, and prefix of its variables' names.
     bus : str
-        Its kind, as the MIME type names it: ``can``.
+        Kind of bus as in the MIME type: ``can``.
     """
 
     name: str
@@ -79,11 +79,11 @@ class BusTerminal:
 
     @property
     def notifications(self) -> str:
-        """The name of the parameter that says whether the bus confirms frames."""
+        """Name of the parameter for whether the bus confirms frames."""
         return f"{self.name}.BusNotifications"
 
     def unknowns(self, first: int) -> list[ET.Element]:
-        """Return what the model structure says of ``Tx_Data``.
+        """Return the entries of the model structure for ``Tx_Data``.
 
         Parameters
         ----------
@@ -94,7 +94,7 @@ class BusTerminal:
         return [ET.Element("Output", facts)]
 
     def terminal(self) -> ET.Element:
-        """Return the terminal with its four members, and the parameter inside."""
+        """Return the terminal with its four members and the nested parameter."""
         facts = {"name": self.name, "terminalKind": KIND}
         facts["matchingRule"] = "org.fmi-ls-bus.transceiver"
         terminal = ET.Element("Terminal", facts)
@@ -112,14 +112,14 @@ class BusTerminal:
 
 @dataclass(frozen=True)
 class BusFrame:
-    """A frame, whose signals are variables of the FMU.
+    """A frame whose signals are variables of the FMU.
 
     Attributes
     ----------
     name : str
     signals : tuple of str
     received : bool
-        It is received, not sent.
+        Whether it is received rather than sent.
     """
 
     name: str
@@ -129,16 +129,16 @@ class BusFrame:
 
 @dataclass(frozen=True)
 class SignalTerminal:
-    """A terminal of a bus, high cut.
+    """A high-cut bus terminal.
 
     Attributes
     ----------
     network : Path
-        What describes the network; its variables' names begin with this file's.
+        File that describes the network; its name is the prefix of the variables' names.
     node : str
-        The node of that file that the FMU is.
+        The FMU's node in that file.
     frames : tuple of BusFrame
-        Those that it receives, then those that it sends.
+        Received frames, then sent frames.
     """
 
     network: Path
@@ -150,7 +150,7 @@ class SignalTerminal:
         return f"{self.network.stem}.{frame}_Clock"
 
     def signal(self, frame: str, signal: str) -> str:
-        """Return the name of a signal's variable; CAN has no PDUs, so the frame is its own."""
+        """Return the name of a signal's variable; CAN has no PDUs, so the frame stands for one."""
         return f"{self.network.stem}.{frame}.{frame}.{signal}"
 
     def variables(self, first: int) -> list[ET.Element]:
@@ -175,7 +175,7 @@ class SignalTerminal:
         return clocks
 
     def unknowns(self, first: int) -> list[ET.Element]:
-        """Return what the model structure says of the clocks that tick by themselves.
+        """Return the entries of the model structure for the clocks that tick by themselves.
 
         Parameters
         ----------
@@ -187,7 +187,7 @@ class SignalTerminal:
         return [ET.Element(tag, fact) for tag in ("Output", "InitialUnknown") for fact in facts]
 
     def terminal(self) -> ET.Element:
-        """Return the terminal, with one for each frame, and inside that one for its signals."""
+        """Return the terminal with a nested one per frame, which contains one for its signals."""
         facts = {"name": self.network.stem, "terminalKind": KIND, "matchingRule": "bus"}
         terminal = ET.Element("Terminal", facts)
         for frame in self.frames:

@@ -1,7 +1,7 @@
-"""Ends pythonfmu's binary in order, which it does not do by itself.
+"""Shuts pythonfmu's binary down in order, which it does not do by itself.
 
 When a process ends, the binary destroys its static state, and then its library destructor releases
-that state a second time. Now and then this aborts a process that had done its work.
+that state a second time. Occasionally this aborts a process that had finished its work.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ _closing: set[str] = set()
 
 
 def close_in_order(resources: Path) -> None:
-    """Have the binary beside *resources* release its state when Python ends, if Python is the host.
+    """Let the binary next to *resources* release its state when Python ends, if Python is the host.
 
-    Elsewhere the binary itself ends Python, and must not be asked to from inside that.
+    In other hosts the binary itself ends Python and must not be called during that.
     """
     if not sys.platform.startswith("linux") or not sys.orig_argv:
         return
@@ -27,4 +27,4 @@ def close_in_order(resources: Path) -> None:
             try:
                 atexit.register(ctypes.CDLL(str(path)).finalizePythonInterpreter)
             except (AttributeError, OSError):
-                return  # another binary, which has no such function
+                return  # another binary without this function

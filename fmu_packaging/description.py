@@ -13,7 +13,7 @@ from fmu_packaging.variables import ZERO, Value, Variable
 from fmu_packaging.xml_files import xml_file
 
 PINNED_DATE = "2024-01-01T00:00:00Z"
-"""The same content must give the same bytes, so the date says nothing about the day of a build."""
+"""The same content must give the same bytes, so this is not the date of the build."""
 
 CAPABILITIES = {
     "canBeInstantiatedOnlyOncePerProcess": "false",
@@ -30,31 +30,31 @@ KINDS = {
         "canRunAsynchronuously": "false",
     },
 }
-"""What an FMU may be for, and what it can do there beside `CAPABILITIES`."""
+"""Interface types of FMI, and the capabilities of each in addition to `CAPABILITIES`."""
 
 
 @dataclass(frozen=True)
 class Program:
-    """What runs the FMU.
+    """The program that runs the FMU.
 
     Attributes
     ----------
     tool : str
-        What made it, beside this project.
+        Generating tool, in addition to this project.
     needs_host : bool
-        Whether the host must provide more than the FMU carries.
+        Whether the host must provide more than the FMU contains.
     sources : tuple of str
-        Source files, by path in the folder of sources.
+        Source files, by path in the source folder.
     variables : dict of str to Variable
-        Those that stand in for the slave's of the same name, and those that it has not.
+        Replacements of the slave's variables of the same name, and additional ones.
     categories : dict of str to str
-        The categories of its messages, and what they hold.
+        Categories of its messages, and their descriptions.
     bus : BusTerminal or SignalTerminal, optional
-        A terminal of a bus; FMI 3.0 only.
+        A bus terminal; FMI 3.0 only.
     array : bool
         Whether the temperatures are one array; FMI 3.0 only.
     derivatives : bool
-        Whether it gives directional derivatives and, in FMI 3.0, adjoint ones.
+        Whether it provides directional derivatives and, in FMI 3.0, adjoint ones.
     """
 
     tool: str
@@ -68,19 +68,19 @@ class Program:
 
 
 PYTHON = Program("pythonfmu", needs_host=True)
-"""The slave itself, in the Python that the host provides."""
+"""The slave itself, run by the host's Python."""
 
 
 @dataclass(frozen=True)
 class Identity:
-    """Who an FMU is.
+    """The identity of an FMU.
 
     Attributes
     ----------
     name : str
         Model identifier and model name; a C identifier.
     title, description : str
-        What it is, in a few words and in a sentence.
+        Description in a few words, and in a sentence.
     version : str
         Version of the project.
     stop_s, step_s : float
@@ -110,12 +110,12 @@ def model_description(
     identity : Identity
     guid : str
     program : Program
-        What does the slave's work.
+        Runs the FMU.
 
     Raises
     ------
     UnitError
-        For a variable with a unit that is not understood.
+        For a variable with an unknown unit.
     """
     variables = described(slave, program)
     root = head(identity, program, "2.0", "guid", guid)
@@ -139,7 +139,7 @@ def model_description(
 
 
 def head(identity: Identity, program: Program, fmi: str, key: str, guid: str) -> ET.Element:
-    """Return the root of a description; *key* is what this version of FMI calls the GUID."""
+    """Return the root of a description; *key* is the name of the GUID in this version of FMI."""
     return ET.Element(
         "fmiModelDescription",
         {
@@ -165,20 +165,20 @@ def described(slave: DriftSlave, program: Program) -> list[Variable]:
     ----------
     slave : DriftSlave
     program : Program
-        Its own variables take the place of the slave's of the same name; others come after them.
+        Its variables replace the slave's of the same name; others follow at the end.
     """
     known = {variable.name: variable for variable in slave.variables}
     return list((known | dict(program.variables)).values())
 
 
 def interfaces(variables: Sequence[Variable]) -> list[str]:
-    """Return what an FMU is for: model exchange if it shows derivatives, and co-simulation."""
+    """Return the FMU's interface types: co-simulation, and model exchange if it has derivatives."""
     exchanged = any(variable.derivative_of is not None for variable in variables)
     return [kind for kind in KINDS if exchanged or kind != "ModelExchange"]
 
 
 def initial_unknowns(variables: Sequence[Variable]) -> list[Variable]:
-    """Return what is computed at the start: outputs, then states and their derivatives."""
+    """Return the variables computed at the start: outputs, then states and their derivatives."""
     unknowns = [variable for variable in variables if variable.is_computed and not variable.clock]
     return sorted(unknowns, key=lambda v: v.causality == "local")
 
@@ -206,7 +206,7 @@ def log_categories(root: ET.Element, program: Program) -> None:
 
 
 def type_of(slave: DriftSlave, variable: Variable) -> str:
-    """Return the name of a variable's type, nothing where it has none of its own."""
+    """Return the name of a variable's own type; empty if it has none."""
     name = variable.name.capitalize()
     return name if name in slave.enumerations else ""
 
@@ -214,9 +214,9 @@ def type_of(slave: DriftSlave, variable: Variable) -> str:
 def type_definitions(
     root: ET.Element, slave: DriftSlave, variables: Sequence[Variable], fmi: int = 2
 ) -> None:
-    """Add the types of integers whose codes mean something: range, and what each code says.
+    """Add the types of integers with named codes: range, and meaning of each code.
 
-    They are no enumerations: those of FMI 3.0 have 64 bits, and of Modelica no gaps.
+    They are not enumerations, because those of FMI 3.0 have 64 bits and those of Modelica no gaps.
     """
     typed = [variable for variable in variables if type_of(slave, variable)]
     definitions = ET.SubElement(root, "TypeDefinitions") if typed else root
@@ -233,7 +233,7 @@ def type_definitions(
 
 
 def bounds(variable: Variable) -> dict[str, str]:
-    """Return the attributes that say what a variable may be."""
+    """Return the attributes for a variable's range."""
     found = {}
     for key, value in (("min", variable.low), ("max", variable.high)):
         if value is not None and variable.kind in {"real", "integer"}:
@@ -242,7 +242,7 @@ def bounds(variable: Variable) -> dict[str, str]:
 
 
 def measure(variable: Variable) -> dict[str, str]:
-    """Return the attributes that say what a real variable measures, and in which unit."""
+    """Return the attributes for the quantity and unit of a real variable."""
     shown = variable.display_unit or (variable.unit if variable.unit in DISPLAY else "")
     found = {
         "quantity": quantity(variable.unit) if variable.unit else "",
@@ -266,7 +266,7 @@ def experiment(root: ET.Element, identity: Identity) -> None:
 def unit_definitions(
     root: ET.Element, variables: Sequence[Variable], always: Sequence[str] = ()
 ) -> None:
-    """Add the units of the variables, and those that are wanted in any case."""
+    """Add the units of the variables, and those required in any case."""
     definitions = ET.SubElement(root, "UnitDefinitions")
     used = {variable.unit for variable in variables if variable.kind == "real" and variable.unit}
     for name in sorted(used.union(always)):
@@ -298,7 +298,7 @@ def named(variable: Variable, reference: int) -> dict[str, str]:
 
 
 def start_of(variable: Variable) -> str:
-    """Return a variable's start value; zero, false or empty where it has none."""
+    """Return a variable's start value; zero, false or empty if it has none."""
     return number(ZERO[variable.kind] if variable.start is None else variable.start)
 
 
@@ -325,9 +325,9 @@ def _scalar_variable(variable: Variable, reference: int, kind: str) -> ET.Elemen
 def _structure(variables: Sequence[Variable]) -> ET.Element:
     """Return the ModelStructure.
 
-    In a co-simulation outputs are computed in a step from inputs held during it, so at a
+    In co-simulation, outputs are computed in a step from inputs held during it, so at a
     communication point no output depends on an input. In model exchange, and before the first step,
-    each depends on what its variable declares. Parameters are among the known at the start only.
+    each depends on what its variable declares. Parameters are knowns only at the start.
     """
     structure = ET.Element("ModelStructure")
     positions = {variable.name: number for number, variable in enumerate(variables, start=1)}
@@ -349,7 +349,7 @@ def _structure(variables: Sequence[Variable]) -> ET.Element:
 def dependencies(
     variable: Variable, places: Mapping[str, int], *, at_start: bool
 ) -> dict[str, str]:
-    """Return the attribute that says what a variable depends on; none: it may be anything."""
+    """Return the attribute for a variable's dependencies; none: it may depend on everything."""
     names = variable.depends_at_start if at_start else variable.depends
     if names is None:
         return {}
@@ -358,7 +358,7 @@ def dependencies(
 
 
 def number(value: Value) -> str:
-    """Return a value as XML writes it; floats in full."""
+    """Return a value as in XML, floats with all digits."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, float) and value != value:

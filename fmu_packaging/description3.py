@@ -1,4 +1,4 @@
-"""modelDescription.xml of FMI 3.0, from the same variables as that of FMI 2.0."""
+"""modelDescription.xml of FMI 3.0, from the same variables as for FMI 2.0."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ TIME = "time"
 SPINDLE = ("speed", "tool_length")
 MEASURED = "measured"
 EXACT = "-ffp-contract=off"
-"""Contracted multiply-adds round once where the Python twin rounds twice."""
+"""Contracted multiply-adds would round once, while the Python twin rounds twice."""
 
 CAPABILITIES = {
     "canGetAndSetFMUState": "true",
@@ -54,8 +54,8 @@ def model_description3(
 ) -> bytes:
     """Return modelDescription.xml of FMI 3.0.
 
-    The value references are those of the FMI 2.0 form; the time, which FMI 3.0 wants among the
-    variables, comes after them.
+    The value references are those of FMI 2.0, followed by the time, which FMI 3.0 requires as a
+    variable.
 
     Parameters
     ----------
@@ -65,19 +65,19 @@ def model_description3(
     token : str
         The instantiation token.
     program : Program
-        What does the slave's work.
+        Runs the FMU.
 
     Raises
     ------
     UnitError
-        For a variable with a unit that is not understood.
+        For a variable with an unknown unit.
     """
     scalars = described(slave, program)
     references = {variable.name: reference for reference, variable in enumerate(scalars)}
     references[TIME] = len(scalars)
     variables = in_array(scalars) if program.array else scalars
     if program.array:
-        # What depends on one of them depends on the array.
+        # A variable that depends on one of them depends on the array.
         members = [variable.name for variable in temperatures(scalars)]
         references |= dict.fromkeys([ARRAY, *members], references[members[0]])
     root = head(identity, program, "3.0", "instantiationToken", token)
@@ -105,7 +105,7 @@ def model_description3(
     listed.extend([_time(references[TIME]), *ports])
     structure = _structure(variables, references)
     if program.bus is not None:
-        # Outputs stand before what is not known at the start.
+        # Outputs come before initial unknowns.
         structure.extend(program.bus.unknowns(references[TIME] + 1))
         structure[:] = sorted(structure, key=lambda unknown: unknown.tag, reverse=True)
     root.append(structure)
@@ -113,13 +113,13 @@ def model_description3(
 
 
 def build_description(identity: Identity, program: Program) -> bytes:
-    """Return sources/buildDescription.xml: how the sources are compiled.
+    """Return sources/buildDescription.xml, which describes how to compile the sources.
 
     Parameters
     ----------
     identity : Identity
     program : Program
-        Its sources are named by their paths.
+        Its sources are given by their paths.
     """
     root = ET.Element("fmiBuildDescription", {"fmiVersion": "3.0"})
     configuration = ET.SubElement(root, "BuildConfiguration", {"modelIdentifier": identity.name})
@@ -132,16 +132,16 @@ def build_description(identity: Identity, program: Program) -> bytes:
 
 
 def terminals(slave: DriftSlave, program: Program) -> bytes:
-    """Return terminalsAndIcons.xml: what a tool can connect at once, by the names of its members.
+    """Return terminalsAndIcons.xml: groups of variables that a tool can connect by name at once.
 
     ``temperatures`` are those that one FMU reads and the other uses, ``offsets`` dX, dY and dZ,
-    ``spindle`` what both are told of speed and tool, ``measured`` what a probe has shown.
+    ``spindle`` the speed and tool length given to both, ``measured`` the values of a probe.
 
     Parameters
     ----------
     slave : DriftSlave
     program : Program
-        Its bus is a terminal more.
+        Its bus is an additional terminal.
     """
     root = ET.Element("fmiTerminalsAndIcons", {"fmiVersion": "3.0"})
     listed = ET.SubElement(root, "Terminals")
@@ -201,7 +201,7 @@ def _time(reference: int) -> ET.Element:
 
 
 def _structure(variables: Sequence[Variable], references: Mapping[str, int]) -> ET.Element:
-    """Return the ModelStructure; parameters are always among what is known."""
+    """Return the ModelStructure; parameters are always knowns."""
     structure = ET.Element("ModelStructure")
     for tag, unknowns in {
         "Output": [variable for variable in variables if variable.is_output],

@@ -1,4 +1,4 @@
-"""documentation/index.html: what the FMU does, its variables, how to use it."""
+"""documentation/index.html: purpose, variables and use of the FMU."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ PYTHON_LICENCE = (
 
 @dataclass(frozen=True)
 class Page:
-    """The parts of the page that belong to one FMU, as HTML: a line, and sections with titles."""
+    """The parts of the page specific to one FMU, as HTML: a line, and sections with titles."""
 
     lead: str
     body: str
@@ -53,7 +53,7 @@ class Page:
 
 @dataclass(frozen=True)
 class Running:
-    """What a host needs and whose work is inside, as HTML; which FMI version it is."""
+    """Requirements of a host and licences of the contents, as HTML; the FMI version."""
 
     host: str
     licence: str
@@ -61,7 +61,7 @@ class Running:
 
 
 def in_python(needs: Sequence[str]) -> Running:
-    """Return what a Python FMU needs; *needs* are packages that the host's Python must have."""
+    """Return this for a Python FMU; *needs* are packages that the host's Python must have."""
     needed = f", with {' and '.join(needs)} installed" if needs else " (standard library only)"
     return Running(PYTHON_HOST.format(needs=escape(needed)), PYTHON_LICENCE)
 

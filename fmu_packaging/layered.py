@@ -1,7 +1,7 @@
-"""FMI-LS-REF: an FMU that carries its own reference run, so that any importer can repeat it.
+"""FMI-LS-REF: an FMU that contains its own reference run, so that any importer can repeat it.
 
 The layered standard (github.com/modelica/fmi-ls-ref) lists files and their roles in a manifest; the
-run itself stands in the Modelica Association's experiments format (modelica/ma-hs-experiments).
+run itself is in the Modelica Association's experiments format (modelica/ma-hs-experiments).
 """
 
 from __future__ import annotations
@@ -17,26 +17,26 @@ FOLDER = f"extra/{NAME}"
 MANIFEST = f"{FOLDER}/fmi-ls-manifest.xml"
 EXPERIMENT = "application/x-ma-hs-experiments"
 DESCRIPTION = "Layered Standard providing information on related files included in an FMU."
-"""As the schema of the manifest wants it, word for word."""
+"""The exact text required by the schema of the manifest."""
 MODELS = ("compensator.json", "machine.json")
-"""Files that an FMU is made from."""
+"""Files from which FMUs are built."""
 
 
 def reference_files(
     name: str, stop_s: float, step_s: float, inputs: str, result: str, files: Mapping[str, bytes]
 ) -> dict[str, bytes]:
-    """Return what an FMU carries of its reference run, by path.
+    """Return the files of an FMU's reference run, by path.
 
     Parameters
     ----------
     name : str
-        Of the FMU.
+        Name of the FMU.
     stop_s, step_s : float
         Length and step of the run, which begins at 0 [s].
     inputs, result : str
         The run's inputs and results, CSV.
     files : dict of str to bytes
-        What else is in the FMU, by path.
+        Other files in the FMU, by path.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""A complete FMU as files, and as a zip whose bytes depend on its content only."""
+"""A complete FMU as files, and as a zip whose bytes depend only on its content."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from fmu_packaging.documentation import Page, in_python, index_page
 from fmu_packaging.slave import DriftSlave
 
 PINNED_TIME = (1980, 1, 1, 0, 0, 0)
-"""The same content gives the same bytes: given by ZIP, which knows no earlier time."""
+"""Pinned so that the same content gives the same bytes: given by ZIP as the earliest time."""
 LICENCE = Path(__file__).resolve().parent / "assets" / "LICENSE.txt"
 
 OLDEST_PYTHON = (3, 11)
@@ -49,7 +49,7 @@ ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))
 
 @dataclass(frozen=True)
 class Recipe:
-    """What an FMU is made of.
+    """The ingredients of an FMU.
 
     Attributes
     ----------
@@ -65,13 +65,13 @@ class Recipe:
     data : dict of str to bytes
         Files in the resources folder, by name.
     page : Page
-        What the documentation says.
+        The documentation.
     icon : bytes
-        The picture of the FMU, PNG.
+        Icon of the FMU, PNG.
     added : dict of str to str
-        Files of plug-ins, by the dotted name that each has in the FMU.
+        Files of plug-ins, by their dotted name in the FMU.
     left_out : tuple of str
-        Modules that look for plug-ins: an FMU carries its own.
+        Modules that search for plug-ins; an FMU bundles its own.
     """
 
     identity: Identity
@@ -94,9 +94,9 @@ class Package:
     Attributes
     ----------
     tried_with : dict of str to bytes
-        Binaries, by path, that it is tried out with and goes without.
+        Binaries, by path, used for its trial run but not included.
     note : str
-        A sentence on what it can or cannot be used for; empty: nothing to say.
+        A sentence on what it can or cannot be used for, or empty.
     """
 
     name: str
@@ -112,7 +112,7 @@ class Package:
         Parameters
         ----------
         on_trial : bool
-            With the binaries that it goes without.
+            Whether to add the binaries for the trial run.
         """
         files = {**self.files, **self.tried_with} if on_trial else self.files
         stream = io.BytesIO()
@@ -137,9 +137,9 @@ def build(recipe: Recipe) -> Package:
     Raises
     ------
     BundleError
-        For a module that imports what an FMU does not carry.
+        For a module whose imports cannot be bundled.
     UnitError
-        For a variable with a unit that is not understood.
+        For a variable with an unknown unit.
     """
     name = recipe.identity.name
     bundle = collect(
@@ -181,7 +181,7 @@ def build(recipe: Recipe) -> Package:
 
 
 def slave_of(recipe: Recipe) -> DriftSlave:
-    """Return an instance of the slave as it stands in this project, with the recipe's data.
+    """Return an instance of the project's slave, unbundled, with the recipe's data.
 
     Parameters
     ----------
@@ -205,7 +205,7 @@ def _binaries(name: str) -> dict[str, bytes]:
 
 
 def _pythonfmu_licence() -> bytes:
-    """Return the licence of the binaries and the base class that every FMU carries."""
+    """Return the licence of the binaries and the base class that every FMU contains."""
     for entry in metadata.files("pythonfmu") or ():
         if entry.name.upper().startswith("LICEN"):
             return entry.locate().read_bytes()  # type: ignore[attr-defined, no-any-return]
@@ -213,7 +213,7 @@ def _pythonfmu_licence() -> bytes:
 
 
 def guid_of(files: Mapping[str, bytes]) -> str:
-    """Return a GUID that names this content.
+    """Return a GUID for this content.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Check a package and put it into a folder, with its reference results; all of it or nothing."""
+"""Check a package and write it to a folder with its reference results, all or nothing."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from fmu_packaging.reference import Profile, RunError, input_csv, options_text, 
 
 
 class PublishError(RuntimeError):
-    """An FMU that is not fit to be handed out; the text says why, a line per problem."""
+    """An FMU that cannot be published; the text says why, with one line per problem."""
 
 
 @dataclass(frozen=True)
 class Reference:
-    """How the reference run is driven: inputs over time, length, step [s]."""
+    """Inputs over time, length and step of the reference run [s]."""
 
     profiles: Mapping[str, Profile]
     stop_s: float
@@ -37,7 +37,7 @@ def publish(package: Package, folder: Path, reference: Reference) -> tuple[Path,
     ----------
     package : Package
     folder : Path
-        Made if missing. What is there stays in place unless everything is in order.
+        Created if missing. Its files are only replaced if everything is in order.
     reference : Reference
 
     Returns
@@ -45,7 +45,7 @@ def publish(package: Package, folder: Path, reference: Reference) -> tuple[Path,
     path : Path
         The FMU.
     written : bool
-        False if the same FMU was there already.
+        False if the same FMU was already there.
 
     Raises
     ------
@@ -77,20 +77,20 @@ def publish(package: Package, folder: Path, reference: Reference) -> tuple[Path,
             raise PublishError(f"the reference run failed:\n{error}") from None
     texts = {path: text.encode() for path, text in {**beside, result: found}.items()}
     data = _with_run(package, reference, inputs, found)
-    # Last, so that an FMU in the folder always has its own reference results beside it.
+    # Last, so that an FMU in the folder is always next to its own reference results.
     _put({**texts, target: data}, folder)
     return target, True
 
 
 def _with_run(package: Package, reference: Reference, inputs: str, result: str) -> bytes:
-    """Return the FMU with its reference run inside; its GUID does not depend on that."""
+    """Return the FMU with its reference run added; the GUID does not depend on it."""
     times = reference.stop_s, reference.step_s
     carried = reference_files(package.name, *times, inputs, result, package.files)
     return replace(package, files={**package.files, **carried}).zipped()
 
 
 def _put(files: Mapping[Path, bytes], folder: Path) -> None:
-    """Write files beside their places, on the disk, before any of them takes its name."""
+    """Write all files under temporary names, synced to disk, before renaming any of them."""
     with _writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=folder, prefix=".fmu_") as apart:

@@ -1,6 +1,6 @@
-"""A reference run of an FMU, in the form that the FMI cross-check rules ask for.
+"""A reference run of an FMU, in the form required by the FMI cross-check rules.
 
-Run as a program of its own, so that the FMU meets a process that knows nothing of this project:
+Run as a separate program, so that the FMU is in a process without this project's modules:
 ``python reference.py FMU INPUT.csv RESULT.csv STOP STEP``.
 """
 
@@ -19,12 +19,12 @@ Value = float | tuple[float, ...]
 Profile = Callable[[float], Value]
 
 DECIMALS = 6
-"""Of a result. What lies below is rounding error, and that differs between processors. Set on no
+"""Decimals of a result. Beyond is rounding error, which differs between processors. Set on no
 data."""
 
 
 class RunError(RuntimeError):
-    """The FMU did not get through its reference run; the text is what it printed."""
+    """The FMU failed in its reference run; the text is its output."""
 
 
 def input_csv(profiles: Mapping[str, Profile], stop_s: float, every_s: float) -> str:
@@ -46,9 +46,9 @@ def input_csv(profiles: Mapping[str, Profile], stop_s: float, every_s: float) ->
 
 
 def csv_text(names: list[str], rows: list[list[Value]]) -> str:
-    """Return a table in the cross-check form: quoted names, numbers in full.
+    """Return a table in the cross-check form: quoted names, numbers with all digits.
 
-    Those of an array stand in one cell, with spaces between them.
+    The numbers of an array are in one cell, separated by spaces.
     """
     head = ",".join(f'"{name}"' for name in names)
     return "\n".join([head, *(",".join(map(_cell, row)) for row in rows)]) + "\n"
@@ -59,7 +59,7 @@ def _cell(value: Value) -> str:
 
 
 def _rounded(value: Any) -> Value:
-    """Return a real result as it is written; adding zero turns -0.0 into 0.0."""
+    """Return a rounded real result; adding zero turns -0.0 into 0.0."""
     if getattr(value, "shape", ()):
         return tuple(round(float(element), DECIMALS) + 0.0 for element in value)
     return round(float(value), DECIMALS) + 0.0
@@ -82,8 +82,8 @@ def run_apart(fmu: Path, inputs: str, stop_s: float, step_s: float) -> str:
         given, result = Path(folder) / "in.csv", Path(folder) / "ref.csv"
         given.write_text(inputs, encoding="utf-8")
         arguments = [str(fmu.resolve()), str(given), str(result), repr(stop_s), repr(step_s)]
-        # -P keeps this folder off the path, -E the user's settings. What it unpacks goes with the
-        # folder, however it ends.
+        # -P keeps this folder off the path, -E ignores the user's settings. Unpacked files are
+        # removed with the folder, however the process ends.
         done = subprocess.run(
             [sys.executable, "-P", "-E", __file__, *arguments],
             capture_output=True,
@@ -113,7 +113,7 @@ def _run(fmu: str, given: str, result: str, stop_s: float, step_s: float) -> Non
     arrays = [v for v in description.modelVariables if v.shape and v.causality == "input"]
 
     def drive(time_s: float, recorder: Any) -> bool:
-        # The input of fmpy 0.3.32 takes no array beside numbers.
+        # The input of fmpy 0.3.32 does not support arrays together with numbers.
         row = table[(abs(table["time"] - time_s)).argmin()]
         for variable in arrays:
             recorder.fmu.setFloat64([variable.valueReference], row[variable.name].tolist())

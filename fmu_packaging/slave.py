@@ -1,16 +1,16 @@
-"""The base of this project's FMUs: declared variables, flat storage, true states, causes.
+"""Base class of this project's FMUs: declared variables, flat storage, full states, messages.
 
 Facts about pythonfmu's binary that shape this module:
 
-- every call costs one Python call, so values lie in dicts by value reference and the four getters
+- every call costs one Python call, so values are in dicts by value reference and the four getters
   and setters are overridden;
 - an exception that reaches the binary becomes ``fmi2Fatal``, the only failure status it can return
-  outside a step. It then gives up references to the instance, its class and its log queue that it
-  gives up again when the instance is freed, so `_fail` hands it one more of each;
+  outside a step. It then releases references to the instance, its class and its log queue, and does
+  so again when the instance is freed, so `_fail` adds one reference to each;
 - a message is a format string for the host's logger, so a percent sign is doubled;
-- with logging off it drops every message, so the cause of an error goes to standard error too;
-- when the process ends it releases its static state twice, which now and then aborts a process that
-  had done its work, so `closing` releases it once, before.
+- with logging off it drops every message, so the cause of an error also goes to standard error;
+- when the process ends it releases its static state twice, which occasionally aborts a process that
+  had finished its work, so `closing` releases it once before.
 """
 
 from __future__ import annotations
@@ -34,18 +34,18 @@ from fmu_packaging.closing import close_in_order
 from fmu_packaging.variables import ZERO, Value, Variable
 
 STATE_FORMAT = 3
-"""Of an FMU state: given by what `DriftSlave` keeps in one."""
+"""Format of an FMU state: given by what `DriftSlave` stores in it."""
 
 SAME_TIME = 2.0**-23
-"""Clocks that differ by less, relative to what they show, agree, where that is within half a step,
-so that it cannot be another step: given by what single precision leaves of a host's clock."""
+"""Relative difference up to which two clocks agree, but at most half a step, so that it cannot be
+another step: given by a host's clock in single precision."""
 
 KINDS = ("real", "integer", "boolean", "string")
 _resources: dict[tuple[str, str], str] = {}
 
 
 class Phase(IntEnum):
-    """Where an instance is in its life."""
+    """Phases in the life of an instance."""
 
     INSTANTIATED = 0
     INITIALISING = 1
@@ -54,25 +54,24 @@ class Phase(IntEnum):
 
 
 class FmuError(ValueError):
-    """Something the FMU cannot do; its text is one line that says what and why."""
+    """Something the FMU cannot do; the text says what and why in one line."""
 
     def __repr__(self) -> str:
-        """Return the text alone: the binary logs an exception's representation."""
+        """Return only the text, because the binary logs an exception's representation."""
         return str(self)
 
 
 class DriftSlave(Fmi2Slave):
     """An FMU whose variables are declared as data.
 
-    A subclass says what its variables are (`declare`), how it starts (`begin`), how it advances
-    (`advance`), and what else its state is (`hidden`, `restore`). In these hooks it reads inputs
-    and parameters from `inputs`, `parameters` and sets outputs with `put`.
+    A subclass defines its variables (`declare`), how it starts (`begin`) and advances (`advance`),
+    and its remaining state (`hidden`, `restore`). In these hooks it reads inputs and parameters
+    from `inputs` and `parameters` and sets outputs with `put`.
 
     Parameters
     ----------
     **kwargs
-        What pythonfmu's binary gives each instance: ``instance_name``, ``resources`` (a folder)
-        and more.
+        Arguments from pythonfmu's binary: ``instance_name``, ``resources`` (a folder) and more.
 
     Attributes
     ----------
@@ -85,15 +84,15 @@ class DriftSlave(Fmi2Slave):
     outputs : dict of int to float
         The real outputs by value reference.
     settable, results : dict of str to dict
-        The same for every kind; `settable` holds the inputs, `results` the outputs.
+        The same for every kind: `settable` has the inputs, `results` the outputs.
     parameters : dict of str to value
         Parameters by name.
     time_s : float
-        The time that has been reached [s].
+        Current time [s].
     clock_may_jump : bool
-        Whether a step need not begin where the one before ended.
+        Whether a step need not begin at the end of the previous one.
     enumerations : dict of str to dict of int to str
-        What the codes of an integer variable mean, by the variable's name with a capital letter.
+        Meanings of an integer variable's codes, by the variable's name with a capital letter.
 
     Notes
     -----
@@ -127,14 +126,14 @@ class DriftSlave(Fmi2Slave):
         self._phase = Phase.INSTANTIATED
         self._broken = ""
 
-    # What a subclass says
+    # Hooks of a subclass
 
     @abstractmethod
     def declare(self) -> Sequence[Variable]:
-        """Return the variables; *folder* holds the FMU's resources."""
+        """Return the variables."""
 
     def prepare(self) -> None:
-        """Make ready what follows from the parameters in force, before `begin` or `restore`.
+        """Prepare whatever depends on the current parameters, before `begin` or `restore`.
 
         Raises
         ------
@@ -144,7 +143,7 @@ class DriftSlave(Fmi2Slave):
 
     @abstractmethod
     def begin(self) -> None:
-        """Start from the inputs and parameters in force and set all outputs.
+        """Start from the current inputs and parameters and set all outputs.
 
         Raises
         ------
@@ -154,38 +153,38 @@ class DriftSlave(Fmi2Slave):
 
     @abstractmethod
     def advance(self, time_s: float, step_s: float) -> None:
-        """Advance from *time_s* by *step_s* [s] with inputs held and set all outputs.
+        """Advance from *time_s* by *step_s* [s] with constant inputs and set all outputs.
 
         Parameters
         ----------
         time_s : float
-            Where the step begins [s].
+            Start of the step [s].
         step_s : float
-            Its length, above 0 [s].
+            Length of the step, above 0 [s].
         """
 
     def hidden(self) -> dict[str, Any]:
-        """Return the state that is in no variable, ready for JSON; not shared with later states."""
+        """Return the state outside the variables, ready for JSON; not shared with later states."""
         return {}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Continue from what `hidden` returned; `prepare` has run with the same parameters.
+        """Restore what `hidden` returned; `prepare` has run with the same parameters.
 
         Parameters
         ----------
         state : dict
-            Plain values; as many as `hidden` gives.
+            Plain values, as returned by `hidden`.
         """
 
     def resource(self, name: str) -> str:
         """Return the text of a file in the FMU's resources.
 
-        Read once: a reset makes a new instance, and must not fail because a file has gone.
+        It is read only once: a reset makes a new instance and must not fail for a missing file.
 
         Parameters
         ----------
         name : str
-            The file's path in the folder of resources.
+            The file's path in the resources folder.
         """
         key = (str(self.folder), name)
         if key not in _resources:
@@ -198,7 +197,7 @@ class DriftSlave(Fmi2Slave):
         Parameters
         ----------
         name : str
-            An output that was declared.
+            A declared output.
         value : float, int, bool or str
             Of the variable's kind, in its unit.
         """
@@ -210,7 +209,7 @@ class DriftSlave(Fmi2Slave):
     def setup_experiment(
         self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
     ) -> None:
-        """Take the start time and the stop time [s]."""
+        """Store the start time and the stop time [s]."""
         if self._phase is not Phase.INSTANTIATED:
             self._fail("the experiment must be set up before the initialisation")
         stop_s = math.inf if stop_time is None else stop_time
@@ -219,7 +218,7 @@ class DriftSlave(Fmi2Slave):
         self.time_s, self._stop_s = start_time, stop_s
 
     def terminate(self) -> None:
-        """End the simulation: no step follows."""
+        """End the simulation; no step may follow."""
         if self._phase is not Phase.STEPPING:
             self._fail("there is no simulation to be terminated")
         self._phase = Phase.TERMINATED
@@ -251,11 +250,11 @@ class DriftSlave(Fmi2Slave):
         return True
 
     def slack(self, step_s: float) -> float:
-        """Return by how much a host's clock may be off in a step of some length [s]."""
+        """Return the tolerance for a host's clock in a step of this length [s]."""
         return min(SAME_TIME * (abs(self.time_s) + 1.0), step_s / 2.0)
 
     def _may_step(self, time_s: float, step_s: float) -> None:
-        """Refuse a step that cannot be."""
+        """Refuse an impossible step."""
         slack = self.slack(step_s)
         if self._phase is Phase.TERMINATED:
             raise FmuError("a step after the end of the simulation")
@@ -271,7 +270,7 @@ class DriftSlave(Fmi2Slave):
             raise FmuError(f"the step goes beyond {self._stop_s:g} s, the stop time")
 
     def _started(self) -> bool:
-        """Run `begin` unless it has run for the values in force; return whether it worked."""
+        """Run `begin` unless it has run for the current values; return whether it succeeded."""
         if any(self.results.values()):
             return True
         try:
@@ -353,7 +352,7 @@ class DriftSlave(Fmi2Slave):
         return self.settable[kind][ref]
 
     def _set(self, kind: str, vrs: list[int], values: list[Any]) -> None:
-        """Set variables of one kind, all of them or none."""
+        """Set variables of one kind, either all or none."""
         for ref in vrs:
             variable = self._known(kind, ref, "set")
             if variable.is_output:
@@ -374,7 +373,7 @@ class DriftSlave(Fmi2Slave):
                 results.clear()
 
     def _known(self, kind: str, ref: int, verb: str) -> Variable:
-        """Return the variable of a kind and value reference, or fail."""
+        """Return the variable with a kind and value reference, or fail."""
         if not 0 <= ref < len(self.variables) or self.variables[ref].kind != kind:
             self._fail(f"value reference {ref} cannot be {verb}: it is no {kind} variable")
         return self.variables[ref]
@@ -382,7 +381,7 @@ class DriftSlave(Fmi2Slave):
     # State
 
     def _get_fmu_state(self) -> dict[str, Any]:
-        """Return everything that a continued trajectory needs."""
+        """Return everything needed to continue a trajectory."""
         try:
             begun = self._phase >= Phase.STEPPING or self._started()
             hidden = json.dumps(self.hidden()) if begun else None
@@ -401,7 +400,7 @@ class DriftSlave(Fmi2Slave):
         }
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
-        """Continue from `_get_fmu_state`; a damaged or foreign state is refused unchanged."""
+        """Restore from `_get_fmu_state`; a damaged or foreign state is refused without changes."""
         problem = self._state_problem(state)
         if problem:
             self._fail(f"the FMU state cannot be used: {problem}")
@@ -434,7 +433,7 @@ class DriftSlave(Fmi2Slave):
 
     @staticmethod
     def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
-        """Return a state as bytes, a digest first; the same state gives the same bytes."""
+        """Return a state as bytes, starting with a digest; the same state gives the same bytes."""
         body = json.dumps(state).encode()
         return hashlib.sha256(body).digest() + body
 
@@ -442,7 +441,7 @@ class DriftSlave(Fmi2Slave):
     def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
         """Return a state from bytes; damaged bytes are refused when the state is set.
 
-        No exception here: no instance is at hand, so the binary could not be protected from it.
+        It must not raise: without an instance, the binary cannot be protected from an exception.
         """
         digest, body = state[:32], state[32:]
         if hashlib.sha256(body).digest() != digest:
@@ -456,23 +455,23 @@ class DriftSlave(Fmi2Slave):
     # Messages
 
     def report(self, problem: str, status: Fmi2Status = Fmi2Status.error) -> None:
-        """Log a problem, and write it to standard error for hosts that have logging off.
+        """Log a problem, and write it to standard error for hosts with logging off.
 
         Parameters
         ----------
         problem : str
             What happened; may have several lines.
         status : Fmi2Status
-            How grave it is to the host.
+            Its severity for the host.
         """
         self.log(problem.strip().replace("%", "%%"), status)
         if sys.stderr is not None:
             print(f"{self.instance_name}: {problem.strip()}", file=sys.stderr, flush=True)
 
     def _fail(self, problem: str) -> NoReturn:
-        """Refuse a call: the host sees a failure status and the cause in its log."""
+        """Refuse a call: the host gets a failure status, and the cause in its log."""
         pending = [entry.msg for entry in self.log_queue]
-        # The binary would log these while the exception is set, which loses them.
+        # The binary would log these while the exception is set, and so lose them.
         self.log_queue.clear()
         if sys.stderr is not None:
             print(f"{self.instance_name}: {problem.strip()}", file=sys.stderr, flush=True)
@@ -482,6 +481,6 @@ class DriftSlave(Fmi2Slave):
 
 
 def _start(variable: Variable) -> Value:
-    """Return a start value in the type that the binary expects."""
+    """Return a start value of the type expected by the binary."""
     start = ZERO[variable.kind] if variable.start is None else variable.start
     return float(start) if variable.kind == "real" else start

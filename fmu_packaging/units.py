@@ -63,7 +63,7 @@ IN_MODELICA = {
     "W/(1000 r/min)": "mW.min/rev",
     "W/(m/min)": "W.min/m",
 }
-"""What follows no rule: Modelica's units have no numbers and one stroke."""
+"""Exceptions to the rules: Modelica's units have no numbers and at most one slash."""
 
 DISPLAY: dict[str, dict[str, tuple[float, float]]] = {
     "degC": {"K": (1.0, 273.15), "degF": (1.8, 32.0)},
@@ -72,7 +72,7 @@ DISPLAY: dict[str, dict[str, tuple[float, float]]] = {
     "J/K": {"kJ/K": (1e-3, 0.0)},
     "s": {"min": (1 / 60, 0.0), "h": (1 / 3600, 0.0)},
 }
-"""What a tool may show instead: shown value = factor * value + offset."""
+"""Alternative display units: displayed value = factor * value + offset."""
 
 
 QUANTITIES = {
@@ -97,11 +97,11 @@ QUANTITIES = {
     "mm2/s": "KinematicViscosity",
     "Pa": "Pressure",
 }
-"""What a unit of these dimensions measures, by the names of the Modelica Standard Library."""
+"""The quantities of units with these dimensions, as named in the Modelica Standard Library."""
 
 
 class UnitError(ValueError):
-    """A unit that is not understood."""
+    """An unknown unit."""
 
 
 TOKEN = re.compile(
@@ -117,12 +117,12 @@ def base_unit(unit: str) -> BaseUnit:
     ----------
     unit : str
         Numbers and symbols with optional powers; a space, ``*`` or ``.`` multiplies, ``/`` divides
-        by the one symbol or bracket that follows.
+        by only the next symbol or bracket.
 
     Raises
     ------
     UnitError
-        For a unit that is not understood.
+        For an unknown unit.
     """
     text = ALIASES.get(unit.strip(), unit.strip())
     if text in SYMBOLS:
@@ -138,19 +138,19 @@ def base_unit(unit: str) -> BaseUnit:
 
 
 def fmi_name(unit: str) -> str:
-    """Return a unit as Modelica, and so other FMI tools, write it: ``N.m``, ``W/(m2.K)``.
+    """Return a unit as written in Modelica, and so in other FMI tools: ``N.m``, ``W/(m2.K)``.
 
     Parameters
     ----------
     unit : str
-        As `base_unit` takes it.
+        As for `base_unit`.
     """
     text = ALIASES.get(unit, unit)
     return IN_MODELICA.get(text) or re.sub(r"\s*\*\s*|\s+", ".", text)
 
 
 def own_name(unit: str) -> str:
-    """Return how this project writes a unit that another tool wrote, ``Nm`` for ``N.m``.
+    """Return a unit from another tool as written in this project, ``Nm`` for ``N.m``.
 
     Parameters
     ----------
@@ -160,12 +160,12 @@ def own_name(unit: str) -> str:
 
 
 def quantity(unit: str) -> str:
-    """Return what a unit measures; nothing where no name is known.
+    """Return the quantity that a unit measures; empty if it has no known name.
 
     Parameters
     ----------
     unit : str
-        As `base_unit` takes it.
+        As for `base_unit`.
     """
     wanted = base_unit(unit)
     for name, found in QUANTITIES.items():
@@ -176,7 +176,7 @@ def quantity(unit: str) -> str:
 
 
 def _tokens(text: str) -> list[str | BaseUnit]:
-    """Return marks and the meaning of symbols and numbers, first one first."""
+    """Return operators and the meanings of symbols and numbers, in order."""
     tokens: list[str | BaseUnit] = []
     position = 0
     while position < len(text):
@@ -194,7 +194,7 @@ def _tokens(text: str) -> list[str | BaseUnit]:
 
 
 def _product(tokens: list[str | BaseUnit]) -> BaseUnit:
-    """Take a product up to its end or its closing bracket."""
+    """Consume a product up to its end or closing bracket."""
     found, sign = BaseUnit(), 1
     while tokens and tokens[0] != ")":
         token = tokens.pop(0)

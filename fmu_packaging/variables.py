@@ -1,4 +1,4 @@
-"""What an FMU declares about one variable."""
+"""The declaration of one FMU variable."""
 
 from __future__ import annotations
 
@@ -30,32 +30,32 @@ class Variable:
     causality : str
         ``input``, ``output``, ``parameter``, or ``local``: computed, like an output.
     description : str
-        What it is, in a line.
+        Description in one line.
     unit : str
         Unit of a real variable, for example ``degC`` or ``W/K``; ``1`` for a pure number; empty:
-        not told.
+        not specified.
     display_unit : str or None
-        The unit that a tool should show.
+        The unit that a tool should display.
     start : float, int, bool or str
         Start value of an input or a parameter [unit].
     low, high : float or int or None
-        The range of the values it may take [unit].
+        Allowed range [unit].
     nominal : float or None
         A typical magnitude [unit].
     variability : str or None
-        None gives the usual one: a parameter is fixed, a real is continuous, the rest is discrete.
+        None: the usual one; a parameter is fixed, a real is continuous, the rest is discrete.
     depends_at_start : tuple of str or None
-        For an output: the inputs and parameters that its initial value depends on; None means that
-        it may depend on all of them.
+        For an output: the inputs and parameters that its initial value depends on; None: it may
+        depend on all of them.
     depends : tuple of str
-        For what is computed, once the simulation runs: the inputs and states that its value depends
-        on at that very instant.
+        For a computed variable during the simulation: the inputs and states that its value depends
+        on at the same instant.
     derivative_of : str or None
         The continuous state that it is the derivative of.
     clock : str
-        The clock that it ticks with, where a bus brings or takes it; empty: none.
+        Its clock, if it is transmitted on a bus; empty: none.
     elements : int
-        How many numbers it holds, as an array; 0: it is a number.
+        Number of elements of an array; 0: it is a scalar.
     """
 
     name: str
@@ -76,7 +76,7 @@ class Variable:
     elements: int = 0
 
     def __post_init__(self) -> None:
-        """Complete what follows from the rest."""
+        """Fill in what follows from the other fields."""
         if self.variability is None:
             usual: Variability = "continuous" if self.kind == "real" else "discrete"
             object.__setattr__(self, "variability", "fixed" if self.is_parameter else usual)
@@ -85,7 +85,7 @@ class Variable:
 
     @property
     def is_output(self) -> bool:
-        """Whether the FMU computes it and shows it to others."""
+        """Whether the FMU computes it and exposes it."""
         return self.causality == "output"
 
     @property
@@ -95,13 +95,13 @@ class Variable:
 
     @property
     def is_parameter(self) -> bool:
-        """Whether it is set before the start and then stays, unless it is tunable."""
+        """Whether it is set before the start and then constant, unless it is tunable."""
         return self.causality == "parameter"
 
     def refusal(self, value: Value) -> str:
-        """Return why *value* is not allowed, in a line; empty if it is.
+        """Return why *value* is not allowed, in one line; empty if it is allowed.
 
-        NaN stands for a missing input, so only parameters must be finite.
+        NaN marks a missing input, so only parameters must be finite.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""What all XML files of an FMU have alike."""
+"""Common parts of an FMU's XML files."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def manifest(tag: str, name: str, version: str, description: str) -> ET.Element:
     Parameters
     ----------
     tag : str
-        What the standard calls the root.
+        Name of the root in the standard.
     name, version, description : str
         Of the standard.
     """

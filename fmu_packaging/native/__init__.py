@@ -1,1 +1,1 @@
-"""What every FMU without Python shares: the FMI front in C99, its build and the compilers."""
+"""Shared parts of all FMUs without Python: the FMI front in C99, its build and the compilers."""

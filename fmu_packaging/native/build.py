@@ -1,4 +1,4 @@
-"""An FMU in C99: sources, binaries, and the description of the Python FMU that it is a twin of."""
+"""An FMU in C99: sources, binaries, and the description of its Python twin."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ SOURCES = """For another platform compile the folder <code>sources</code>: all f
 <code>fmpy compile</code> does it, too."""
 NO_SOURCES = "The sources and the file that it was made from were left out."
 TWIN_OF = "twin_of.txt"
-"""In the documentation of an FMU in C: the GUID of the Python FMU of the same content."""
+"""File in the documentation of a C FMU: the GUID of the Python FMU with the same content."""
 SIZES = """\
 /* What an instance and a state of it take with NO_HEAP [bytes], as measured where pointers have
    eight bytes; with shorter ones it is less. */
@@ -53,9 +53,9 @@ CATEGORIES = {
     "logStatusDiscard": "Steps that were not made",
     "logStatusError": "Calls that were refused",
 }
-"""Those of ``instance.c``."""
+"""Categories of ``instance.c``."""
 
-# fmpy's header of FMI 2.0 leaves the standard's prefix out; here it comes back.
+# fmpy's header of FMI 2.0 omits the standard's prefix; this restores it.
 NO_PREFIX = """\
 This definition has been changed to add no prefix.
 */
@@ -77,31 +77,31 @@ As in the standard, FMI2_FUNCTION_PREFIX stands before it where it is defined.
 MEASURED = "memory_size.h"
 MEASURE = Path(__file__).resolve().parent / "measure.c"
 AMPLE_BYTES = 1 << 26
-"""Bytes that no instance needs: set on no data."""
+"""More bytes than any instance needs: set on no data."""
 
 
 @dataclass(frozen=True)
 class Native:
-    """What an FMU in C is made of, besides the front that all share.
+    """The ingredients of a C FMU, in addition to the shared front.
 
     Attributes
     ----------
     program : dict of str to str
-        Sources that are the same whatever the FMU's GUID, by path.
+        Sources that do not depend on the FMU's GUID, by path.
     data : callable
-        Returns the sources that say what the model is, given its variables and its GUID.
+        Returns the sources that define the model, given its variables and its GUID.
     model_file : str
-        The file among the recipe's data that it was made from.
+        The file among the recipe's data from which it was made.
     variables : dict of str to Variable
-        Those of which it says something else than the Python FMU, and those that it alone has.
+        Variables that differ from those of the Python FMU, and additional ones.
     documents : dict of str to bytes
         Further files of the documentation, by name.
     note : str
-        A sentence on what it can or cannot be used for; empty: nothing to say.
+        A sentence on what it can or cannot be used for, or empty.
     bus : BusTerminal or SignalTerminal, optional
-        The terminal of a bus that its program serves; FMI 3.0 only.
+        The bus terminal that its program serves; FMI 3.0 only.
     derivatives : bool
-        Whether its program gives derivatives.
+        Whether its program provides derivatives.
     """
 
     program: Mapping[str, str]
@@ -115,7 +115,7 @@ class Native:
 
 
 def front(fmi: Fmi) -> dict[str, str]:
-    """Return the sources that stand between FMI and any model, headers included, by path.
+    """Return the sources between FMI and any model, including headers, by path.
 
     Parameters
     ----------
@@ -132,20 +132,20 @@ def front(fmi: Fmi) -> dict[str, str]:
 
 
 def memory_size(sources: Mapping[str, str], compiler: Compiler, fmi: Fmi) -> str:
-    """Return the header that says what an instance takes where there is no heap.
+    """Return the header with the memory that an instance takes without a heap.
 
     Parameters
     ----------
     sources : dict of str to str
-        Of the FMU, by path.
+        Sources of the FMU, by path.
     compiler : Compiler
-        For this machine, whose pointers are as long as any controller's.
+        For this machine, whose pointers are at least as long as any controller's.
     fmi : {2, 3}
 
     Raises
     ------
     CompileError
-        If it refuses the sources, or what it makes does not run.
+        If it refuses the sources, or the program does not run.
     """
     flags = ["NO_HEAP", f"MEMORY_OF_INSTANCE={AMPLE_BYTES}", f"MEMORY_OF_STATE={AMPLE_BYTES}"]
     flags += ["NO_HEAP_STATES=1", f"MEASURE_FMI{fmi}"]
@@ -170,18 +170,18 @@ def native_package(
     Parameters
     ----------
     recipe : Recipe
-        Of the Python FMU: identity, data and page are taken from it.
+        Recipe of the Python FMU, for identity, data and page.
     native : Native
     compilers : sequence of Compiler
-        One binary is made with each.
+        One binary is built with each.
     fmi : {2, 3}
         Version of FMI.
     measured : bool
-        Whether the sources say how much memory they take where there is no heap; one of the
-        compilers must be for this machine.
+        Whether the sources contain how much memory they take without a heap; one of the compilers
+        must be for this machine.
     leave_out : {"sources", "binaries"}, optional
-        What the FMU goes without: the file that it was made from goes with the sources, and without
-        binaries it is tried out with those that it goes without.
+        Part to omit. Without sources, the file that it was made from is also omitted; without
+        binaries, they are still used for its trial run.
     array : bool
         Whether the temperatures are one array; FMI 3.0 only.
 
@@ -245,7 +245,7 @@ def native_package(
 
 
 def _licence_of_headers() -> bytes:
-    """Return the notice that the FMI headers carry, which binaries must carry, too."""
+    """Return the notice of the FMI headers, which binaries must also contain."""
     text = (HEADERS / "fmi3FunctionTypes.h").read_text("utf-8")
     begin, end = text.index("Copyright (C)"), text.rindex("-" * 70, 0, text.index("#ifdef"))
     return text[begin:end].rstrip("-\n").encode() + b"\n"

@@ -1,4 +1,4 @@
-"""The C compilers of this machine, and how a shared library is made with each."""
+"""The C compilers of this machine, and how to build a shared library with each."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from pathlib import Path
 
 import fmpy
 
-# Contracted multiply-adds round once where the Python twin rounds twice. The headers of FMI 3.0
-# declare two functions without their parameters.
+# Contracted multiply-adds would round once, while the Python twin rounds twice. The headers of FMI
+# 3.0 declare two functions without their parameters.
 STRICT = (
     "-std=c99",
     "-Wall",
@@ -31,7 +31,7 @@ OWN = ("gcc", "clang", "cc")
 FOR_WINDOWS = "x86_64-w64-mingw32-gcc"
 FOR_AARCH64 = "aarch64-linux-gnu-gcc"
 LIBRARY = ("-O3", "-fPIC", "-fvisibility=hidden", "-shared", "-s")
-# Nothing of the day and the folder of a build goes in: the same sources give the same bytes.
+# Without date and folder of the build, so that the same sources give the same bytes.
 LIBRARY_HERE = (*LIBRARY, "-Wl,--build-id=none", "-Wl,--no-undefined")
 LIBRARY_BY_ZIG = (*LIBRARY, "-fno-sanitize=undefined")
 LIBRARY_FOR_WINDOWS = (
@@ -40,7 +40,7 @@ LIBRARY_FOR_WINDOWS = (
     "-D__USE_MINGW_ANSI_STDIO=1",
     "-Wl,--no-insert-timestamp",
 )
-# A module without a main, whose FMI functions are there to be called.
+# A module without a main, only with FMI functions to be called.
 LIBRARY_FOR_WEB = (
     "-O2",
     "-s",
@@ -54,7 +54,7 @@ FOR_WEB = "wasm32-wasi"
 
 OLDEST_GLIBC, OLDEST_MACOS = "2.17", "11.0"
 MACH_O_ALIGNMENT, FAT_MAGIC = 14, 0xCAFEBABE
-"""Given by Apple's format of a library for several processors."""
+"""Given by Apple's format of libraries for several processors."""
 BY_ZIG = {
     f"x86_64-linux-gnu.{OLDEST_GLIBC}": ("linux64", "x86_64-linux", ".so"),
     "x86_64-windows-gnu": ("win64", "x86_64-windows", ".dll"),
@@ -62,31 +62,31 @@ BY_ZIG = {
     f"x86_64-macos.{OLDEST_MACOS}": ("darwin64", "x86_64-darwin", ".dylib"),
     f"aarch64-macos.{OLDEST_MACOS}": ("darwin64", "aarch64-darwin", ".dylib"),
 }
-"""FMI's platforms by ziglang's. FMI 2.0 has one name for macOS, so both go into one file."""
+"""FMI's platforms by ziglang's. FMI 2.0 has one name for macOS, so both are in one file."""
 
 
 class NativeError(ValueError):
-    """A C twin that cannot be made; the text is one line that says what and why."""
+    """A C twin that cannot be built; the text says what and why in one line."""
 
 
 class CompileError(RuntimeError):
-    """Sources that a compiler refuses; the text is what it said."""
+    """Sources that a compiler refuses; the text is its output."""
 
 
 @dataclass(frozen=True)
 class Compiler:
-    """A compiler and what it makes.
+    """A compiler and its target.
 
     Attributes
     ----------
     command : tuple of str
-        How to call it.
+        Command to call it.
     platform, platform3 : str
-        FMI 2.0's and FMI 3.0's name of the platform that it makes libraries for.
+        Name of the target platform in FMI 2.0 and in FMI 3.0.
     suffix : str
-        Of a library's file name.
+        Suffix of a library's file name.
     flags : tuple of str
-        How a library is made.
+        Flags to build a library.
     """
 
     command: tuple[str, ...]
@@ -101,7 +101,7 @@ class Compiler:
         Parameters
         ----------
         sources : dict of str to str
-            Text by path; those that end in ``.c`` are compiled.
+            Text by path; files ending in ``.c`` are compiled.
 
         Raises
         ------
@@ -118,12 +118,12 @@ class Compiler:
             return (Path(folder) / target).read_bytes()
 
     def printed(self, sources: Mapping[str, str], more: Sequence[str] = ()) -> str:
-        """Return what the program of C sources prints; only of a compiler for this machine.
+        """Return the output of a program of C sources; only for a compiler for this machine.
 
         Parameters
         ----------
         sources : dict of str to str
-            By path; one has a main.
+            Text by path; one has a main.
         more : sequence of str
             Further flags.
 
@@ -146,7 +146,7 @@ class Compiler:
 
 
 def compilers() -> list[Compiler]:
-    """Return a compiler for this machine first, then those for others that are there.
+    """Return a compiler for this machine, then the available ones for other machines.
 
     Raises
     ------
@@ -164,14 +164,14 @@ def compilers() -> list[Compiler]:
     if fmpy.system == "linux" and shutil.which(FOR_WINDOWS):
         names = "win64", "x86_64-windows"
         found.append(Compiler((FOR_WINDOWS,), *names, ".dll", LIBRARY_FOR_WINDOWS))
-    aarch64 = "aarch64-linux"  # FMI 2.0 has no name of its own for it and takes FMI 3.0's
+    aarch64 = "aarch64-linux"  # FMI 2.0 has no name for it and uses that of FMI 3.0
     if fmpy.system == "linux" and fmpy.platform_tuple != aarch64 and shutil.which(FOR_AARCH64):
         found.append(Compiler((FOR_AARCH64,), aarch64, aarch64, ".so", LIBRARY_HERE))
     return found
 
 
 def compilers_for_all() -> list[Compiler]:
-    """Return a compiler for every platform, all of them that of the package ziglang.
+    """Return a compiler for every platform, from the package ziglang.
 
     Raises
     ------
@@ -185,7 +185,7 @@ def compilers_for_all() -> list[Compiler]:
 
 
 def compiler_for_web() -> Compiler:
-    """Return the compiler for WebAssembly, that of the package ziglang.
+    """Return the compiler for WebAssembly, from the package ziglang.
 
     Raises
     ------
@@ -202,7 +202,7 @@ def _zig(target: str, asked: str) -> tuple[str, ...]:
 
 
 def in_one_file(first: bytes, second: bytes) -> bytes:
-    """Return a library for macOS that holds those of two processors, as Apple's ``lipo`` makes it.
+    """Return a macOS library for two processors, as Apple's ``lipo`` creates it.
 
     Parameters
     ----------
@@ -236,7 +236,7 @@ def write_sources(folder: Path, sources: Mapping[str, str]) -> None:
 
 
 def c_files(sources: Mapping[str, str]) -> list[str]:
-    """Return the paths of those sources that are compiled, in order.
+    """Return the paths of the sources to compile, in order.
 
     Parameters
     ----------
@@ -261,7 +261,7 @@ def run_compiler(command: Sequence[str], folder: Path) -> None:
     CompileError
         If it refuses them.
     """
-    # Its temporary files go with the folder, also when it is ended on the spot.
+    # Its temporary files are removed with the folder, even if it is killed.
     environment = {**os.environ, "LC_ALL": "C", "TMPDIR": str(folder)}
     done = subprocess.run(
         command, cwd=folder, capture_output=True, text=True, check=False, env=environment

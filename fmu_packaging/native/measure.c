@@ -1,4 +1,4 @@
-/* Prints what an instance and a state of it take without a heap [bytes]. */
+/* Prints the memory that an instance and a state take without a heap [bytes]. */
 #include <stdio.h>
 
 #include "memory.h"

@@ -1,9 +1,9 @@
-"""Names that let several FMUs' sources be linked into one program, and that stay inside a library.
+"""Prefixed and hidden names, so that sources of several FMUs can be linked into one program.
 
 The standard's macro ``FMI2_FUNCTION_PREFIX`` (``FMI3_FUNCTION_PREFIX``) gives the FMI functions of
-an FMU names of their own; here it gives them to all that the sources define. A shared library
-shows the FMI functions only, whatever its compiler's flags: FMI's header shows them, the rest is
-declared hidden. System headers come before that, for what they declare is elsewhere.
+an FMU unique names; here it applies to everything that the sources define. A shared library exports
+only the FMI functions, whatever its compiler's flags: FMI's header exports them, the rest is
+declared hidden. System headers come before that, because their functions are defined elsewhere.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ HIDDEN = """\
 #endif
 """
 DEFINED = (
-    # A function: its head begins a line, and its body or its next line's parameters follow.
+    # A function: its head begins a line, followed by its parameters.
     re.compile(r"^(?!static|typedef|extern|#|return|else)[a-zA-Z_][\w \*]*?[ \*](\w+)\(", re.M),
     # A constant with a value.
     re.compile(r"^const [\w \*]*?[ \*](\w+)(?:\[[^\]]*\])? =", re.M),
@@ -27,10 +27,10 @@ DEFINED = (
 
 
 def with_prefix(sources: Mapping[str, str], fmi: int) -> dict[str, str]:
-    """Return C sources, by path, that take the prefix, the header that does it included."""
+    """Return C sources, by path, with the prefix and the header that applies it."""
     code = {path: text for path, text in sources.items() if path.endswith(".c")}
     found = {name for text in code.values() for rule in DEFINED for name in rule.findall(text)}
-    # FMI's own header does it for FMI's functions.
+    # FMI's own header applies it to FMI's functions.
     names = sorted(name for name in found if not name.startswith("fmi"))
     system = sorted({line for text in sources.values() for line in SYSTEM.findall(text)})
     prefix = f"FMI{fmi}_FUNCTION_PREFIX"

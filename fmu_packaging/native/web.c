@@ -1,4 +1,4 @@
-/* What an FMU in WebAssembly has beside FMI: a logger, which a page cannot hand over itself. */
+/* A logger for an FMU in WebAssembly, because a page cannot pass one. */
 #include <stdio.h>
 
 #include "fmi3Functions.h"

@@ -1,7 +1,7 @@
-"""The sources of an FMU in C as a module of WebAssembly, for a page that is its host.
+"""The sources of a C FMU as a WebAssembly module, with a web page as its host.
 
-The module exports the functions of FMI 3.0 and imports nothing. What FMI leaves to the system comes
-beside them: ``memory_take`` for the rows that a host passes, and a logger (``web.c``).
+The module exports the functions of FMI 3.0 and imports nothing. It also provides what FMI leaves to
+the system: ``memory_take`` for the arrays that a host passes, and a logger (``web.c``).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ TOKEN = "web"
 
 @dataclass(frozen=True)
 class WebModule:
-    """An FMU in WebAssembly: its sources by path, and by value reference what others may see."""
+    """An FMU in WebAssembly: its sources by path, and its public variables by value reference."""
 
     sources: Mapping[str, str]
     variables: tuple[Variable, ...]
@@ -44,7 +44,7 @@ class WebModule:
         return compiler_for_web().library(self.sources)
 
     def told(self) -> dict[str, Any]:
-        """Return what a page must know to call it, for JSON."""
+        """Return what a page needs to call it, for JSON."""
         return {"token": TOKEN, "variables": [asdict(variable) for variable in self.variables]}
 
 
@@ -54,7 +54,7 @@ def web_module(recipe: Recipe, native: Native) -> WebModule:
     Parameters
     ----------
     recipe : Recipe
-        Of the Python FMU.
+        Recipe of the Python FMU.
     native : Native
 
     Returns

@@ -1,4 +1,4 @@
-/* The terminal of a bus: binary data in both directions, and a clock for each. */
+/* The bus terminal: binary data in both directions, with a clock for each. */
 #include "bus.h"
 
 #include <math.h>
@@ -8,7 +8,7 @@
 
 static const char *const TICKS_ITSELF = "the FMU ticks this clock itself";
 
-/* Returns why a port cannot be used now as one of the two that it must be, NULL if it can. */
+/* Returns why a port, which must be one of two, cannot be used now; NULL if it can. */
 static const char *refusal(
     const struct instance *self, enum port port, enum port either, enum port other, int32_t first)
 {

@@ -1,6 +1,6 @@
-/* The calls that both versions of FMI have, but for names and types. The front that includes this
-   has a struct component and says what it does with a message in said(); FMI(name), FMI_INSTANCE,
-   FMI_STATE(before, after), the functions of a state, and FMI_STATE_OF_BYTES. */
+/* The calls shared by both versions of FMI except for names and types. The front that includes this
+   defines a struct component, said() for messages, FMI(name), FMI_INSTANCE, FMI_STATE(before,
+   after), the functions of a state, and FMI_STATE_OF_BYTES. */
 #ifndef CALLS_H
 #define CALLS_H
 
@@ -9,7 +9,7 @@ static FMI(Status) outcome(const struct component *self, const char *problem)
     return problem == NULL ? FMI(OK) : said(self, FMI(Error), "", problem);
 }
 
-/* Whether a call lacks its instance, or the place that its result or its values come to. */
+/* Whether a call lacks its instance, or the pointer for its result or values. */
 static bool incomplete(const struct component *self, const void *place)
 {
     return outcome(self, self == NULL || place == NULL ? "a null pointer" : NULL) != FMI(OK);
@@ -23,7 +23,7 @@ static FMI(Status) variable_outcome(
     return said(self, FMI(Error), about, problem);
 }
 
-/* A call whose result is that of CALL, with self as its component; PLACE must not be NULL. */
+/* A call with the result of CALL and self as its component; PLACE must not be NULL. */
 #define PASS(NAME, PARAMETERS, PLACE, CALL)                                           \
     FMI(Status) NAME(FMI_INSTANCE c PARAMETERS)                                       \
     {                                                                                 \
@@ -44,7 +44,7 @@ FMI(Status) FMI_STATE(Get, )(FMI_INSTANCE c, FMI_STATE(, ) *state)
     if (incomplete(self, state)) {
         return FMI(Error);
     }
-    /* A host may hand in a state of before, to be used again. */
+    /* A host may pass an earlier state to be reused. */
     if (*state == NULL) {
         *state = instance_state(self->instance);
     } else {

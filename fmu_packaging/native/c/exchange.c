@@ -16,13 +16,13 @@ static const char *phase_refusal(const struct instance *self, int32_t first)
                : NULL;
 }
 
-/* The same for a call of model exchange, */
+/* The same for a call of model exchange. */
 static const char *refusal(const struct instance *self, int32_t first)
 {
     return self->exchange ? phase_refusal(self, first) : "this instance is for co-simulation";
 }
 
-/* and for a row with a value per state. */
+/* The same for a row with one value per state. */
 static const char *row_refusal(const struct instance *self, int32_t first, size_t count)
 {
     const char *problem = refusal(self, first);

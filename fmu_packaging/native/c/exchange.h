@@ -1,5 +1,5 @@
-/* The functions of model exchange that both versions of FMI have. They go by calls.h; the front
-   that includes this says FMI_DERIVATIVES, what it calls the derivatives. */
+/* The functions of model exchange shared by both versions of FMI, as in calls.h. The front that
+   includes this defines FMI_DERIVATIVES, its name for the derivatives. */
 #ifndef EXCHANGE_H
 #define EXCHANGE_H
 
@@ -35,7 +35,7 @@ FMI(Status) FMI(CompletedIntegratorStep)(
     return outcome(self, instance_complete(self->instance));
 }
 
-/* Derives from seeds of one side's variables to the other side's. */
+/* Computes derivatives from seeds of one side's variables to those of the other side. */
 static FMI(Status) derive(
     struct component *self, enum side from, const FMI(ValueReference) refs[], const double seeds[],
     size_t count, const FMI(ValueReference) others[], double found[], size_t other_count)

@@ -8,7 +8,7 @@
 #include "memory.h"
 #include "model.h"
 
-#define NAME_ROOM 72 /* names up to it take the same: see memory.c */
+#define NAME_ROOM 72 /* shorter names take the same memory: see memory.c */
 
 struct component {
     struct instance *instance;
@@ -55,7 +55,7 @@ const char *fmi2GetVersion(void)
     return fmi2Version;
 }
 
-/* Returns what keeps an instance from being used, NULL for nothing. */
+/* Returns why an instance cannot be used, or NULL. */
 static const char *unusable(const struct component *self, fmi2Type type, const char *guid)
 {
     if (type != fmi2CoSimulation && (type != fmi2ModelExchange || model_continuous == NULL)) {

@@ -56,7 +56,7 @@ const char *fmi3GetVersion(void)
     return fmi3Version;
 }
 
-/* An instance, unless there is a problem with how it is wanted. */
+/* Returns an instance, unless there is a problem with the request. */
 static fmi3Instance instantiated(
     fmi3String token, fmi3Boolean logging, fmi3InstanceEnvironment environment,
     fmi3LogMessageCallback log, bool exchange, const char *problem)
@@ -162,7 +162,7 @@ fmi3Status fmi3DoStep(
     return fmi3OK;
 }
 
-/* The time comes after the variables that the FMI 2.0 form has, too. */
+/* The time follows the variables of the FMI 2.0 form. */
 static const char *get_real(struct instance *self, enum kind kind, size_t ref, double *value)
 {
     if (ref == model_variable_count) {

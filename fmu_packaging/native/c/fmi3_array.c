@@ -1,4 +1,4 @@
-/* A model without an array: one variable is none. */
+/* A model without an array: an array of one variable is none. */
 #include "model.h"
 
 const struct array model_array = {0, 1};

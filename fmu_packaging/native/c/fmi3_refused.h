@@ -1,5 +1,5 @@
-/* What FMI 3.0 asks a library to have, and what this FMU's description says that it cannot do.
-   fmi3.c includes this. */
+/* Functions that FMI 3.0 requires in a library, but that this FMU does not support according to its
+   description. fmi3.c includes this. */
 #ifndef FMI3_REFUSED_H
 #define FMI3_REFUSED_H
 

@@ -9,7 +9,7 @@ const char *const category_names[] = {"logStatusDiscard", "logStatusError"};
 
 static const char *const NOT_OF_THIS_KIND = "there is no such variable of this type";
 
-/* More than rounding leaves of a sum of steps, relative to it. */
+/* Larger than the relative rounding error of a sum of steps. */
 #define ROUNDING 1e-9
 
 struct instance *instance_new(void)
@@ -161,7 +161,7 @@ const char *instance_step(struct instance *self, double time_s, double step_s)
     if (!(step_s > 0.0 && isfinite(time_s + step_s))) {
         return "the step must be above 0 s and finite";
     }
-    /* What a bus brings steps the model. */
+    /* Data from a bus steps the model. */
     const char *problem =
         model_bus != NULL
             ? NULL
@@ -180,7 +180,7 @@ static const struct variable *variable_of(enum kind kind, size_t ref)
     return &model_variables[ref];
 }
 
-/* Finds where an output stands; its form is that of its declaration in the content. */
+/* Returns the address of an output, whose type is that of its declaration in the content. */
 static const char *find_output(
     struct instance *self, const struct variable *variable, const void **place)
 {

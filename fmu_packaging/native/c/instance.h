@@ -1,4 +1,4 @@
-/* One instance of the FMU, whatever version of FMI stands in front of it. */
+/* One instance of the FMU, independent of the version of FMI. */
 #ifndef INSTANCE_H
 #define INSTANCE_H
 
@@ -9,16 +9,16 @@
 #include "model.h"
 #include "setup.h"
 
-/* STEPPING is the event mode of model exchange; in co-simulation that is EVENTS. */
+/* STEPPING is the event mode of model exchange; that of co-simulation is EVENTS. */
 enum phase { INSTANTIATED, INITIALISING, STEPPING, CONTINUOUS, EVENTS, TERMINATED };
 
-/* All that changes, in one piece of memory: an FMU state is a copy of it. */
+/* Everything that changes, in one piece of memory: an FMU state is a copy of it. */
 struct memory {
-    double time_s; /* the time that has been reached */
-    double stop_s; /* no step goes farther; infinite where the host said nothing */
+    double time_s; /* current time */
+    double stop_s; /* no step goes further; infinite if the host gave none */
     int32_t phase;
-    int32_t fresh;    /* where they are not those of a step: the outputs are those of the values */
-    double numbers[]; /* a value per variable, of which inputs and parameters count; the content */
+    int32_t fresh;    /* whether outputs that are not from a step are up to date */
+    double numbers[]; /* one value per variable (used: inputs and parameters); then the content */
 };
 
 struct instance {
@@ -28,41 +28,41 @@ struct instance {
     size_t memory_size; /* [bytes] */
     double *values;     /* by value reference */
     void *content;      /* of the model */
-    double *rates;      /* of its states, as they were last computed */
-    double *sides[2];   /* of derivatives: seeds and what is found; NULL: none was asked for */
+    double *rates;      /* of its states, as last computed */
+    double *sides[2];   /* of derivatives: seeds and results; NULL: none requested yet */
     bool exchange;      /* for model exchange */
     bool events;        /* a co-simulation with event mode */
     struct terminal *terminal; /* of a bus; NULL: none */
     char text[PROBLEM_LENGTH], problem[PROBLEM_LENGTH];
 };
 
-/* Returns a fresh instance; NULL without memory. Its setup says whether it can be used. */
+/* Returns a new instance; NULL if out of memory. Its setup tells whether it can be used. */
 struct instance *instance_new(void);
 void instance_free(struct instance *self);
 
-/* Brings back the start values. */
+/* Restores the start values. */
 void instance_reset(struct instance *self);
 
-/* Each returns what is wrong, NULL for nothing. */
+/* Each returns an error message, or NULL. */
 const char *instance_experiment(struct instance *self, double start_s, bool has_stop, double stop_s);
 const char *instance_initialise(struct instance *self); /* begins the initialisation */
 const char *instance_start(struct instance *self);      /* ends it */
 const char *instance_terminate(struct instance *self);
 
-/* Says why no step of a length can begin at a time at all, NULL if one can. */
+/* Returns why a step of this length cannot begin at this time, NULL if it can. */
 const char *instance_may_step(const struct instance *self, double time_s, double step_s);
 
-/* Whether a time has been reached, to what a clock's sums round. */
+/* Whether a time has been reached, within the rounding of a clock's sums. */
 bool instance_is_due(const struct instance *self, double time_s);
 
-/* Advances by a step; returns what is wrong, NULL for nothing. */
+/* Advances by a step; returns an error message, or NULL. */
 const char *instance_step(struct instance *self, double time_s, double step_s);
 
-/* Sees to it that the outputs, where they are not those of a step, are those of the values in
-   force; returns what is wrong, NULL for nothing. */
+/* Updates outputs that are not from a step to the current values; returns an error message, or
+   NULL. */
 const char *instance_refresh(struct instance *self);
 
-/* Model exchange; each returns what is wrong, NULL for nothing. */
+/* Model exchange; each returns an error message, or NULL. */
 const char *instance_enter(struct instance *self, enum phase mode);
 const char *instance_set_time(struct instance *self, double time_s);
 const char *instance_get_states(struct instance *self, double *states, size_t count);
@@ -70,8 +70,8 @@ const char *instance_set_states(struct instance *self, const double *states, siz
 const char *instance_get_rates(struct instance *self, double *rates, size_t count);
 const char *instance_get_nominals(struct instance *self, double *nominals, size_t count);
 const char *instance_complete(struct instance *self);  /* a solver's step has ended */
-const char *instance_in_event(struct instance *self);  /* that it is in event mode */
-/* Directional derivatives: begin, seed variables of a side, derive, and get those of the other. */
+const char *instance_in_event(struct instance *self);  /* checks that it is in event mode */
+/* Directional derivatives: begin, seed variables of one side, derive, get those of the other. */
 const char *instance_begin_derivatives(struct instance *self);
 const char *instance_seed(struct instance *self, enum side side, size_t ref, double seed);
 const char *instance_derive(struct instance *self, enum side from);
@@ -81,8 +81,8 @@ const char *instance_get_derivative(
 /* Computes the rates of the states. */
 const char *instance_compute_rates(struct instance *self);
 
-/* Read and set a variable by value reference; each returns what is wrong, NULL for nothing. Unless
-   really, setting only says whether it could be done: a row is set whole or not at all. */
+/* Get and set a variable by value reference; each returns an error message, or NULL. Unless really,
+   setting only checks whether it is possible, so that a row is set as a whole or not at all. */
 const char *instance_get_real(struct instance *self, enum kind kind, size_t ref, double *value);
 const char *instance_get_whole(struct instance *self, enum kind kind, size_t ref, int32_t *value);
 const char *instance_get_string(
@@ -92,7 +92,7 @@ const char *instance_set_number(
 const char *instance_set_string(
     struct instance *self, enum kind kind, size_t ref, const char *value, bool really);
 
-/* A bus terminal; each returns what is wrong, NULL for nothing. */
+/* A bus terminal; each returns an error message, or NULL. */
 const char *instance_enter_step(struct instance *self); /* leaves event mode */
 const char *instance_get_port(
     struct instance *self, enum port port, const unsigned char **bytes, size_t *size);
@@ -101,27 +101,27 @@ const char *instance_set_port(
 const char *instance_get_clock(
     struct instance *self, enum port port, size_t frame, bool *active);
 const char *instance_set_clock(struct instance *self, enum port port, size_t frame, bool active);
-/* How long until the Tx clock ticks [s], and whether that has changed since it was asked last. */
+/* Time until the Tx clock ticks [s], and whether it has changed since the last call. */
 const char *instance_interval(
     struct instance *self, enum port port, double *interval_s, bool *changed);
-/* Ends an instant of event mode, or says that there is more to it: clocks that tick now. */
+/* Ends an event iteration; again: another one is needed, for clocks that tick now. */
 const char *instance_update(struct instance *self, bool *again);
-/* Returns whether the FMU knows when clocks of its own tick next, and when [s]. */
+/* Returns whether the next tick of the FMU's own clocks is known, and its time [s]. */
 bool instance_next_event(const struct instance *self, double *time_s);
 
-/* The categories of messages, by the names in the model description; a set of them has a bit each. */
+/* The categories of messages, named as in the model description; a set has one bit for each. */
 enum category { DISCARDED, REFUSED, CATEGORIES };
 extern const char *const category_names[];
 
-/* Takes note of what is logged: nothing, or the categories named, or all without names. Returns
-   whether they are known; nothing changes if not. */
+/* Sets what is logged: nothing, the named categories, or without names all. Returns whether they
+   are known; if not, nothing changes. */
 bool instance_log(unsigned *logged, bool on, size_t count, const char *const categories[]);
 
-/* A state is a copy of the memory; NULL without memory. memory_give() ends it. */
+/* A state is a copy of the memory; NULL if out of memory. memory_give() frees it. */
 struct memory *instance_state(const struct instance *self);
 void instance_restore(struct instance *self, const struct memory *state);
 
-/* A state as bytes: a head with a check sum, so that damaged and foreign bytes are refused. */
+/* A state as bytes: a header with a checksum, so that damaged and foreign bytes are refused. */
 size_t state_bytes_size(const struct instance *self);
 void state_to_bytes(const struct instance *self, const struct memory *state, void *bytes);
 struct memory *state_from_bytes(

@@ -24,7 +24,7 @@ size_t memory_most(void)
 #include <stdint.h>
 #include <string.h>
 
-/* How much an instance and a state take; the build of the FMU has measured it. */
+/* Memory of an instance and of a state, measured by the build of the FMU. */
 #ifndef MEMORY_OF_INSTANCE
 #include "memory_size.h"
 #endif
@@ -37,9 +37,9 @@ size_t memory_most(void)
 
 #define TOTAL (NO_HEAP_INSTANCES * MEMORY_OF_INSTANCE + NO_HEAP_STATES * MEMORY_OF_STATE)
 
-/* Stands before each piece. */
+/* Header of each piece. */
 struct piece {
-    size_t size; /* of what follows [bytes] */
+    size_t size; /* of the piece [bytes] */
     size_t used;
 };
 
@@ -51,15 +51,15 @@ static union {
     struct piece piece;
     unsigned char bytes[TOTAL];
 } arena;
-static size_t end; /* of what has ever been taken */
+static size_t end; /* of the memory ever taken */
 
 static struct piece *piece_at(size_t place)
 {
     return (struct piece *)(void *)(arena.bytes + place);
 }
 
-/* A piece that was given back is taken again for the same size only. Instances and states come in
-   the same sizes each time, so nothing is ever split, and nothing frays. */
+/* A returned piece is only reused for the same size. Instances and states always have the same
+   sizes, so no piece is ever split, and memory does not fragment. */
 void *memory_take(size_t count, size_t size)
 {
     size_t place = 0, wanted = 0;

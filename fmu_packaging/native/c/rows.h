@@ -1,14 +1,14 @@
-/* The rows of values that both versions of FMI pass. They go by calls.h; the front that includes
-   this says AND_COUNT, what stands behind the values, VALUES, how many they are, LACKS, whether
-   something is missing, and ELEMENTS, how many values stand under a reference. */
+/* The rows of values passed in both versions of FMI, as in calls.h. The front that includes this
+   defines AND_COUNT (arguments after the values), VALUES (their number), LACKS (whether something
+   is missing) and ELEMENTS (number of values of a reference). */
 #ifndef ROWS_H
 #define ROWS_H
 
 struct cursor {
-    size_t at, element; /* among the references, and of an array */
+    size_t at, element; /* place among the references, and in an array */
 };
 
-/* Returns the reference of the next value; those of an array follow one another. */
+/* Returns the reference of the next value; those of an array are consecutive. */
 static FMI(ValueReference) next_ref(struct cursor *cursor, const FMI(ValueReference) refs[])
 {
     FMI(ValueReference) first = refs[cursor->at], ref = first + (FMI(ValueReference))cursor->element;
@@ -47,7 +47,7 @@ static FMI(ValueReference) next_ref(struct cursor *cursor, const FMI(ValueRefere
         if (LACKS(self, refs, values, count)) {                                                 \
             return FMI(Error);                                                                  \
         }                                                                                       \
-        /* First whether all can be set, then all. */                                           \
+        /* First check all, then set all. */                                                    \
         for (int really = 0; really < 2; really++) {                                            \
             struct cursor cursor = {0, 0};                                                      \
             for (size_t i = 0; i < VALUES; i++) {                                               \

@@ -4,7 +4,7 @@
 
 #include "memory.h"
 
-#define LINE 64 /* of a processor's cache: numbers that are taken together had best not cross one */
+#define LINE 64 /* of a processor's cache; numbers used together should not cross one */
 
 struct block {
     struct block *next;

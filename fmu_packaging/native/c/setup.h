@@ -1,4 +1,4 @@
-/* What an instance is made with: memory that is taken at the start and given back at the end. */
+/* The setup of an instance: memory allocated at the start and freed at the end. */
 #ifndef SETUP_H
 #define SETUP_H
 
@@ -8,17 +8,17 @@ struct block;
 
 struct setup {
     struct block *blocks;
-    const char *problem; /* what went wrong first; NULL: nothing */
-    const char *about;   /* the field or thing that it is about */
+    const char *problem; /* the first problem; NULL: none */
+    const char *about;   /* the field or thing concerned */
 };
 
 /* Returns zeroed memory, or NULL with the problem noted. */
 void *setup_take(struct setup *setup, size_t count, size_t size);
 
-/* Notes a problem, unless another was there first. */
+/* Notes a problem, unless there already is one. */
 void setup_fail(struct setup *setup, const char *problem, const char *about);
 
-/* Gives everything back. */
+/* Frees everything. */
 void setup_free(struct setup *setup);
 
 #endif

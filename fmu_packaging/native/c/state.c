@@ -4,7 +4,7 @@
 #include "instance.h"
 #include "memory.h"
 
-/* What stands before the copy. The model and the size say whose state it is. */
+/* Header before the copy. Model and size identify whose state it is. */
 struct head {
     char model[64];
     uint64_t size;

@@ -2,7 +2,7 @@
 #ifndef TERMINAL_H
 #define TERMINAL_H
 
-/* The port of a value reference, and the frame that its clock belongs to; NO_PORT: it is none. */
+/* Returns the port of a value reference, and the frame of its clock; NO_PORT if it is not one. */
 static enum port port_of(size_t ref, size_t *frame)
 {
     size_t place = ref - model_variable_count - 1;
