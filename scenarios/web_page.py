@@ -11,7 +11,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from fmu_compensator.runtime.fmi_slave import status_meanings
+from fmu_compensator.runtime.fmi_slave import share_promised, status_meanings
 from fmu_compensator.runtime.modelfile import Model, parse_model
 from fmu_packaging.native.compilers import NativeError
 from fmu_packaging.native.web import WebModule, web_module
@@ -120,6 +120,7 @@ def _written(machine: Machine, compensator: Path, path: Path) -> WebPage:
         path,
         title=machine.title,
         about=about,
+        share=share_promised(model),
         told={
             "plant": plant.told(),
             "compensator": sender.told(),

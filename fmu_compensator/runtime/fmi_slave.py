@@ -218,9 +218,19 @@ def _input(
     )
 
 
+def share_promised(model: Model) -> str:
+    """Return how much of unseen drift the intervals contain, for people to read.
+
+    Parameters
+    ----------
+    model : Model
+    """
+    return f"{100 * model.new_gaussian().coverage:g} %"
+
+
 def _half_widths(model: Model) -> list[Variable]:
     """Return the outputs for the uncertainty of the prediction."""
-    share = f"{100 * model.new_gaussian().coverage:g} %"
+    share = share_promised(model)
     return [
         _output(
             f"d{axis}_uncertainty",

@@ -13,6 +13,7 @@ import fmpy
 import numpy as np
 import pytest
 
+from fmu_packaging.native.web import WebModule
 from scenarios.building import DEFAULT_MODEL
 from scenarios.cli import main
 from scenarios.report import STATES
@@ -185,6 +186,16 @@ def test_what_does_not_belong_together_is_refused(machine, problem, tmp_path, re
     assert problem in said
 
     assert not path.exists()
+
+
+def test_the_interval_is_named_by_the_share_of_the_compensator_file(tmp_path, monkeypatch):
+    monkeypatch.setattr(WebModule, "code", b"")
+    model = json.loads(DEFAULT_MODEL.read_text("utf-8"))
+    model["gaussian"]["coverage"] = 0.68
+    other, path = tmp_path / "compensator.json", tmp_path / "page.html"
+    other.write_text(json.dumps(model), "utf-8")
+    assert main(["web", "jig_borer_lumps", str(other), "-o", str(path)]) == 0
+    assert "interval, 68 %" in path.read_text("utf-8")
 
 
 def test_without_its_compiler_nothing_is_written(tmp_path, monkeypatch, refused):
