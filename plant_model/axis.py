@@ -25,8 +25,7 @@ class AxisOffset:
 
     def __init__(self, axis: Axis) -> None:
         self._axis = axis
-        # Without a resolution, an increment is as fine as a double allows in practice.
-        self._increment = axis.resolution_um or 1e-9
+        self._increment = axis.increment_um
         self._counts = 0
         self._allowance = 0.0
 
@@ -43,7 +42,7 @@ class AxisOffset:
         axis = self._axis
         if not math.isfinite(wanted):
             return self.in_force
-        target = min(max(wanted, -axis.limit_um), axis.limit_um)
+        target = min(max(wanted, -axis.farthest_um), axis.farthest_um)
         missing = round(target / self._increment) - self._counts
         # Travel of less than an increment is kept for the next step, but does not accumulate.
         self._allowance += axis.slew_um_per_s * step_s / self._increment

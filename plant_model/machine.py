@@ -6,6 +6,7 @@ as JSON.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cache, cached_property
@@ -146,6 +147,16 @@ class Axis:
     slew_um_per_s: float = 10.0
     limit_um: float = 300.0
     resolution_um: float = 0.1
+
+    @property
+    def increment_um(self) -> float:
+        """The resolution, or without one what is as fine as a double allows in practice [um]."""
+        return self.resolution_um or 1e-9
+
+    @property
+    def farthest_um(self) -> float:
+        """The largest offset: as many whole increments as the limit has room for [um]."""
+        return math.floor(self.limit_um / self.increment_um + 1e-9) * self.increment_um
 
 
 @dataclass(frozen=True)

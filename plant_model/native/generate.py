@@ -176,7 +176,7 @@ def _tables(machine: Machine, equations: Equations) -> Iterator[str]:
     ]
     lags = [place in lagging for place in range(len(equations.scales))]
     axis = machine.axis
-    limits = (axis.slew_um_per_s, axis.limit_um, axis.resolution_um or 1e-9)
+    limits = (axis.slew_um_per_s, axis.farthest_um, axis.increment_um)
     yield from _array("size_t", "machine_boundaries", "BOUNDARIES", boundaries)
     yield from _array("size_t", "machine_levels", "LEVELS", equations.levels)
     yield from _array("struct acting", "machine_acting", "ACTING", acting)

@@ -107,6 +107,11 @@ def test_axis_slews_saturates_and_rounds():
     assert axis.step(-1.23, 10.0) == pytest.approx(-1.2)
 
 
+def test_axis_stops_at_the_last_increment_within_its_limit():
+    axis = AxisOffset(Axis(slew_um_per_s=1.0, limit_um=5.0, resolution_um=0.3))
+    assert axis.step(50.0, 10.0) == pytest.approx(4.8)
+
+
 def test_axis_slower_than_its_increment_still_moves():
     axis = AxisOffset(Axis(slew_um_per_s=0.02, limit_um=5.0, resolution_um=0.1))
     seen = [axis.step(1.0, 1.0) for _ in range(51)]
