@@ -269,6 +269,7 @@ def test_another_gateway_is_noticed(bench, database):
         bench.cycle(WARM, lambda messages: [*other.messages({}), *messages])
         assert bench.last["valid"] == "invalid"
         assert bench.last["bus_fault"] == "second_gateway"
+        assert bench.last["bus_fault_frame"] == "CompensatorHeartbeat"
     for _ in range(20):
         bench.cycle(WARM)
     assert bench.last["valid"] == "valid"
