@@ -8,20 +8,20 @@ to say: what is left between the two is what a boundary temperature moves by wit
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from gap_finder.observations import Observations
+from gap_finder.observations import Observations, observe
 from gap_finder.regimes import RunResiduals, by_channel, gap_of
 from measurement.runs import Run
 from plant_model.drive import drive_from
 from plant_model.fmi_slave import rise_name, start_sensors
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
-from plant_model.sensors import displacement_names
+from plant_model.sensors import column_of, displacement_names
 from plant_model.simulate import start_readings
 from plant_model.trajectory import FINE_S
 from scenarios.fmu import Port, alone
@@ -103,12 +103,17 @@ def _points(rows: FloatArray) -> FloatArray:
     return np.concatenate([*pieces, rows[-1:]])
 
 
-def residuals_of(found: Cosimulated, observed: Observations) -> RunResiduals:
-    """Return co-simulation minus measurement at the observations' instants."""
-    modelled = np.column_stack(
-        [np.interp(observed.time_s, found.time_s, found.readings[n]) for n in observed.channels]
-    )
-    return RunResiduals(observed, modelled - observed.values)
+def residuals_of(found: Cosimulated, machine: Machine, observed: Observations) -> RunResiduals:
+    """Return co-simulation minus measurement, both averaged over the same rows."""
+    run = observed.run
+    frame = run.frame.copy()
+    for name in observed.channels:
+        column = column_of(machine, name)
+        if column in frame.columns:
+            shown = np.interp(run.time_s, found.time_s, found.readings[name])
+            frame[column] = np.where(frame[column].notna(), shown, np.nan)
+    (modelled,) = observe(machine, [replace(run, frame=frame)], channels=observed.channels)
+    return RunResiduals(observed, modelled.values - observed.values)
 
 
 def compare_fmus(
@@ -131,7 +136,7 @@ def compare_fmus(
     """
     machine = before[1]
     left = [
-        [residuals_of(cosimulate(fmu, which, one.run), one) for one in observed]
+        [residuals_of(cosimulate(fmu, which, one.run), which, one) for one in observed]
         for fmu, which in (before, after)
     ]
     lengths = displacement_names(machine)

@@ -14,6 +14,7 @@ from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.machine_writer import write_machine
+from plant_model.sensors import column_of
 from plant_model.simulate import simulate
 from scenarios import gap_cosimulation, gap_runner
 from scenarios.cli import main
@@ -115,6 +116,15 @@ def test_nothing_is_left_of_a_folder_when_something_fails(machine, tmp_path, mon
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
         Path(path).name for path in paths
     )
+
+
+def test_an_fmu_that_shows_what_was_measured_leaves_nothing(machine):
+    (observed,) = observe(machine, runs_of(machine, every_s=30.0)[:1])
+    frame = observed.run.frame
+    shown = {n: frame[column_of(machine, n)].to_numpy() for n in observed.channels}
+    found = gap_cosimulation.Cosimulated(observed.run.time_s, shown)
+    left = gap_cosimulation.residuals_of(found, machine, observed).values
+    assert np.abs(left).max() == 0.0
 
 
 @pytest.mark.long
