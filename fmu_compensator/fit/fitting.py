@@ -116,7 +116,7 @@ def fit_compensator(
 
     Notes
     -----
-    Runs that began warm are left out, unless all did, and a note says so.
+    Runs marked as begun warm are left out, unless all are, and a note says so.
     """
     runs, warm = cold_starts(runs)
     if points is not None and not len(points):

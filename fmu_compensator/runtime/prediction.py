@@ -67,7 +67,7 @@ class Prediction:
         self._unmodelled += elapsed_s
 
     def take(self, measured: Sequence[float]) -> None:
-        """Condition on the targets measured with this sample [um, urad], for the next one on.
+        """Condition on the targets measured with this sample [um, urad]; used from the next on.
 
         If any is not finite, all are ignored.
         """

@@ -58,8 +58,7 @@ class MultipleLinearRegression(FittedModel):
         Raises
         ------
         BadInput
-            For an unknown option, too few rows, a constant input or target, or inputs that
-            determine each other.
+            For an unknown option, too few rows, a constant input or target, or collinear inputs.
         """
         refuse_unknown("mlr", options, ("subset", "intercept"))
         refuse_poor(task)
@@ -119,7 +118,7 @@ class _Problem:
         self._rows = len(inputs)
 
     def refuse(self) -> None:
-        """Raise BadInput when the inputs determine each other."""
+        """Raise BadInput if the inputs are collinear."""
         names = self._task.input_names
         _, values, directions = np.linalg.svd(self._x, full_matrices=False)
         # Half of the digits are lost.

@@ -1,4 +1,4 @@
-"""Error models at run time: one model per file; the file's name is the model's kind.
+"""Error models at run time: one per file, whose name is the model's kind.
 
 Plug-ins can add models. An FMU bundles the one that its file needs, as a file in this folder.
 """
