@@ -1,1 +1,1 @@
-"""Scenarios: plant and compensator in a loop, results, reports, and the command line."""
+"""Scenarios: plant and compensator in closed loop, results, reports, and the command line."""

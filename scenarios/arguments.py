@@ -1,6 +1,6 @@
-"""Arguments of a command made from a function of the Python API, so that each stands in one place.
+"""Makes a command's arguments from a function of the Python API, so that each is defined once.
 
-The kind comes from the annotation, the default from the signature, and what help says from the
+The type comes from the annotation, the default from the signature, and the help text from the
 parameter's entry in the docstring.
 """
 
@@ -25,12 +25,12 @@ KINDS: dict[str, dict[str, Any]] = {
     "Path": {"type": Path, "metavar": "FILE"},
     "str | Path": {"metavar": "FILE"},
 }
-"""By annotation; every other is one word."""
+"""Options for argparse by annotation; an argument of any other annotation is one word."""
 UNITS = {"s": "SECONDS", "mm": "MM", "k": "K"}
-"""What stands for a number whose parameter's name ends in its unit, which the option leaves out."""
+"""Placeholder of a number whose parameter's name ends in its unit; the option's name omits it."""
 DIRECTORY = {"type": Path, "metavar": "DIR"}
 ENTRY = re.compile(r"^(\w[\w, ]*?) : (.*)\n?((?:[ ]{4}.*\n?)*)", re.MULTILINE)
-"""Of a parameter in a docstring: names, type, text."""
+"""An entry for parameters in a docstring: names, type, text."""
 
 
 def add_parameters(
@@ -45,12 +45,12 @@ def add_parameters(
     ----------
     parser : ArgumentParser or a group of one
     function : callable
-        With a docstring as numpydoc has it.
+        With a numpydoc docstring.
     *names : str
-        Parameters to declare as they are: ``noise_seed`` is ``--noise-seed``, ``every_s`` is
-        ``--every SECONDS``, and one without a default is no option but must be given.
+        Parameters to declare unchanged: ``noise_seed`` is ``--noise-seed``, ``every_s`` is
+        ``--every SECONDS``, and one without a default is a required positional argument.
     **changes : mapping
-        Parameters whose option differs: by name what `argparse` takes instead; ``flag`` is the
+        Parameters whose option differs: the keywords for `argparse`, by name; ``flag`` is the
         option's name, or a tuple of its names.
     """
     described = entries(function)
@@ -85,7 +85,7 @@ def add_parameters(
 def parameters_of(
     args: argparse.Namespace, function: Callable[..., Any], *names: str
 ) -> dict[str, Any]:
-    """Return what the command line says of a function's parameters, all of them or *names*."""
+    """Return the command line's values of a function's parameters, all of them or *names*."""
     wanted = names or tuple(inspect.signature(function).parameters)
     return {name: getattr(args, name) for name in wanted if hasattr(args, name)}
 
@@ -97,7 +97,7 @@ def defaults(function: Callable[..., Any]) -> dict[str, Any]:
 
 
 def entries(function: Callable[..., Any]) -> dict[str, tuple[str, str]]:
-    """Return each parameter's type and its text, as help has it, by name."""
+    """Return each parameter's type and help text, by name."""
     found = {}
     for names, kind, text in ENTRY.findall(inspect.getdoc(function) or ""):
         words = re.sub(r"``|`|\*(\w+)\*", r"\1", " ".join(text.split()))
@@ -115,7 +115,7 @@ def add_runs(parser: argparse.ArgumentParser, text: str = "run file (CSV)") -> N
 def add_output(
     parser: argparse.ArgumentParser, text: str, *, metavar: str = "FILE", default: str = ""
 ) -> None:
-    """Declare the file or folder that a command makes; it must be given if there is no default."""
+    """Declare the file or folder that a command writes; required if there is no default."""
     usual = {"default": Path(default)} if default else {"required": True}
     parser.add_argument(
         "-o",
@@ -133,21 +133,21 @@ def add_results(parser: argparse.ArgumentParser, text: str, **more: Any) -> None
 
 
 def add_json(parser: argparse.ArgumentParser, text: str = "print JSON instead of text") -> None:
-    """Declare that what is printed is for machines."""
+    """Declare ``--json``, for output that programs read."""
     parser.add_argument("--json", action="store_true", help=text)
 
 
 def tell(args: argparse.Namespace, table: object, *lines: str) -> int:
-    """Print what was found, for machines or, unless ``--quiet`` is given, for people; return 0.
+    """Print the result as JSON or, unless ``--quiet`` is given, as text; return 0.
 
     Parameters
     ----------
     args : Namespace
-        Says which.
+        With ``json``, and perhaps ``quiet``.
     table : object
-        Ready for JSON.
+        The result, ready for JSON.
     *lines : str
-        The same for people.
+        The same as text.
     """
     if args.json:
         print(json.dumps(table, indent=1, ensure_ascii=False))

@@ -1,4 +1,4 @@
-"""``KEY=VALUE`` as a command line gives it."""
+"""Reads ``KEY=VALUE`` from the command line."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from measurement.errors import BadInput
 
 
 def from_toml(text: str) -> Any:
-    """Return a value as a scenario file has it: a number, truth value, text, list or table."""
+    """Return a value written as in a scenario file: a number, boolean, text, list or table."""
     return tomllib.loads(f"value = {text}")["value"]
 
 
@@ -21,16 +21,16 @@ def assignment(
     form: str = "KEY=VALUE",
     read: Callable[[str], Any] = from_toml,
 ) -> tuple[str, Any]:
-    """Return key and value of ``key=value``; a value that cannot be read is a plain text.
+    """Return key and value of ``key=value``; a value that cannot be read is plain text.
 
     Parameters
     ----------
     text : str
-        As it stands on the command line.
+        As given on the command line.
     option, form : str
-        Which option it belongs to, and how that is shown, for the refusal.
+        The option and its form, for the refusal.
     read : callable
-        Makes the value.
+        Converts the value.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def assignment(
 
 
 def options_of(texts: list[str], form: str = "NAME=VALUE") -> dict[str, Any]:
-    """Return what each ``--option NAME=VALUE`` says, by name; the value is JSON or a word.
+    """Return the value of each ``--option NAME=VALUE`` by name; the value is JSON or a word.
 
     Raises
     ------

@@ -59,7 +59,7 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
         parser, Form, *("native", "fmi", "arrays", "all_platforms", "leave_out", "dbc"),
         can={"nargs": "?", "const": "low"},
     )  # fmt: skip
-    # Into the checkout, or else the working folder.
+    # In the checkout, or else in the working folder.
     folder = HERE / "dist" if (HERE / "pyproject.toml").is_file() else Path("dist")
     add("--out", type=Path, default=folder, help="folder (dist)")
     add("--name", help="name of the FMU, with --only")
@@ -91,9 +91,9 @@ def main(given: Sequence[str] | None = None, on_bus: OnBus | None = None) -> int
     Parameters
     ----------
     given : sequence of str, optional
-        The command line; by default the process's own.
+        The command line; by default that of the process.
     on_bus : callable, optional
-        What ``--can`` takes frames from.
+        Adds the bus terminal for ``--can``.
     """
     arguments = _arguments(given)
     try:

@@ -1,7 +1,7 @@
-"""Building the FMUs.
+"""Builds the FMUs.
 
-Each is validated and run in a fresh process first; on any problem the build stops, and the FMU
-that was there stays. Nothing is written when the content has not changed.
+Each is first validated and run in a fresh process; on any problem the build stops and the existing
+FMU stays. Nothing is written if the content has not changed.
 """
 
 from __future__ import annotations
@@ -43,16 +43,16 @@ ASSETS = HERE / "fmu_packaging" / "assets"
 DEFAULT_MODEL = HERE / "fmu_compensator" / "library" / "jig_borer.json"
 DEFAULT_MACHINE = "jig_borer"
 OnBus = Callable[[Recipe, Native, Path | None, bool], Native]
-"""Puts a compensator behind a bus terminal, with the frames of a DBC file or the usual ones, low
-cut or high."""
+"""Adds a bus terminal to a compensator, low cut or high, with the frames of a DBC file or the
+default ones."""
 CAN = {"low": "_can", "high": "_can_high"}
-"""How the name of an FMU ends that has a terminal of this cut."""
+"""Ending of the name of an FMU with a terminal of this cut."""
 EXPERIMENT = [Settings.model_fields[name].default for name in ("duration_s", "step_s")]
-"""An FMU's default experiment is a scenario's [s]."""
+"""Default experiment of an FMU: that of a scenario [s]."""
 
 
 def version() -> str:
-    """Return the project's version: that of the checkout, or else of what is installed."""
+    """Return the project's version: of the checkout, or else as installed."""
     project = HERE / "pyproject.toml"
     if not project.is_file():
         return installed_version()
@@ -61,14 +61,14 @@ def version() -> str:
 
 
 def compensator_recipe(path: Path, name: str, native: bool = False) -> tuple[Recipe, Reference]:
-    """Return how to build and to try out the compensator FMU of a compensator file.
+    """Return how to build and test the compensator FMU of a compensator file.
 
     Parameters
     ----------
     path : Path
         The compensator file.
     name : str
-        Of the FMU.
+        Name of the FMU.
     native : bool
         Whether it is for the C twin, which reads no other file.
 
@@ -118,13 +118,13 @@ def compensator_recipe(path: Path, name: str, native: bool = False) -> tuple[Rec
 
 
 def plant_recipe(machine: Machine, name: str) -> tuple[Recipe, Reference]:
-    """Return how to build and to try out the plant FMU of a machine.
+    """Return how to build and test the plant FMU of a machine.
 
     Parameters
     ----------
     machine : Machine
     name : str
-        Of the FMU.
+        Name of the FMU.
 
     Returns
     -------
@@ -198,25 +198,25 @@ class Form:
     Parameters
     ----------
     native : bool
-        Build FMUs that need no Python, in C99.
+        Build FMUs in C99, without Python.
     fmi : {2, 3}
-        Version of FMI; 3 builds FMUs in C.
+        FMI version; 3 builds FMUs in C.
     arrays : bool
-        With FMI 3.0: the temperatures as one array in place of a variable each.
+        With FMI 3.0: the temperatures as one array instead of one variable each.
     all_platforms : bool
-        Of those in C: binaries for Linux, Windows and macOS, by the package ziglang.
+        For FMUs in C: binaries for Linux, Windows and macOS, with the package ziglang.
     leave_out : {"sources", "binaries"}, optional
-        What an FMU without Python goes without.
+        What to omit from an FMU without Python.
     can : {"low", "high"}, optional
-        A compensator that is a node of a CAN bus (FMI-LS-BUS), in FMI 3.0: its terminal takes
-        frames as bytes (low cut, the usual one), or their signals (high cut).
+        A compensator as a node of a CAN bus (FMI-LS-BUS), with FMI 3.0: its terminal takes frames
+        as bytes (low cut, the usual one) or their signals (high cut).
     dbc : Path, optional
-        With a bus: other frames than the gateway's.
+        With a bus: frames to use instead of the gateway's.
 
     Raises
     ------
     BadInput
-        For options that do not go together.
+        For incompatible options.
     """
 
     native: bool = False
@@ -228,7 +228,7 @@ class Form:
     dbc: Path | None = None
 
     def __post_init__(self) -> None:
-        """Refuse options that do not go together."""
+        """Refuse incompatible options."""
         for option, is_wrong, problem in (
             ("--arrays", self.arrays and self.can, "not with --can"),
             ("--arrays", self.arrays and self.fmi != 3, "add --fmi 3"),
@@ -241,23 +241,23 @@ class Form:
 
     @property
     def in_c(self) -> bool:
-        """Whether they need no Python: only such have FMI 3.0."""
+        """Whether the FMUs are in C, which FMI 3.0 requires here."""
         return self.native or self.version == 3
 
     @property
     def version(self) -> Fmi:
-        """Of FMI."""
+        """FMI version."""
         return 3 if self.can else self.fmi
 
     def name(self, kind: str) -> str:
-        """Return how an FMU of a kind is called."""
+        """Return the name of an FMU of a kind."""
         ending = ("_native" if self.fmi == 2 else "_native_fmi3") if self.in_c else ""
         return kind + CAN.get(self.can or "", ending + ("_arrays" if self.arrays else ""))
 
 
 @dataclass(frozen=True)
 class Job:
-    """An FMU to build, and the folder that it goes to."""
+    """An FMU to build, and its folder."""
 
     recipe: Recipe
     reference: Reference
@@ -267,12 +267,12 @@ class Job:
     folder: Path
 
     def run(self) -> tuple[Package, Path, bool]:
-        """Build it, validate it, and try it out; return its file, and whether it is a new one.
+        """Build, validate and test the FMU; return its package, its file, and whether it is new.
 
         Raises
         ------
         PublishError, NativeError, CompileError
-            If it cannot be made, or does not pass.
+            If it cannot be built, or fails.
         """
         if self.native is None:
             package = build(self.recipe)
@@ -294,17 +294,17 @@ def job_for(
     name: str | None = None,
     on_bus: OnBus | None = None,
 ) -> Job:
-    """Return what is to be done for an FMU, all checked; its folder is there then.
+    """Return the checked job that builds an FMU, after creating its folder.
 
     Parameters
     ----------
     source : Path or Machine
         A compensator file or a machine.
     folder : Path
-        For the FMU and its reference results; made if missing.
+        For the FMU and its reference results; created if missing.
     form : Form
     name : str, optional
-        Of the FMU.
+        Name of the FMU.
     on_bus : callable, optional
         Needed for a compensator with a CAN terminal.
 
@@ -321,7 +321,7 @@ def job_for(
     else:
         recipe, reference = compensator_recipe(source, name or form.name("compensator"), form.in_c)
     if form.can:
-        # What it would be driven with comes from a bus, and in that run there is none.
+        # Its inputs would come from a bus, and there is none in that run.
         reference = replace(reference, profiles={})
     if form.arrays:
         reference = with_array(reference, recipe)
@@ -338,16 +338,16 @@ def job_for(
 
 
 def native_of(recipe: Recipe, model: Path = DEFAULT_MODEL, *, twin_of: str | None = None) -> Native:
-    """Return what the C twin of an FMU is made of; a compensator's is made of the file *model*.
+    """Return what the C twin of an FMU is made from; a compensator's is made from file *model*.
 
     Parameters
     ----------
     recipe : Recipe
-        Of a compensator's or a plant's FMU in Python.
+        Recipe of a compensator's or a plant's FMU in Python.
     model : Path
-        Compensator file that the C is made of; not used for a plant.
+        Compensator file from which the C is made; not used for a plant.
     twin_of : str, optional
-        GUID of the FMU in Python; without it that is built to know.
+        GUID of the FMU in Python; without it that FMU is built to find out.
 
     Raises
     ------
@@ -370,19 +370,19 @@ def native_of(recipe: Recipe, model: Path = DEFAULT_MODEL, *, twin_of: str | Non
 def _check_outputs(folder: Path, name: str) -> None:
     """Check that an FMU and its reference results may be written.
 
-    The reference results are ours if the FMU beside them is.
+    The reference results count as this program's if the FMU next to them does.
 
     Parameters
     ----------
     folder : Path
-        Where they go; made if missing.
+        Their folder; created if missing.
     name : str
-        Of the FMU, without ``.fmu``.
+        Name of the FMU, without ``.fmu``.
 
     Raises
     ------
     BadInput
-        If something that this program did not make is in the way, or there can be no such folder.
+        If a file that this program did not make is in the way, or the folder cannot be created.
     """
     target = folder / f"{name}.fmu"
     try:

@@ -1,4 +1,4 @@
-"""The page that ``calibrate`` writes beside the machine file."""
+"""The page that ``calibrate`` writes next to the machine file."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from scenarios.report import page_text
 
 
 def page_beside(machine_file: Path) -> Path:
-    """Return where the page of a calibrated machine file goes.
+    """Return the path of the page of a calibrated machine file.
 
     Parameters
     ----------
@@ -47,12 +47,12 @@ def calibration_page(
         Before calibration.
     calibration : Calibration
     observed : sequence of Observations
-        Of the runs that it was calibrated on.
+        Observations of the calibration runs.
     advice : sequence of Advice
     left_out : sequence of str
         What was not used of the runs.
     facts : sequence of (str, str)
-        Where it comes from.
+        Its provenance.
     """
     compared = GapComparison(given, calibration.machine, observed)
     gap = compared.gap()
@@ -84,7 +84,7 @@ def calibration_page(
 
 
 def summary_lines(calibration: Calibration, gap: dict[str, float], runs: int) -> list[str]:
-    """Return what the page says first: how much is left, and how little that may mean."""
+    """Return the page's first lines: the residual, and how little that may mean."""
     told = sum(map(is_determined, calibration.parameters))
     several = f"{runs} runs" if runs > 1 else "one run"
     lines = [

@@ -1,4 +1,4 @@
-"""Charts of what a machine's model shows beside what was measured, channel by channel."""
+"""Charts that compare a machine's model with measurements, channel by channel."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ def channel_charts(
     note: str,
     degrees: str = "K",
 ) -> list[Chart]:
-    """Return charts of one run with a panel for each channel: temperatures, then displacements.
+    """Return charts of one run with a panel per channel: temperatures, then displacements.
 
     Parameters
     ----------
     machine : Machine
     shown : RunResiduals
-        Says which channels were measured.
+        Defines which channels were measured.
     lines_of : callable
-        From a channel's position to its curves.
+        From a channel's index to its curves.
     name, title, note : str
-        Of the charts; what they hold and the run are added to name and title.
+        Texts of the charts; contents and run are added to name and title.
     degrees : str
-        The unit of temperatures: of differences, or as a thermometer reads.
+        Unit of temperatures: of differences, or as a thermometer reads.
     """
     observed = shown.observed
     lengths = set(displacement_names(machine))
@@ -54,13 +54,13 @@ def channel_charts(
 def measured_against_model(
     machine: Machine, models: Sequence[tuple[str, RunResiduals]], note: str
 ) -> list[Chart]:
-    """Return charts of one run: what was measured, and what models with these names show.
+    """Return charts of one run: measurements, and the outputs of the named models.
 
     Parameters
     ----------
     machine : Machine
     models : sequence of (str, RunResiduals)
-        The one that counts last.
+        The most important one last.
     note : str
     """
     shown = models[-1][1]

@@ -1,7 +1,7 @@
-"""What the figures show, apart from how they are drawn.
+"""The contents of figures, independent of how they are drawn.
 
-A chart is a stack of panels over one time axis. :mod:`scenarios.figures` draws charts into PNG
-files, :mod:`scenarios.report` into an interactive page, from the same description.
+A chart is a stack of panels over one time axis. From the same description :mod:`scenarios.figures`
+draws PNG files and :mod:`scenarios.report` an interactive page.
 """
 
 from __future__ import annotations
@@ -16,23 +16,23 @@ import numpy.typing as npt
 from scenarios.signals.base import FloatArray
 
 SHOWN = 4
-"""Of many runs, models, numbers or lags so many are drawn or named, the first or the farthest: more
-cannot be told apart. Set on no data."""
+"""Number of runs, models, numbers or lags that are drawn or named, the first or the farthest: more
+cannot be distinguished. Set on no data."""
 
 CHART_WIDTH, PANEL = 900, 230
-"""Of a chart and of each of its panels [px], a hundredth of an inch on paper: set on no data."""
+"""Width of a chart and height of a panel [px], a hundredth of an inch on paper: set on no data."""
 
 INTERVAL = "#9fb9d6"
 """Colour of the interval."""
 
 BEFORE = "#8b929c"
-"""Colour of what is not compensated."""
+"""Colour of uncompensated drift."""
 
 MEASURED = "#3a414b"
-"""Colour of what was measured."""
+"""Colour of measurements."""
 
 LINES = ("#1d5fa8", "#d9822b", "#2f8f6b", "#8a5a9e", "#b8435c", "#5f7a30")
-"""Colours of what is to be told apart, in order."""
+"""Colours of curves to be distinguished, in order."""
 
 MANY = (
     "#332288",
@@ -55,7 +55,7 @@ MANY = (
 class Line:
     """One curve: *values* over *time_s*, both of shape (samples,).
 
-    *held* says that the value jumps and then stays; *rank* that lines of a higher one lie on top.
+    *held* means that the value jumps and then stays; lines of a higher *rank* are drawn on top.
     """
 
     label: str
@@ -68,12 +68,12 @@ class Line:
 
 
 def interval(time_s: FloatArray, half_width: FloatArray) -> list[Line]:
-    """Return the lines between which a compensator expects most of what it leaves.
+    """Return the lines between which a compensator expects most of its remaining error.
 
     Parameters
     ----------
     time_s, half_width : array (samples,)
-        [s], [um]; a half width below 0 is not known.
+        [s], [um]; a half-width below 0 is unknown.
     """
     known = np.where(half_width >= 0.0, half_width, np.nan)
     if not np.isfinite(known).any():
@@ -84,7 +84,7 @@ def interval(time_s: FloatArray, half_width: FloatArray) -> list[Line]:
 
 @dataclass(frozen=True)
 class Panel:
-    """Curves with one vertical axis, whose label gives the unit; *from_zero* shows zero too."""
+    """Curves with one vertical axis, whose label gives the unit; *from_zero* includes zero."""
 
     y_label: str
     lines: tuple[Line, ...]
@@ -101,13 +101,13 @@ class Chart:
     name : str
         Name of the file and of the element on the page.
     title, note : str
-        What it shows, and what to look at.
+        What it shows, and what to look for.
     panels : tuple of Panel
         From top to bottom.
     x_label : str
-        Of the axis below them.
+        Label of the axis below them.
     x_unit : float
-        So much of the lines' *time_s* is one on that axis.
+        One unit of that axis, in terms of the lines' *time_s*.
     """
 
     name: str
@@ -131,10 +131,10 @@ def convergence_chart(curves: Mapping[str, Sequence[float]]) -> Chart:
 
 
 def kept(values: FloatArray, most: int = CHART_WIDTH) -> npt.NDArray[np.intp]:
-    """Return which samples a drawing needs: few, and no extreme lost.
+    """Return the few samples that a drawing needs, including all extremes.
 
-    The samples are cut into equal stretches; of each the smallest, the largest and the first
-    missing one stay, and the first and last of all.
+    The samples are cut into equal stretches; the smallest, the largest and the first missing one of
+    each are kept, and the first and last of all.
 
     Parameters
     ----------
@@ -169,7 +169,7 @@ def kept(values: FloatArray, most: int = CHART_WIDTH) -> npt.NDArray[np.intp]:
 
 
 def kept_steps(values: FloatArray) -> npt.NDArray[np.intp]:
-    """Return which samples a drawing of a held value needs: each one that begins a new level."""
+    """Return the samples that a drawing of a held value needs: each one that begins a new level."""
     changes = np.flatnonzero(np.diff(values) != 0.0) + 1
     if len(changes) > CHART_WIDTH:
         return kept(values)

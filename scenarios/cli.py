@@ -5,9 +5,8 @@ A command is a file in ``spindle_drift/commands`` or ``gateway/commands`` with `
 without importing the file, so that help is quick whatever the commands import. ``READS`` and
 ``WRITES`` name the arguments that are files: see `scenarios.outputs`.
 
-Exit codes: 0; 2 for input that cannot be used (one line on standard error); 1 for an FMU that
-failed (one line) or a mistake in this program (a traceback); 130 when interrupted, 143 when
-terminated.
+Exit codes: 0; 2 for unusable input (one line on standard error); 1 for an FMU that failed (one
+line) or a bug (a traceback); 130 if interrupted, 143 if terminated.
 """
 
 from __future__ import annotations
@@ -33,9 +32,9 @@ from scenarios.entry import interrupted
 from scenarios.version import PROGRAM, version
 
 ROOMS = ("spindle_drift", "gateway")
-"""Whose folders ``commands`` hold commands; by name, as this room knows none above it."""
+"""Packages with a folder of ``commands``; by name, since this package may not import them."""
 TERMINATED = 128 + signal.SIGTERM
-"""Exit code after SIGTERM, as a shell gives it."""
+"""Exit code after SIGTERM, as a shell returns it."""
 DESCRIPTION = """\
 Measures, models and compensates the thermal drift of machine-tool spindles.
 
@@ -58,7 +57,7 @@ class UsageError(Exception):
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser whose refusals look like all others."""
+    """A parser whose refusals have the same form as all others."""
 
     def error(self, message: str) -> Any:
         """Refuse the command line."""
@@ -83,7 +82,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return interrupted()
     except BrokenPipeError:
-        # The reader of a pipe has gone; a second failure on closing must stay silent.
+        # The reader of the pipe is gone; a second failure on closing must be silent.
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
         return 0
     except Exception as error:
@@ -101,8 +100,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _ending_in_order() -> Iterator[None]:
     """Let SIGTERM end the program by an exception, so that temporary folders are removed.
 
-    An exception that comes while an object is deleted, or in a library's ``except:``, gets lost. So
-    the signal is sent again until the program is on its way out.
+    An exception raised while an object is deleted, or inside a library's ``except:``, gets lost. So
+    the signal is sent again until the program is ending.
     """
     again: list[threading.Timer] = []
 
@@ -161,7 +160,7 @@ def _run(argv: list[str]) -> int:
     args, unknown = parser.parse_known_args(argv)
     if not args.command:
         raise UsageError(f"a command is needed: {', '.join(known)} (see '{PROGRAM} --help')")
-    if unknown:  # said by the command, whose help lists what it takes
+    if unknown:  # refused by the command, whose help lists its arguments
         chosen.error(f"unrecognized arguments: {' '.join(unknown)}")
     return _guarded(module, args)
 
@@ -183,7 +182,7 @@ def _declare(module: ModuleType, command: argparse.ArgumentParser) -> None:
 
 
 def _guarded(module: ModuleType, args: argparse.Namespace) -> int:
-    """Run a command; nothing that is not its own is written over."""
+    """Run a command, which may overwrite only its own files."""
     from scenarios.outputs import guarding_command
 
     args.force = getattr(args, "force", False)
@@ -222,11 +221,11 @@ def _is_full(error: OSError) -> bool:
 
 
 def _code(error: Exception) -> int | None:
-    """Return the exit code of an error that is told in one line; None for a bug."""
+    """Return the exit code of an error that is reported in one line; None for a bug."""
     if isinstance(error, UsageError):
         return 2
-    # By name, so that nothing heavy is imported to compare with: these modules are loaded already
-    # if such an error exists.
+    # By name, so that nothing heavy is imported for the comparison: if such an error exists, its
+    # module is already loaded.
     for module, name, code in (
         ("measurement.errors", "BadInput", 2),
         ("fmu_compensator.runtime.fields", "ModelFileError", 2),

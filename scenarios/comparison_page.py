@@ -1,4 +1,4 @@
-"""What a comparison of error models shows: ranking, curves of judged runs, convergence."""
+"""Presents a comparison of error models: ranking, curves of unseen runs, convergence."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from scenarios.report import short, write_page
 
 @dataclass(frozen=True)
 class TargetCell:
-    """One target's figures in a line of the table; NaN where there are none.
+    """One target's figures in a line of the table; NaN if there are none.
 
     Attributes
     ----------
     unseen, median : float
-        RMSE of the judged runs, and the median over them [um, urad].
+        RMSE of all unseen runs, and the median over them [um, urad].
     eta : float
-        Predictive ability on the judged runs [%].
+        Predictive ability on unseen runs [%].
     largest : float
-        Largest error on the judged runs [um, urad].
+        Largest error on unseen runs [um, urad].
     alone : float
-        RMSE of the judged runs by the error model alone [um, urad].
+        RMSE of unseen runs with the error model alone [um, urad].
     counts : float
-        Share of its prediction that counts beside the Gaussian [%].
+        Weight of its prediction next to the Gaussian [%].
     """
 
     unseen: float
@@ -129,13 +129,13 @@ def _line(line: TableRow) -> str:
 
 
 def best_rows(comparison: Comparison) -> list[Row]:
-    """Return the best models that need no displacement."""
+    """Return the best models that do not use displacements."""
     rows = [row for row in comparison.rows if not row.uses_displacement and row.chosen]
     return rows[:SHOWN]
 
 
 def charts_of(comparison: Comparison) -> list[Chart]:
-    """Return a chart for each judged run, measured and by the best models, and convergences."""
+    """Return a chart for each unseen run, measured and by the best models, and convergences."""
     best = best_rows(comparison)
     charts = []
     for number, judged in enumerate(best[0].validate[:SHOWN] if best else ()):
@@ -201,7 +201,7 @@ def _draw_ranking(comparison: Comparison, path: Path) -> Path:
         name, unit = comparison.targets[place], comparison.units[place]
         ax.set_title(f"{name}: RMSE on unseen runs [{UNITS[unit].label}]", fontsize=9)
         ax.spines[["top", "right"]].set_visible(False)
-        # A model that runs away must not flatten all others: its bar is cut, its number says so.
+        # A model that diverges must not flatten all others: its bar is cut, its number is not.
         end = 1.5 * float(np.median(values)) + 1e-9
         ax.set_xlim(0.0, end)
         for number, value in enumerate(values):
@@ -217,9 +217,9 @@ def write_comparison(comparison: Comparison, faults: Sequence[Fault], path: Path
     ----------
     comparison : Comparison
     faults : sequence of Fault
-        Of the runs that were compared on.
+        Faults in the runs.
     path : Path
-        Replaced if it is there.
+        Replaced if it exists.
     """
     lines = table_of(comparison)
     return write_page(

@@ -1,23 +1,23 @@
-"""The master: a plant FMU and a compensator FMU in a loop.
+"""The master: co-simulates a plant FMU and a compensator FMU in closed loop.
 
 Step order
 ----------
-At every communication point t both FMUs stand at t, and then, with a step of h:
+At every communication point both FMUs are at time t; then, with a step of h:
 
-1. the plant's outputs y(t) (readings of the sensors) are taken, faults of sensors are applied, and
-   with the signals u(t) they become the compensator's inputs;
-2. the signals u(t) and the offsets c(t), which the compensator gave at t, become the inputs of the
-   plant;
+1. the plant's outputs y(t) (sensor readings) are read, sensor faults are applied, and together with
+   the signals u(t) they become the compensator's inputs;
+2. the signals u(t) and the offsets c(t), which the compensator gave at t, become the plant's
+   inputs;
 3. both FMUs step from t to t + h. The compensator's new offsets c(t + h) come from y(t).
 
 Inputs hold during a step. Neither FMU uses what the other computes in the same step (the Jacobi
-scheme), so the order of the two is of no consequence and nothing is iterated.
+scheme), so their order does not matter and nothing is iterated.
 
-The delay this makes is one step from a reading to the offset that answers it, and one more until
-the plant's outputs show it: c(t + h) from y(t) acts from t + h on and is seen in y(t + 2h). A real
+This causes a delay of one step from a reading to the resulting offset, and one more until the
+plant's outputs show it: c(t + h) from y(t) acts from t + h on and appears in y(t + 2h). A real
 control has the same delay: in one cycle it reads the thermometers and computes, in the next the
-axes move. Letting the plant use the new offsets in the same step (Gauss-Seidel) would save one
-cycle that no control saves. With h = 1 s and drift of at most some um a minute it is of no weight.
+axes move. Letting the plant use the new offsets in the same step (Gauss-Seidel) would save a cycle
+that no control saves. With h = 1 s and drift of at most a few um per minute it is negligible.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def simulate(
     *,
     quiet: bool = False,
 ) -> Recording:
-    """Run one case from beginning to end.
+    """Run one case from start to end.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def simulate(
     BadInput
         If the case does not fit the FMUs.
     FmuError
-        If an FMU fails; nothing of the run is returned then.
+        If an FMU fails; nothing is returned then.
     """
     stderr, printed = sys.stderr, io.StringIO()
 
@@ -96,7 +96,7 @@ def simulate(
         if not quiet:
             tqdm.write(line, file=stderr)
 
-    # A Python FMU shares this process's standard error; its complaints come through its log.
+    # A Python FMU shares this process's standard error; its warnings come through its log.
     with contextlib.redirect_stderr(printed), contextlib.ExitStack() as stack:
         check = stack.enter_context(interruptible())
         plant = stack.enter_context(Slave(plant_fmu, "plant", show, printed))
@@ -123,8 +123,8 @@ def signals_over(
     time_s : ndarray
         The communication points [s], shape (points,).
     plant, compensator : dict of str to variable
-        What the FMUs have. An input of both that no signal drives becomes one, at the plant's start
-        value.
+        The FMUs' variables. An input of both that no signal drives becomes a signal at the plant's
+        start value.
 
     Raises
     ------
@@ -143,13 +143,13 @@ def signals_over(
 
 
 def plant_parameters(case: Case, plant: Variables) -> dict[str, float]:
-    """Return the plant's parameters in a case, the noise's seed included; 0 stands for no noise.
+    """Return the plant's parameters in a case, including the noise seed; 0 means no noise.
 
     Parameters
     ----------
     case : Case
     plant : dict of str to variable
-        Of the plant FMU.
+        The plant FMU's variables.
     """
     settings = case.settings
     found = dict(settings.plant.parameters)

@@ -1,4 +1,4 @@
-"""What ``spindle-drift`` starts: Ctrl-C ends it quietly from the first import on."""
+"""The entry point of ``spindle-drift``: Ctrl-C ends it quietly from the first import on."""
 
 from __future__ import annotations
 
@@ -18,6 +18,6 @@ def main() -> int:
 
 
 def interrupted() -> int:
-    """Say that the program was interrupted and return the exit code, as a shell gives it."""
+    """Report that the program was interrupted and return the exit code, as a shell does."""
     print(f"{PROGRAM}: error: interrupted: what was not finished is removed", file=sys.stderr)
     return 130

@@ -1,4 +1,4 @@
-"""Sensors that fail: what happens to a reading between the plant and the compensator."""
+"""Sensor faults: what happens to a reading between the plant and the compensator."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class SensorFault(BaseModel):
     kind : str
         ``missing``: no value (NaN). ``frozen``: repeats the reading at *start_s*. ``offset``:
         *value* too high. ``spike``: *value* too high for one step, at *start_s* and then every
-        *every_s*. ``drift``: runs away by *value* an hour. ``stuck-at``: reads *value*.
+        *every_s*. ``drift``: drifts by *value* per hour. ``stuck-at``: reads *value*.
     start_s, end_s : float
         Start and end; without *end_s* it lasts to the end of the run [s].
     value : float
@@ -61,7 +61,7 @@ class FaultLine:
     Parameters
     ----------
     faults : iterable of SensorFault
-        In the order in which they act on a sensor that several of them name.
+        In the order in which they act on a sensor that has several.
     names : sequence of str
         The compensator's inputs, in the order of the values.
     """
@@ -78,7 +78,7 @@ class FaultLine:
         time_s : float
             The communication point [s].
         step_s : float
-            From there to the next [s].
+            Time to the next one [s].
         values : array, shape (names,)
             Readings in the order of the names; changed in place.
         """

@@ -1,4 +1,4 @@
-"""Charts as PNG files (matplotlib, without a screen)."""
+"""Draws charts as PNG files (matplotlib, without a display)."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ def saved(figure: Figure, path: Path) -> Path:
 
 
 def settle(figure: Figure) -> None:
-    """Let the layout take place once and keep it to four digits.
+    """Compute the layout once and keep it to four digits.
 
-    The layout's solver may end a last digit apart from one drawing to the next.
+    The layout's solver may differ in the last digit from one drawing to the next.
 
     Parameters
     ----------
@@ -47,13 +47,13 @@ def png_bytes(figure: Figure, dpi: int = 110) -> bytes:
     Parameters
     ----------
     figure : Figure
-        Its layout is settled, as `settle` does.
+        Its layout is settled with `settle`.
     dpi : int
         Pixels per inch.
     """
     stream = io.BytesIO()
     settle(figure)
-    # Without the library's version in it.
+    # Without the library's version in the file.
     figure.savefig(stream, format="png", dpi=dpi, metadata={"Software": None})
     return stream.getvalue()
 
@@ -65,7 +65,7 @@ def draw_on(chart: Chart, figure: Figure) -> Figure:
     ----------
     chart : Chart
     figure : Figure
-        Empty; its size changes with the chart's panels.
+        Empty; its size is set by the chart's panels.
 
     Returns
     -------
@@ -105,7 +105,7 @@ def _draw_panel(panel: Panel, ax: Axes, x_unit: float) -> None:
 
 
 def plain(ax: Axes) -> None:
-    """Give axes the looks of all charts: a light grid, and no frame."""
+    """Give axes the style of all charts: a light grid and no frame."""
     ax.grid(True, color="#e3e6ea", linewidth=0.8)
     ax.spines[["top", "right"]].set_visible(False)
     ax.spines[["left", "bottom"]].set_color("#9aa1ab")
@@ -113,7 +113,7 @@ def plain(ax: Axes) -> None:
 
 
 def _legend(figure: Figure, chart: Chart) -> None:
-    """Put one legend under the whole figure: each label once."""
+    """Put one legend below the whole figure, with each label once."""
     lines: dict[str, Line] = {
         line.label: line for panel in chart.panels for line in panel.lines if line.label
     }

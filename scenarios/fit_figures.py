@@ -1,4 +1,4 @@
-"""Figures of what a fit found: autocorrelations of a time series, convergence of a network."""
+"""Figures of a fit: autocorrelations of a time series, convergence of a network."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ Found = Mapping[str, Any]
 
 
 def draw_fit(found: Found, out: Path) -> list[Path]:
-    """Write the figures that there are of a fit.
+    """Write the figures that a fit has.
 
     Parameters
     ----------
     found : mapping
-        What the error model reports of its fit.
+        The error model's report on its fit.
     out : Path
-        Folder to write to; it is left alone if there is no figure.
+        Folder to write to; untouched if there is no figure.
 
     Returns
     -------
@@ -41,7 +41,7 @@ def draw_fit(found: Found, out: Path) -> list[Path]:
 
 
 def _correlations(found: Found) -> Figure | None:
-    """Return ACF and PACF of every series, with the band of white noise."""
+    """Return the ACF and PACF of every series, with the band of white noise."""
     targets = found.get("targets")
     series = targets if isinstance(targets, Mapping) else {}
     shown = {name: arma for name, arma in series.items() if "acf" in arma}

@@ -1,4 +1,4 @@
-"""What a fit found besides its figures: weights, time constants, orders, tests, as lines."""
+"""Formats the results of a fit as lines: weights, time constants, orders, tests."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from scenarios.charts import SHOWN
 
 
 def told(kind: str, targets: Sequence[str], found: Mapping[str, Any]) -> list[str]:
-    """Return what the error model reports of its fit, as lines.
+    """Return the error model's report on its fit as lines.
 
     Parameters
     ----------
     kind : str
-        Of the error model.
+        Kind of error model.
     targets : sequence of str
         What it predicts.
     found : mapping

@@ -1,4 +1,4 @@
-"""What `fit` and `update` show while they work, and what they print of a fit."""
+"""The progress bar and the report of `fit` and `update`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from scenarios.fit_found import told
 
 @contextmanager
 def bar() -> Iterator[Callable[[str, float], None]]:
-    """Show a bar with the time left; give what tells it how far the work is."""
+    """Show a bar with the time left; give the function that updates it."""
     form = "{desc}: {percentage:3.0f}%|{bar}| {elapsed}<{remaining}"
     with tqdm(total=1.0, bar_format=form, disable=None, leave=False) as bar:
 
@@ -27,14 +27,14 @@ def bar() -> Iterator[Callable[[str, float], None]]:
 
 
 def report(table: dict[str, Any], path: Path) -> list[str]:
-    """Return what a person wants to know of a fit, as lines.
+    """Return the report of a fit as lines.
 
     Parameters
     ----------
     table : dict
         The compensator file's content.
     path : Path
-        Where the file was written.
+        The file written.
     """
     provenance, figures = table["provenance"], table["provenance"]["figures"]
     lines = list(provenance["notes"])
@@ -56,14 +56,14 @@ def report(table: dict[str, Any], path: Path) -> list[str]:
 
 
 def promise(figures: dict[str, Any], runs: int) -> list[str]:
-    """Return what the fit may promise: the worse of like and unlike runs left out, first.
+    """Return the promised error as lines: first the worse of like and unlike left-out runs.
 
     Parameters
     ----------
     figures : dict
-        Of the file's provenance.
+        From the file's provenance.
     runs : int
-        So many were given.
+        Number of runs given.
     """
     unseen = figures["unseen"] or {}
     kinds = [kind for kind in ("like", "unlike") if kind in unseen]
@@ -103,12 +103,12 @@ def promise(figures: dict[str, Any], runs: int) -> list[str]:
 
 
 def promise_line(unseen: Mapping[str, Any] | None) -> str:
-    """Return what is promised for other runs, in a line; empty where nothing is.
+    """Return the error promised for other runs, in a line; empty if there is none.
 
     Parameters
     ----------
     unseen : mapping or None
-        Of the file's figures.
+        From the file's figures.
     """
     if not unseen:
         return ""

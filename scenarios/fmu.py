@@ -1,7 +1,7 @@
-"""One FMU as the master uses it: opened, connected by name, stepped with little overhead.
+"""An FMU as the master uses it: opened, connected by name, stepped with little overhead.
 
-The arrays that cross into C are made once: a port is a numpy array whose memory the FMU reads or
-writes, so a step costs no conversion.
+The arrays passed to C are made once: a port is a numpy array whose memory the FMU reads or writes,
+so a step needs no conversion.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ _logs: dict[str, Callable[[int, str], None]] = {}
 
 
 class FmuError(Exception):
-    """An FMU failed while it ran; the text is one line: which, when, and the cause it logged."""
+    """An FMU failed while running; the text is one line: which, when, and the cause it logged."""
 
 
 def _dispatch(component: Any, instance: bytes, status: int, category: bytes, text: bytes) -> None:
-    """Give a message to the slave that it comes from."""
+    """Pass a message to the slave that it comes from."""
     log = _logs.get(instance.decode("utf-8", "replace") if instance else "")
     if log is None:
         printLogMessage(component, instance, status, category, text)
@@ -59,7 +59,7 @@ def _new_callbacks() -> Any:
     callbacks.logger = fmi2CallbackLoggerTYPE(_dispatch)
     callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
     callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)
-    # The proxy fills in a message's arguments, which Python cannot; it knows one logger a process.
+    # The proxy fills in a message's arguments, which Python cannot; one logger per process.
     addLoggerProxy(ctypes.byref(callbacks))
     return callbacks
 
@@ -83,7 +83,7 @@ class Port:
     names : tuple of str
         The variables.
     values : ndarray
-        What was read last, or what is to be set; shape (variables,).
+        The values last read, or to be set; shape (variables,).
     """
 
     def __init__(self, slave: Slave, names: Sequence[str], kind: str = "Real") -> None:
@@ -106,7 +106,7 @@ class Port:
             raise self._failure("read")
 
     def set(self) -> None:
-        """Give *values* to the FMU."""
+        """Set *values* in the FMU."""
         if self.names and self._setter(*self._call) > fmi2Warning:
             raise self._failure("set")
 
@@ -120,19 +120,19 @@ class Slave:
     Parameters
     ----------
     file : Path or FmuFile
-        The ``.fmu`` file; one that is unpacked already stays so.
+        The ``.fmu`` file; an unpacked one stays unpacked.
     label : str
-        What messages call it: ``plant`` or ``compensator``.
+        Name in messages: ``plant`` or ``compensator``.
     show : callable
-        Takes each warning of the FMU, as a line.
+        Called with each warning of the FMU, as a line.
     printed : StringIO
-        What the process prints on standard error meanwhile: where an FMU that logs nothing may
-        have left a cause.
+        Standard error of the process meanwhile, in which an FMU that logs nothing may have left a
+        cause.
 
     Raises
     ------
     BadInput
-        If the file is no such FMU, or lacks what a plant or a compensator must have.
+        If the file is not such an FMU, or lacks what a plant or a compensator must have.
     FmuError
         If it cannot be instantiated.
     """
@@ -201,12 +201,12 @@ class Slave:
         return names_of(self.variables, causality, kind)
 
     def column(self, name: str) -> str:
-        """Return the column that holds a variable in a table: its name and its unit.
+        """Return the column of a variable in a table: its name and unit.
 
         Parameters
         ----------
         name : str
-            A variable; a unit that columns do not know counts as none.
+            A variable; a unit that columns cannot have counts as none.
         """
         unit = own_name(self.variables[name].unit or "1")
         return f"{name}_{unit if unit in UNITS else '1'}"
@@ -222,14 +222,14 @@ class Slave:
         value : float
             In the parameter's unit; 0 or 1 for a Boolean.
         source : str or path
-            Where it was asked for, for refusals.
+            Where the value was given, for refusals.
         place : str
-            Where in the source.
+            Place in the source.
 
         Raises
         ------
         BadInput
-            For a name that is no parameter of this FMU, or a value that it does not take.
+            If the FMU has no such parameter, or does not accept the value.
         """
         kind = parameter_kind(self.label, self.variables, name, value, source, place)
         port = Port(self, [name], kind)
@@ -238,7 +238,7 @@ class Slave:
 
     @contextlib.contextmanager
     def starting(self, stop_s: float) -> Iterator[None]:
-        """Initialise: what is done inside happens in initialisation mode.
+        """Initialise the FMU; the block runs in initialisation mode.
 
         Parameters
         ----------
@@ -268,14 +268,14 @@ class Slave:
         Parameters
         ----------
         time_s : float
-            Where the step begins [s].
+            Start of the step [s].
         step_s : float
-            Its length [s].
+            Length of the step [s].
 
         Raises
         ------
         FmuError
-            If the FMU cannot.
+            If the FMU fails.
         """
         self.time_s = time_s
         status = self._do_step(self.component, time_s, step_s, 1)
@@ -298,7 +298,7 @@ class Slave:
     # What it says
 
     def failure(self, what: str) -> FmuError:
-        """Return the error that tells what failed, when, and why.
+        """Return an error that reports what failed, when, and why.
 
         Parameters
         ----------
@@ -316,7 +316,7 @@ class Slave:
                 self._show(f"{self.label} FMU at {self.time_s:g} s, {word}: {text.strip()}")
 
     def _cause(self) -> str:
-        # Of a traceback the last line says what it was; all of it is for whoever mends it.
+        # The last line of a traceback names the error; the rest is for whoever fixes it.
         said = self._messages[-1:] or [self._printed.getvalue()]
         lines = [line.strip() for line in said[0].splitlines() if line.strip()]
         if not lines:
@@ -324,13 +324,13 @@ class Slave:
         return lines[-1] if any(line.startswith("Traceback") for line in lines) else lines[0]
 
     def said(self) -> str:
-        """Return everything that the FMU has complained about, tracebacks included."""
+        """Return all error messages of the FMU, including tracebacks."""
         return "\n".join(self._messages) or self._printed.getvalue().strip()
 
 
 @contextlib.contextmanager
 def alone(fmu: Path, label: str) -> Iterator[tuple[Slave, Callable[[], None]]]:
-    """Give one FMU, and what stops at Ctrl-C; what it prints is kept for its errors.
+    """Give one FMU, and a check for Ctrl-C; what the FMU prints is kept for its errors.
 
     Parameters
     ----------
@@ -352,16 +352,16 @@ def alone(fmu: Path, label: str) -> Iterator[tuple[Slave, Callable[[], None]]]:
 
 @contextlib.contextmanager
 def interruptible() -> Iterator[Callable[[], None]]:
-    """Keep Ctrl-C and SIGTERM out of FMUs: give a function that stops if one of them came.
+    """Keep Ctrl-C and SIGTERM out of FMUs: give a function that raises if one of them came.
 
-    A Python FMU in the same process would take the interruption for a failure of its own, and
-    nothing that was unpacked would be removed if SIGTERM ended the process on the spot.
+    A Python FMU in the same process would take the interruption for its own failure, and unpacked
+    files would stay if SIGTERM ended the process at once.
 
     Returns
     -------
     callable
-        Raises KeyboardInterrupt after Ctrl-C, and SystemExit with the code that a shell gives a
-        terminated program after SIGTERM.
+        Raises KeyboardInterrupt after Ctrl-C, and after SIGTERM SystemExit with a shell's exit code
+        for a terminated program.
     """
     came: list[int] = []
 

@@ -1,4 +1,4 @@
-"""An FMU as a file: its description, and the folder that it is unpacked into."""
+"""An FMU as a file: its description, and the folder into which it is unpacked."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from measurement.files import sha256_of
 from scenarios.unpacking import Unpacked
 
 MODELS = (f"resources/{MODEL_FILE}", f"documentation/{MODEL_FILE}")
-"""Where a compensator's FMU holds its file: in Python, and in C, which has it compiled in, too."""
+"""Places of the compensator file in an FMU: in Python, and in C (which also has it compiled in)."""
 
 
 class FmuFile(Unpacked):
-    """An FMU's file, read and unpacked once, for any number of instances.
+    """An FMU file, read and unpacked once for any number of instances.
 
     Parameters
     ----------
@@ -32,12 +32,12 @@ class FmuFile(Unpacked):
         The model description as fmpy reads it.
     sha256 : str
     folder : Path
-        Where it is unpacked.
+        Folder of the unpacked FMU.
 
     Raises
     ------
     BadInput
-        If the file is no FMU for co-simulation by FMI 2.0.
+        If the file is not an FMU for co-simulation with FMI 2.0.
     """
 
     def __init__(self, path: Path) -> None:
@@ -48,14 +48,14 @@ class FmuFile(Unpacked):
 
 
 class Shelf(contextlib.ExitStack):
-    """FMU files opened once, for runs one after the other; use it in a ``with``."""
+    """FMU files opened once for consecutive runs; use it in a ``with``."""
 
     def __init__(self) -> None:
         super().__init__()
         self._files: dict[Path, FmuFile] = {}
 
     def file(self, path: Path) -> FmuFile:
-        """Return the file of a path, as it was when first asked for.
+        """Return the file of a path, as it was at the first call.
 
         Parameters
         ----------
@@ -69,7 +69,7 @@ class Shelf(contextlib.ExitStack):
 
 
 def member(fmu: Path, *names: str) -> bytes | None:
-    """Return the first of these files that an FMU holds; None if it holds none, or is no FMU.
+    """Return the first of these files in an FMU; None if it has none, or is not an FMU.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def member(fmu: Path, *names: str) -> bytes | None:
 
 
 def compensator_file(fmu: Path) -> str | None:
-    """Return the text of the compensator file in an FMU; None if it holds none that can be read.
+    """Return the text of the compensator file in an FMU; None if it has no readable one.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def read_description(path: Path, versions: Collection[str] = ("2.0",)) -> Any:
     ----------
     path : Path
     versions : collection of str
-        Of FMI, that are taken.
+        Accepted FMI versions.
 
     Returns
     -------
@@ -117,7 +117,7 @@ def read_description(path: Path, versions: Collection[str] = ("2.0",)) -> Any:
     Raises
     ------
     BadInput
-        If the file is no FMU for co-simulation by one of them.
+        If the file is not an FMU for co-simulation with one of them.
     """
     if not path.is_file():
         raise BadInput(path, "", "there is no such file")

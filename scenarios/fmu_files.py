@@ -1,4 +1,4 @@
-"""Where the FMUs of a scenario come from: a file, the FMU folder, or built on the spot."""
+"""Finds the FMUs of a scenario: a file, one in the FMU folder, or built when needed."""
 
 from __future__ import annotations
 
@@ -36,24 +36,24 @@ def find_fmu(
     Parameters
     ----------
     name : str
-        A path (from *near*, or from the working folder), a name in *fmu_dir*, a compensator file
-        (``.json``) or a machine file (``.toml``); of the last two an FMU is built.
+        A path (relative to *near* or to the working folder), a name in *fmu_dir*, a compensator
+        file (``.json``) or a machine file (``.toml``); from the last two an FMU is built.
     fmu_dir : Path
-        Where the built FMUs are; ``plant.fmu`` and ``compensator.fmu`` are built when missing.
+        Folder of built FMUs; ``plant.fmu`` and ``compensator.fmu`` are built if missing.
     near : Path
         The scenario's folder.
     work : Path
-        Where an FMU for this run alone may be built.
+        Folder in which an FMU for this run only may be built.
     quiet : bool
-        Say nothing about building.
+        Do not report on building.
     native : bool
-        Of a machine file, a compensator file, and of ``plant.fmu`` and ``compensator.fmu`` in
-        *fmu_dir*, return the twin in C where it can be had: it gives the same results, faster. A
-        path always means that very FMU.
+        For a machine file, a compensator file, and ``plant.fmu`` and ``compensator.fmu`` in
+        *fmu_dir*, return the twin in C if available: it gives the same results, faster. A path
+        always means that very FMU.
     everywhere : bool
-        If the twin has to be built, build it for all platforms that there is a compiler for.
+        If the twin must be built, build it for all platforms with a compiler.
     fmi : {2, 3}
-        Version of FMI, of the twin.
+        FMI version of the twin.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def build_shipped(kind: str, fmu_dir: Path, *, quiet: bool = False) -> Path:
         print(f"{fmu_dir / kind}.fmu is missing: building it", file=sys.stderr)
     from scenarios.build_command import main
 
-    # What the build prints is no result of this command.
+    # The build's output is not a result of this command.
     with contextlib.redirect_stdout(sys.stderr):
         code = main(["--only", kind, "--out", str(fmu_dir)])
     if code != 0:
@@ -128,21 +128,21 @@ def build_plant(machine: str, work: Path, name: str = "plant") -> Path:
 def native_twin(
     fmu: Path, work: Path, *, quiet: bool = False, everywhere: bool = False, fmi: Fmi = 2
 ) -> Path:
-    """Return the twin in C of a plant or a compensator FMU, or the FMU itself where there is none.
+    """Return the twin in C of a plant or a compensator FMU, or the FMU itself if there is none.
 
     Parameters
     ----------
     fmu : Path
-        Any FMU; the twin is that beside it, ``plant_native.fmu`` for example, if it is one, else it
-        is built.
+        Any FMU; the twin is the one next to it, for example ``plant_native.fmu``, if that is its
+        twin, else it is built.
     work : Path
-        Where it may be built.
+        Folder in which it may be built.
     quiet : bool
-        Do not say why there is none.
+        Do not report why there is none.
     everywhere : bool
-        Build it for all platforms that there is a compiler for.
+        Build it for all platforms with a compiler.
     fmi : {2, 3}
-        Its version of FMI.
+        FMI version of the twin.
     """
     from fmu_packaging.native.build import TWIN_OF, native_package
     from fmu_packaging.native.compilers import CompileError, NativeError, compilers
@@ -167,7 +167,7 @@ def native_twin(
 
 
 def _native_parts(fmu: Path, name: str, guid: str, work: Path) -> tuple[Any, Any] | None:
-    """Return what the twin of an FMU of this project is made of; None for any other FMU."""
+    """Return what the twin of an FMU of this project is made from; None for any other FMU."""
     from fmu_compensator.runtime.fmi_slave import MODEL_FILE
     from plant_model.fmi_slave import MACHINE_FILE
     from plant_model.machine import Machine
@@ -185,7 +185,7 @@ def _native_parts(fmu: Path, name: str, guid: str, work: Path) -> tuple[Any, Any
 
 
 def needs_no_host(fmu: Path) -> bool:
-    """Return whether an FMU is one of this project in C.
+    """Return whether an FMU is one of this project's in C.
 
     Parameters
     ----------

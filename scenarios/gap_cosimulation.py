@@ -1,8 +1,8 @@
-"""The plant FMUs of a gap report, co-simulated on measured runs and compared with them.
+"""Co-simulates the plant FMUs of a gap report on measured runs and compares them.
 
-The finder compares machines in its own process. What a user takes away is an FMU: it must show the
-same gap in a co-simulation, stepped from row to row with its inputs held. That it does is a test's
-to say: what is left between the two is what a boundary temperature moves by within a step.
+The finder compares machines in its own process, but the user gets an FMU. In a co-simulation,
+stepped from row to row with held inputs, it must show the same gap. A test checks that; the two
+differ only by how much a boundary temperature changes within a step.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Cosimulated:
     time_s : array, shape (T,)
         Communication points [s].
     readings : dict of str to array, shape (T,)
-        What every sensor shows, by name [degC, um].
+        Readings of every sensor, by name [degC, um].
     """
 
     time_s: FloatArray
@@ -49,9 +49,9 @@ def cosimulate(fmu: Path, machine: Machine, run: Run) -> Cosimulated:
     Parameters
     ----------
     fmu : Path
-        The machine's own.
+        The machine's FMU.
     machine : Machine
-        Says which columns drive it and where its nodes start.
+        Defines the input columns and the nodes' start temperatures.
     run : Run
 
     Raises
@@ -61,7 +61,7 @@ def cosimulate(fmu: Path, machine: Machine, run: Run) -> Cosimulated:
     """
     time = _points(run.time_s)
     drive = drive_from(machine, run.frame, FINE_S)
-    # At a row a command is what it is from there on; a boundary is met in the middle of the step.
+    # A command holds from its row on; a boundary temperature is taken at the middle of the step.
     at_start, at_middle = drive.inputs_at(time), drive.inputs_at((time[:-1] + time[1:]) / 2.0)
     boundary = {entry.name for entry in machine.inputs if entry.is_boundary}
     names = [entry.name for entry in machine.inputs]
@@ -94,7 +94,7 @@ def cosimulate(fmu: Path, machine: Machine, run: Run) -> Cosimulated:
 
 
 def _points(rows: FloatArray) -> FloatArray:
-    """Return every row's time, and instants between rows that are far apart."""
+    """Return the time of every row, and instants between rows that are far apart."""
     steps = np.ceil(np.diff(rows) / FINE_S - 1e-9).astype(int)
     pieces = [
         np.linspace(a, b, n, endpoint=False)
@@ -119,20 +119,20 @@ def residuals_of(found: Cosimulated, machine: Machine, observed: Observations) -
 def compare_fmus(
     before: tuple[Path, Machine], after: tuple[Path, Machine], observed: Sequence[Observations]
 ) -> dict[str, Any]:
-    """Return what ``gap.json`` says of the co-simulation.
+    """Return the entry of ``gap.json`` on the co-simulation.
 
     Parameters
     ----------
     before, after : tuple of (Path, Machine)
-        The FMU, and the machine that it was built from.
+        The FMU, and the machine from which it was built.
     observed : sequence of Observations
-        Of the runs that were never used.
+        Observations of the held-out runs.
 
     Returns
     -------
     dict
         ``before`` and ``after``, root mean square of residual over sensor noise; ``channels`` with
-        the residual of each by itself.
+        the residual of each channel.
     """
     machine = before[1]
     left = [

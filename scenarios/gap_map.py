@@ -1,4 +1,4 @@
-"""The regime map: how far each channel is off while the machine does what, run by run."""
+"""The regime map: the residual of each channel in each regime of the machine, run by run."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ KINDS = ("standing", "warming up", "steady", "cooling down")
 
 @dataclass(frozen=True)
 class Cell:
-    """One channel in one regime of one run: what is written, and the colour behind it."""
+    """One channel in one regime of one run: text and background colour."""
 
     text: str
     colour: str
@@ -28,11 +28,11 @@ class RegimeMap:
     Attributes
     ----------
     runs : tuple of (str, int)
-        Names of the runs and how many columns each has.
+        Name and number of columns of each run.
     kinds : tuple of str
-        What the machine does, for each column.
+        Regime of each column.
     rows : tuple of (str, tuple of Cell)
-        Channels, and their cells.
+        Channels and their cells.
     """
 
     runs: tuple[tuple[str, int], ...]
@@ -41,7 +41,7 @@ class RegimeMap:
 
 
 def regime_map(found: Sequence[RunResiduals]) -> RegimeMap:
-    """Return root mean squares in tolerances, by channel, run and regime; blank if not measured."""
+    """Return RMS residuals in tolerances, by channel, run and regime; blank if not measured."""
     runs, kinds = [], []
     columns: list[dict[str, float]] = []
     for run in found:
@@ -59,7 +59,7 @@ def regime_map(found: Sequence[RunResiduals]) -> RegimeMap:
             mean = squares.sum(axis=0) / np.maximum(known.sum(axis=0), 1)
             ratios = np.where(known.any(axis=0), np.sqrt(mean), np.nan)
             columns.append(dict(zip(run.observed.channels, ratios.tolist(), strict=True)))
-    # A channel that is broken in every held-out run is none of theirs.
+    # A channel that is broken in every held-out run is left out.
     channels = dict.fromkeys(name for run in found for name in run.observed.channels)
     return RegimeMap(
         tuple(runs),
@@ -74,5 +74,5 @@ def regime_map(found: Sequence[RunResiduals]) -> RegimeMap:
 def _cell(ratio: float) -> Cell:
     if not np.isfinite(ratio):
         return Cell("", "none")
-    above = 1.0 - 1.0 / max(ratio, 1.0)  # what of it is more than the tolerance
+    above = 1.0 - 1.0 / max(ratio, 1.0)  # the share above the tolerance
     return Cell(f"{ratio:.1f}", mixed(above, "#ffffff", "#de6e4b"))

@@ -66,13 +66,13 @@ def write_gap_page(
 
 
 def _new_numbers(result: GapResult) -> list[str]:
-    """Return the numbers that the machine did not have before."""
+    """Return the numbers added to the machine."""
     had = result.before.machine.parameters
     return [name for name in result.after.machine.parameters if name not in had]
 
 
 def _maps(judged: Judged) -> list[tuple[str, RegimeMap]]:
-    """Return the regime map as the calibrated machine leaves it, and with what was added."""
+    """Return the regime maps of the calibrated machine, without and with what was added."""
     known, unseen = judged.used, judged.unseen
     maps = [("calibrated as given", regime_map([*known.before, *unseen.before]))]
     if judged.result.keys:
@@ -110,7 +110,7 @@ def _title(key: str, machine: Machine) -> str:
 
 
 def _charts(result: GapResult, before: RunResiduals, after: RunResiduals) -> list[Chart]:
-    """Return one run against the model and, on a scale of its own, what the model leaves of it."""
+    """Return charts of one run against the model and, on a separate scale, of the residuals."""
     time, same = before.observed.time_s, before is after
     models = [("calibrated as given", before), ("with what was added", after)]
     machine = result.before.machine

@@ -1,4 +1,4 @@
-"""The gap before and after by channel, beside the reference: the picture at the top of the page."""
+"""The picture at the top of the gap page: gap before and after by channel, and the reference."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from scenarios.svg import part, picture
 BARS = (("before", "calibrated as given", BEFORE), ("after", "with what was added", LINES[0]))
 REFERENCE = "#b8435c"
 WIDTH, NAME, NUMBERS, BAR = 720, 130, 90, 7
-"""Of the picture, of names and numbers in it, and the height of a bar [px]: set on no data."""
+"""Widths of the picture, its names and its numbers, and height of a bar [px]: set on no data."""
 
 
 def gap_picture(channels: Mapping[str, Mapping[str, Any]]) -> str:
-    """Return the picture as SVG: two bars for each channel, and a mark where the reference is.
+    """Return the picture as SVG: two bars per channel, and a mark at the reference.
 
-    One bar where nothing was added.
+    One bar per channel if nothing was added.
 
     Parameters
     ----------
     channels : mapping of str to mapping
-        As ``gap.json`` has them; each is drawn in units of its own noise.
+        As in ``gap.json``; each is drawn in units of its own noise.
     """
     rows = {
         name: {

@@ -1,4 +1,4 @@
-"""From a machine and measured runs to the gap finder's results folder."""
+"""Runs the gap finder on a machine and measured runs, and writes its results folder."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def run_find_gap(
     split_hours: float | None = None,
     say: Callable[[str], None],
 ) -> tuple[dict[str, Any], list[str]]:
-    """Find the gap and write the results folder; nothing is left of it if anything fails.
+    """Find the gap and write the results folder; no folder is left if anything fails.
 
     Parameters
     ----------
@@ -53,29 +53,29 @@ def run_find_gap(
     source : str or Path
         Machine file that it came from, or its shipped name.
     runs, holdout : sequence of Run
-        To calibrate on and to judge by; without *holdout* the last of *runs* is kept back.
+        To calibrate on and to judge by; without *holdout* the last of *runs* is held out.
     out : Path
         Results folder.
     search : Search
-        How to look for what is missing.
+        Settings of the search.
     fmu : bool
-        Whether to build the plant FMUs and to co-simulate them.
+        Whether to build the plant FMUs and co-simulate them.
     split_hours : float, optional
         Longer runs are cut into pieces of this length [h].
     say : callable
-        Told what is being done.
+        Called with what is being done.
 
     Returns
     -------
     table : dict
-        What ``gap.json`` holds.
+        The content of ``gap.json``.
     lines : list of str
-        The same for a person.
+        The same as text.
 
     Raises
     ------
     BadInput
-        For input that cannot be used.
+        If the input cannot be used.
     FmuError
         If a plant FMU fails.
     """
@@ -113,7 +113,7 @@ def run_find_gap(
 
 
 def check_search(search: Search, split_hours: float | None) -> None:
-    """Refuse what cannot be searched for, or pieces [h] of no use, before a run is read."""
+    """Refuse an impossible search, or unusable lengths of pieces [h], before a run is read."""
     for name in search.without:
         if name not in catalogue():
             raise BadInput("--without", "", f"{name} is not one of {', '.join(catalogue())}")
@@ -152,7 +152,7 @@ def _kept_back(
 def _in_pieces(
     machine: Machine, used: list[Run], kept_back: list[Run], hours: float
 ) -> tuple[list[Run], list[Run]]:
-    """Cut long runs into pieces; without runs to judge by, the last piece is kept back."""
+    """Cut long runs into pieces; without runs to judge by, the last piece is held out."""
     pieces = [piece for run in used for piece in pieces_of(machine, run, hours)]
     least = FEWEST_RUNS if kept_back else FEWEST_RUNS + 1
     if len(pieces) < least:
@@ -164,10 +164,10 @@ def _in_pieces(
 def usable_runs(
     machine: Machine, runs: Sequence[Run], unseen: Sequence[Run] = ()
 ) -> tuple[list[Run], list[Run], list[DataFault]]:
-    """Take out what is broken, of runs to calibrate on and of runs to judge by.
+    """Remove faulty data from the runs to calibrate on and those to judge by.
 
-    All of them are looked at together, because a wrong level shows only against other runs; no
-    model takes part in it.
+    All are checked together, because a wrong level shows only against other runs. No model is
+    involved.
 
     Parameters
     ----------
@@ -178,9 +178,9 @@ def usable_runs(
     Returns
     -------
     used, kept_back : list of Run
-        What is broken in them is NaN; runs of which too little is left are not among them.
+        With faulty data as NaN, without runs of which too little is left.
     faults : list of DataFault
-        What was taken out.
+        What was removed.
 
     Raises
     ------
@@ -205,7 +205,7 @@ def usable_runs(
 
 
 def _need_inputs(machine: Machine, run: Run) -> None:
-    """Refuse a run without what drives the machine."""
+    """Refuse a run without the machine's inputs."""
     for entry in machine.inputs:
         if entry.default is not None:
             continue
@@ -219,7 +219,7 @@ def _need_inputs(machine: Machine, run: Run) -> None:
 
 
 def begun_warm(runs: Sequence[Run]) -> list[str]:
-    """Return a line that says which runs began warm; none if no run says so.
+    """Return a line that names the runs that began warm; none if no run did.
 
     Parameters
     ----------
@@ -231,7 +231,7 @@ def begun_warm(runs: Sequence[Run]) -> list[str]:
 
 
 def not_compared(machine: Machine, runs: Sequence[Run]) -> list[str]:
-    """Return a line for each sensor of a machine that some or all of the runs do not hold.
+    """Return a line for each sensor of a machine that some or all of the runs lack.
 
     Parameters
     ----------
@@ -252,7 +252,7 @@ def not_compared(machine: Machine, runs: Sequence[Run]) -> list[str]:
 def _cosimulated(
     result: GapResult, observed: Sequence[Observations], folder: Path, say: Callable[[str], None]
 ) -> dict[str, Any]:
-    """Build the FMUs of both machines into the folder and co-simulate the runs never used."""
+    """Build the FMUs of both machines into the folder and co-simulate the held-out runs."""
     built = []
     for name, file, which in zip(
         FMUS,

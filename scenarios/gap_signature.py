@@ -1,4 +1,4 @@
-"""What the named effects do, drawn over what the calibrated machine leaves."""
+"""Draws the signatures of the named effects over the residuals of the calibrated machine."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from scenarios.charts import BEFORE, LINES, SHOWN, Chart, Line, Panel
 
 
 def signature_charts(result: GapResult) -> list[Chart]:
-    """Return a chart for each effect that was added: the run and the channels it moves most.
+    """Return a chart for each added effect, of the run and the channels that it moves most.
 
-    The signature is the calibrated machine with everything that was added, less the same without
+    The signature is the calibrated machine with everything that was added, minus the same without
     this effect.
     """
     return [_chart(result, key) for key in result.keys if key in result.after.machine.effects]
@@ -44,7 +44,7 @@ def _chart(result: GapResult, key: str) -> Chart:
         name = observed.channels[i]
         curves = [left[:, i], signature[:, i]]
         if name in lengths:
-            # The zero of a displacement is the run's own, so only what changes can be compared.
+            # Each run has its own zero of displacement, so only changes can be compared.
             measured = np.isfinite(left[:, i])
             curves = [values - np.mean(values[measured]) for values in curves]
         lines = (
@@ -63,7 +63,7 @@ def _chart(result: GapResult, key: str) -> Chart:
 
 
 def _moving(values: FloatArray) -> FloatArray:
-    """Return a signature less its mean: a constant is what calibration takes first."""
+    """Return a signature minus its mean, because calibration absorbs a constant first."""
     return np.asarray(values - np.mean(values, axis=0))
 
 

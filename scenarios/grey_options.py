@@ -1,4 +1,4 @@
-"""The options of the choice of temperatures, which more than one command has."""
+"""The options of the choice of temperatures, shared by several commands."""
 
 from __future__ import annotations
 
@@ -20,31 +20,31 @@ OPTIONS: dict[str, dict[str, str]] = {
     "score": {"metavar": "correlation|relational"},
 }
 ALWAYS_TOLD = ("threshold", "score")
-"""Stand in a file's provenance even where nobody asked for another."""
+"""Options that a file's provenance records even at their defaults."""
 
 
 def usual_choice() -> dict[str, Any]:
-    """Return what a file's provenance always says of the choice, where nothing else is asked."""
+    """Return the defaults of the choice that a file's provenance always records."""
     usual = defaults(survey)
     return {name: usual[name] for name in ALWAYS_TOLD}
 
 
 def add_grey_options(parser: argparse.ArgumentParser) -> None:
-    """Declare them, and what else the choice of points goes by."""
+    """Declare the grey options, and the others of the choice of points."""
     add_parameters(parser, survey, **OPTIONS)
 
 
 def add_choice_options(parser: argparse.ArgumentParser) -> None:
-    """Declare these options, and which target the choice goes by."""
+    """Declare these options, and the target of the choice."""
     add_grey_options(parser)
     text = "the one target to score against; growth: elongation, or what measures Z (default: all)"
     parser.add_argument("--score-target", dest="target", metavar="NAME", help=text)
 
 
 def grey_options(args: argparse.Namespace) -> dict[str, Any]:
-    """Return the threshold, and what is not as usual, by the names that fit and survey give them.
+    """Return the threshold and options that differ from their defaults, by their names in fit.
 
-    What a file's provenance holds is then what somebody has asked for.
+    A file's provenance then holds only what was asked for.
     """
     usual = defaults(survey)
     return {
@@ -55,6 +55,6 @@ def grey_options(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def choice_options(args: argparse.Namespace) -> dict[str, Any]:
-    """Return what the choice of temperatures goes by, score and its target included."""
+    """Return the options of the choice of temperatures, including score and its target."""
     target = {} if args.target is None else {"target": args.target}
     return grey_options(args) | target

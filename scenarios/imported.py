@@ -1,4 +1,4 @@
-"""The folder that imports fill: run files, the mapping they follow, and which files are ours."""
+"""Writes the folder of an import: run files, their mapping, and a manifest of the files."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ MAPPING, MANIFEST = "import.toml", "imported.json"
 def write_imported(
     imported: Imported, paths: Sequence[Path], folder: Path, *, with_mapping: bool
 ) -> list[Path]:
-    """Write runs, the manifest and, where asked, the mapping file into a folder.
+    """Write runs, the manifest and, if asked, the mapping file into a folder.
 
-    A run file that an earlier import wrote of the same log, and nobody changed since, is replaced;
-    any other file of that name is not, unless ``--force`` is given.
+    A run file that an earlier import wrote from the same log is replaced if it is unchanged; any
+    other file of that name is replaced only with ``--force``.
 
     Parameters
     ----------
     imported : Imported
     paths : sequence of Path
-        What was imported.
+        The imported files.
     folder : Path
-        Made if missing; other files in it stay.
+        Created if missing; other files in it stay.
     with_mapping : bool
         Whether to write the mapping file.
 
@@ -77,14 +77,14 @@ def _check(
     if not isinstance(entry, dict) or entry.get("sha256") != sha256_of(target):
         why = "and was changed since it was imported" if entry else "and was not imported"
         raise BadInput(target, "", f"exists {why}: {OTHERWISE}")
-    # A run with a date is called after its start; log.csv of another day is another run.
+    # A run with a date is named after its start, so log.csv of another day is another run.
     if not piece.starts[:1].isdigit() and not any(entry in sources for entry in entry["sources"]):
         why = "and was imported from another log: import both at once, choose another folder"
         raise BadInput(target, "", f"exists {why}, or let --force replace it")
 
 
 def _manifest(folder: Path) -> dict[str, Any]:
-    """Return what the folder's manifest says of each file; empty without one."""
+    """Return the folder's manifest, by file; empty if there is none."""
     if not (folder / MANIFEST).exists():
         return {}
     try:
@@ -98,13 +98,13 @@ def _manifest(folder: Path) -> dict[str, Any]:
 
 
 def table_text(imported: Imported, files: Sequence[Path]) -> str:
-    """Return what was made as a table for a terminal.
+    """Return the imported runs as a table for a terminal.
 
     Parameters
     ----------
     imported : Imported
     files : sequence of Path
-        Where each of its runs was written, in their order.
+        The files written, in the order of the runs.
     """
     began = {True: "began warm", False: "began cold", None: ""}
     lines = []

@@ -1,4 +1,6 @@
-"""A spindle's section to scale, as SVG: cells by temperature, bearings, motor, jackets, sensors."""
+"""Draws a spindle's section to scale as SVG: cells coloured by temperature, bearings, motor,
+jackets, sensors.
+"""
 
 from __future__ import annotations
 
@@ -14,10 +16,10 @@ from plant_model.machine import Machine
 from scenarios.svg import INK, label, mixed, part, picture
 
 DRAWING_WIDTH, BORDER, TOP = 1040.0, 50.0, 34.0
-"""Of the picture, and what stays free beside and above the spindle [px]: set on no data."""
+"""Width of the picture, and margins beside and above the spindle [px]: set on no data."""
 SOFT, BLUE, RED = "#7a828d", "#2f6fb3", "#b3402f"
 SIDES = ((1.0, 90.0), (-1.0, 270.0))
-"""Above and below the axis, the sign there and the direction [deg]: given by the section."""
+"""Sign and direction [deg] above and below the axis: given by the section."""
 HATCH = (
     '<defs><pattern id="hatch" width="6" height="6" patternUnits="userSpaceOnUse"'
     ' patternTransform="rotate(45)"><rect width="6" height="6" fill="#eef0f3"/>'
@@ -26,14 +28,14 @@ HATCH = (
 
 
 def colour(value: float, low: float, high: float) -> str:
-    """Return the fill of a temperature between the coldest and the warmest."""
+    """Return the fill colour of a temperature between the coldest and the warmest."""
     share = min(1.0, max(0.0, (value - low) / max(high - low, 1e-9)))
     return mixed(share, "#dee6ee", "#e26830")
 
 
 @dataclass
 class Canvas:
-    """Draws in mm along the axis and from it; the nose is on the right.
+    """Draws in mm along the axis and radially; the nose is on the right.
 
     Attributes
     ----------
@@ -51,7 +53,7 @@ class Canvas:
     warm: dict[str, float]
 
     def __post_init__(self) -> None:
-        """Find the scales."""
+        """Compute the scales."""
         self.low, self.high = min(self.warm.values()), max(self.warm.values())
         self.scale = (DRAWING_WIDTH - 2.0 * BORDER) / (self.last - self.first)
         self.middle = TOP + self.reach * self.scale + 6.0
@@ -59,11 +61,11 @@ class Canvas:
         self.parts: list[str] = []
 
     def x(self, at: float) -> float:
-        """Return where a place along the axis is [px]."""
+        """Return the horizontal position of a place along the axis [px]."""
         return BORDER + (at - self.first) * self.scale
 
     def y(self, radius: float) -> float:
-        """Return where a distance from the axis is [px]."""
+        """Return the vertical position of a distance from the axis [px]."""
         return self.middle - radius * self.scale
 
     def rect(
@@ -78,7 +80,7 @@ class Canvas:
         self.parts.append(part("rect", "", title, **place, **size, fill=fill, stroke=INK))
 
     def node(self, along: tuple[float, float], radii: tuple[float, float], node: str) -> None:
-        """Draw the section of a node's ring, by its temperature."""
+        """Draw the section of a node's ring, coloured by its temperature."""
         warm = self.warm[node]
         self.rect(along, radii, colour(warm, self.low, self.high), f"{node}: {warm:.1f} degC")
 
@@ -95,11 +97,11 @@ class Canvas:
         self.parts.append(part("circle", "", title, **place, r=size, fill=fill, stroke=INK))
 
     def text(self, x: float, y: float, text: str, **looks: object) -> None:
-        """Write at a place in pixels."""
+        """Write text at a point in pixels."""
         self.parts.append(label(x, y, text, **looks))
 
     def line(self, x1: float, y1: float, x2: float, y2: float, stroke: str, dash: str = "") -> None:
-        """Draw a line between places in pixels."""
+        """Draw a line between points in pixels."""
         ends = {"x1": x1, "y1": y1, "x2": x2, "y2": y2}
         self.parts.append(part("line", **ends, stroke=stroke, stroke_dasharray=dash))
 
@@ -145,7 +147,7 @@ def section_of_page(drawing: Drawing, warm: dict[str, float]) -> str:
 
 
 def _holds(canvas: Canvas, drawing: Drawing, reach: float) -> None:
-    """Draw what holds the housing, above and below it where it reaches there."""
+    """Draw what holds the housing, above and below it as far as it extends."""
     for carrier in drawing.form.carriers:
         holds = carrier.holds
         if holds is None:
@@ -195,7 +197,7 @@ def _bearing(canvas: Canvas, seat: Seat) -> None:
 
 
 def _lines(canvas: Canvas, drawing: Drawing) -> None:
-    """Draw the axis, the mounting face, the gauge line and a length to measure by."""
+    """Draw the axis, the mounting face, the gauge line and a scale."""
     bottom = 2.0 * canvas.middle - TOP
     canvas.line(
         BORDER - 20, canvas.middle, DRAWING_WIDTH - BORDER + 20, canvas.middle, SOFT, "12 3 2 3"
@@ -219,7 +221,7 @@ def _thermometers(canvas: Canvas, mesh: Mesh) -> None:
 
 
 def _placed(mesh: Mesh) -> Iterator[tuple[str, float, float, str]]:
-    """Yield name, place along the axis, distance from it and words of each thermometer shown."""
+    """Yield name, place along the axis, distance from it and label of each thermometer shown."""
     drawing = mesh.drawing
     for entry in drawing.form.thermometers:
         name, _, ring = entry.part.partition(".")
@@ -255,9 +257,9 @@ def _with_key(canvas: Canvas, name: str) -> str:
 
 
 def section_of_lumps(machine: Machine, warm: dict[str, float]) -> str:
-    """Return shaft and housing of a machine in lumps along the axis; it has no diameters.
+    """Return shaft and housing of a lumped machine along the axis; it has no diameters.
 
-    Empty where the machine has neither.
+    Empty if the machine has neither.
     """
     spans = [
         (

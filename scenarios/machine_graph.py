@@ -1,4 +1,4 @@
-"""The network of a machine as a picture: parts, and the paths of heat between them."""
+"""Draws the thermal network of a machine: parts, and the heat paths between them."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def _kinds(machine: Machine) -> dict[tuple[str, str], str]:
 def _placed(
     names: list[str], links: dict[tuple[str, str], float]
 ) -> tuple[dict[str, tuple[float, float]], float]:
-    """Return a place for each, near to what it is joined to, and how high that is [px].
+    """Return a position for each part, near its neighbours, and the total height [px].
 
     Stress majorisation (Gansner, Koren and North, 2005) of the number of joints between two.
     """
@@ -105,7 +105,7 @@ def _placed(
         target = (weight[:, :, None] * at[None, :, :] + pull[:, :, None] * gap).sum(axis=1)
         at = target / np.maximum(weight.sum(axis=1), 1e-12)[:, None]
     at -= at.mean(axis=0)
-    # The longest direction lies across the page.
+    # The longest direction goes across the page.
     at = at @ np.linalg.svd(at, full_matrices=False)[2].T if len(names) > 2 else at
     across = max(float(np.ptp(at[:, 0])), 1e-9)
     at = (at - at.min(axis=0)) / across * (DRAWING_WIDTH - 2.0 * BORDER) + BORDER

@@ -1,4 +1,4 @@
-"""A scenario's signals as what drives a machine."""
+"""Converts a scenario's signals to a machine's inputs."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ def inputs_of(case: Case, machine: Machine, every_s: float) -> pd.DataFrame:
     Parameters
     ----------
     case : Case
-        The variant of the scenario whose signals count.
+        The variant of the scenario.
     machine : Machine
         Signals for which it has no input are left out.
     every_s : float
-        Between rows [s].
+        Time between rows [s].
 
     Returns
     -------
     DataFrame
-        ``time_s`` from 0 to the scenario's duration, and a column for each signal under its
-        input's name.
+        ``time_s`` from 0 to the scenario's duration, and a column per signal under its input's
+        name.
     """
     duration_s = case.settings.duration_s
     if not 0.0 < every_s <= duration_s:

@@ -1,4 +1,4 @@
-"""The page that shows a machine: section, network, numbers that are free, and a sheet of checks."""
+"""The page that shows a machine: section, network, free numbers, and a sheet of checks."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from scenarios.report import write_page
 
 @dataclass(frozen=True)
 class Shown:
-    """A machine that was looked at.
+    """A machine and what was found in it.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class Shown:
     wrong : tuple of str
         A sentence for each thing that looks wrong.
     cells : tuple of Fineness
-        Empty where it was not asked for.
+        Empty if not requested.
     """
 
     machine: Machine
@@ -42,7 +42,7 @@ class Shown:
 
 
 def show_machine(machine: str, path: Path, *, cells: bool = False) -> Shown:
-    """Look at a machine and write its page.
+    """Check a machine and write its page.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def show_machine(machine: str, path: Path, *, cells: bool = False) -> Shown:
     path : Path
         Page to write (default: MACHINE.html).
     cells : bool
-        Show how the answer changes with the number of cells.
+        Show how the result changes with the number of cells.
 
     Returns
     -------
@@ -61,7 +61,7 @@ def show_machine(machine: str, path: Path, *, cells: bool = False) -> Shown:
     Raises
     ------
     BadInput
-        For a machine that cannot be read, or lumps where cells are asked for.
+        If the machine cannot be read, or is lumped and cells are requested.
     """
     source = machine_path(machine)
     read = read_machine(machine)
@@ -100,7 +100,7 @@ def show_machine(machine: str, path: Path, *, cells: bool = False) -> Shown:
 
 
 def _numbers(machine: Machine) -> list[dict[str, Any]]:
-    """Return the free numbers with what follows each."""
+    """Return the free numbers, each with what depends on it."""
     followers: dict[str, list[str]] = {}
     for name, parameter in machine.parameters.items():
         if parameter.tied:

@@ -1,4 +1,4 @@
-"""The figure of a monitoring report: error by run, beside what is promised."""
+"""The figure of a monitoring report: error by run, compared with the promised one."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ DOTS = {
 
 
 def draw_monitor(report: Report, folder: Path) -> list[Path]:
-    """Draw each axis' error over the promised half width, run by run, coloured by its verdict.
+    """Draw each axis' error over the promised half-width, run by run, coloured by its verdict.
 
     Parameters
     ----------
     report : Report
     folder : Path
-        Where ``monitor.png`` goes.
+        Folder for ``monitor.png``.
 
     Returns
     -------
@@ -91,7 +91,7 @@ def draw_monitor(report: Report, folder: Path) -> list[Path]:
 
 
 def axis_verdict(run: RunReport, error: AxisError) -> str:
-    """Return a run's verdict as it goes for one axis: it may have changed along another."""
+    """Return a run's verdict for one axis; the machine may have changed along another."""
     return FITS if run.verdict == CHANGED and not error.is_unusual else run.verdict
 
 

@@ -1,11 +1,11 @@
-"""What a command may write over: the one place that knows its inputs and its outputs.
+"""What a command may overwrite: the one place that knows its inputs and outputs.
 
 A command declares both as constants: ``READS``, the arguments that name files it reads, and
-``WRITES``, the arguments that name what it writes and of which kind that is. The command line then
-checks them before the command does any work. A file is replaced if the same command made it, as its
-content shows, and never if the command also reads it. Nothing is written into a folder that would
-have to be made first, but for the folder of results that the user names. ``--force`` lifts all of
-this; even then, files of other names in a folder of results stay.
+``WRITES``, the arguments that name what it writes, and of which kind. The command line checks them
+before the command does any work. A file is replaced if its content shows that the same command made
+it, and never if the command also reads it. No folder is created except the results folder that the
+user names. ``--force`` lifts all of this; even then, files with other names in a results folder
+stay.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ TABLE = "table.json"
 RESULTS = "spindle-drift results"
 FOLDER, FOLDER_THAT_GOES_ON = "folder of results", "folder that goes on"
 FOLDER_OF_RUNS = "folder of runs"
-"""Other files in it stay; whoever writes it looks at each file that is in the way."""
+"""Other files in it stay; the writer checks each file that is in the way."""
 FOLDERS = (FOLDER, FOLDER_THAT_GOES_ON, FOLDER_OF_RUNS)
 OF_FILES = (".csv", ".html", ".json", ".png", ".toml")
-"""Endings of files that commands write into folders: no new folder is called so."""
+"""Extensions of files that commands write into folders; no new folder may have one."""
 OTHERWISE = "choose another name, or let --force replace it"
 MADE = "# made by spindle-drift; SHA-256 of what follows: "
 """First line of a machine file that a command wrote."""
@@ -39,7 +39,7 @@ MADE = "# made by spindle-drift; SHA-256 of what follows: "
 
 @dataclass(frozen=True)
 class Guard:
-    """What the running command reads, and whether it may write over anything."""
+    """What the running command reads, and whether it may overwrite anything."""
 
     command: str = ""
     inputs: tuple[Path, ...] = ()
@@ -54,16 +54,16 @@ _GUARD: ContextVar[Guard] = ContextVar("guard", default=_NOTHING)
 def guarding(
     command: str, inputs: Sequence[str | Path] = (), force: bool = False
 ) -> Iterator[None]:
-    """Protect the inputs of a command, and files of others, while the block runs.
+    """Protect the inputs of a command, and other files, while the block runs.
 
-    What the block calls goes by this guard, even where it would set one of its own.
+    Calls within the block use this guard, even if they would set their own.
 
     Parameters
     ----------
     command : str
         Its name: only its own results are replaced.
     inputs : sequence of str or Path
-        What it reads; names that are no files are ignored.
+        What it reads; names that are not files are ignored.
     force : bool
         Whether anything may be replaced.
 
@@ -94,14 +94,14 @@ def guarding_command(
     ----------
     command : str
     args : Namespace
-        Parsed; with ``force``.
+        Parsed arguments, with ``force``.
     reads, writes
         The command's ``READS`` and ``WRITES``.
 
     Raises
     ------
     BadInput
-        For the first output that must not be written.
+        For the first output that may not be written.
     """
     named = [text for name in reads for text in _texts(getattr(args, name))]
     with guarding(command, named, args.force):
@@ -112,12 +112,12 @@ def guarding_command(
 
 
 def also_reads(paths: Sequence[Path]) -> None:
-    """Protect further inputs of the running command, which a file of its names.
+    """Protect further inputs of the running command, which one of its files names.
 
     Parameters
     ----------
     paths : sequence of Path
-        Those that are no files are ignored.
+        Paths that are not files are ignored.
     """
     guard = _GUARD.get()
     more = tuple(path for path in paths if _is_there(path))
@@ -125,7 +125,7 @@ def also_reads(paths: Sequence[Path]) -> None:
 
 
 def _texts(value: object) -> list[str]:
-    """Return what may be a path in an argument's value; of ``name=path`` the path, too."""
+    """Return the possible paths in an argument's value, including the path of ``name=path``."""
     if value is None:
         return []
     several = value if isinstance(value, list) else [value]
@@ -146,7 +146,7 @@ def check_output(path: Path, kind: str) -> None:
     Raises
     ------
     BadInput
-        If it may not: in one line that says why, and what to do instead.
+        If it may not; the line says why, and what to do instead.
     """
     try:
         is_new = kind in FOLDERS and not path.exists()
@@ -162,10 +162,10 @@ def check_output(path: Path, kind: str) -> None:
                 raise BadInput(path, "", "is a file; a folder for the run files is needed")
         else:
             _check_file(path, kind)
-        # A folder of results is made beside the one that it replaces, others grow.
+        # A results folder is written next to the one that it replaces; others grow in place.
         grows = kind != FOLDER and not path.is_file()
         beside = (path if grows else path.resolve().parent) / TABLE
-        # A gateway that is told to goes on without its log and its state.
+        # With --force a gateway continues without its log and its state.
         if not (is_forced() and kind in (LOG, STATE)):
             check_writable(path, beside if kind in FOLDERS else path)
     except OSError as error:
@@ -175,7 +175,7 @@ def check_output(path: Path, kind: str) -> None:
 def _check_file(path: Path, kind: str) -> None:
     guard = _GUARD.get()
     if guard.force or path.is_dir():
-        return  # Writing to a folder is refused by whoever writes.
+        return  # the writer refuses to write to a folder
     if is_input(path) and kind != STATE:
         raise BadInput(path, "", f"is an input of this command: {OTHERWISE}")
     if path.is_file():
@@ -189,12 +189,12 @@ def _check_file(path: Path, kind: str) -> None:
 
 
 def check_folder(folder: Path) -> None:
-    """Check that results may go to *folder*: a new or an empty folder, or one of results.
+    """Check that results may go to *folder*: a new or empty folder, or a results folder.
 
     Raises
     ------
     BadInput
-        If it is a file, or a folder that holds something else or an input.
+        If it is a file, or a folder that contains other files or an input.
     """
     try:
         if not folder.exists():
@@ -212,17 +212,17 @@ def check_folder(folder: Path) -> None:
 
 
 def is_replaceable(folder: Path) -> bool:
-    """Return whether a folder as a whole may be replaced by new results."""
+    """Return whether a whole folder may be replaced by new results."""
     return _strange(folder) is None and _input_inside(folder) is None
 
 
 def made_by() -> dict[str, str]:
-    """Return what a folder of results says of the command that made it."""
+    """Return the entry of a results folder that names the command that made it."""
     return {"made_by": _GUARD.get().command} if _GUARD.get().command else {}
 
 
 def _strange(folder: Path) -> str | None:
-    """Return what in a folder is not of our making; None if all of it may be replaced."""
+    """Return what in a folder this program did not make; None if all of it may be replaced."""
     names = sorted(path.name for path in folder.iterdir())
     if not names:
         return None
@@ -248,7 +248,7 @@ def _check_no_input_inside(folder: Path) -> None:
 
 
 def is_forced() -> bool:
-    """Return whether the running command may write over anything."""
+    """Return whether the running command may overwrite anything."""
     return _GUARD.get().force
 
 
@@ -270,21 +270,21 @@ def _is_there(path: Path) -> bool:
 
 
 def _same(path: Path, other: Path) -> bool:
-    """Return whether two names are one file, through links, too."""
+    """Return whether two names are the same file, also through links."""
     if path.exists():
         return os.path.samefile(path, other)
     return path.resolve() == other.resolve()
 
 
 def marked(text: str) -> str:
-    """Return a file's text with a first line that tells it from one that a person wrote.
+    """Return a file's text with a first line that marks it as written by this program.
 
-    The line holds the text's fingerprint, so that a file that was edited since is a person's.
+    The line holds the text's fingerprint, so that a file edited since counts as a person's.
 
     Parameters
     ----------
     text : str
-        With or without such a line; one that is there is replaced.
+        With or without such a line; an existing one is replaced.
     """
     first, _, rest = text.partition("\n")
     body = rest if first.startswith(MADE) else text
@@ -292,7 +292,7 @@ def marked(text: str) -> str:
 
 
 def is_marked(path: Path) -> bool:
-    """Return whether a file is as `marked` made it."""
+    """Return whether a file is unchanged since `marked` made it."""
     text = path.read_bytes().decode("utf-8", "replace")
     return text.startswith(MADE) and marked(text) == text
 
@@ -309,7 +309,7 @@ def _json_kind(kind: str) -> Callable[[Path], bool]:
 
 
 def _zip_with(name: str) -> Callable[[Path], bool]:
-    """Return what tells whether a file is an archive whose description says that we made it."""
+    """Return a check for an archive whose description says that this program made it."""
 
     def known(path: Path) -> bool:
         try:
@@ -327,11 +327,11 @@ def _never(path: Path) -> bool:
 
 
 LOGS = (b"(", b"LOGG", b"date ", b"timestamp,", b"SQLite format 3")
-"""How the logs of frames begin: candump, BLF, ASC, CSV, SQLite."""
+"""First bytes of logs of frames: candump, BLF, ASC, CSV, SQLite."""
 
 
 def _is_log(path: Path) -> bool:
-    """Return whether a file is a log of frames; nothing in it is lost, what comes is put behind."""
+    """Return whether a file is a log of frames, to which new frames are appended."""
     with path.open("rb") as file:
         begin = file.read(16)
     return not begin or begin.startswith(LOGS)
@@ -339,11 +339,11 @@ def _is_log(path: Path) -> bool:
 
 STATE_KIND = "spindle-drift FMU state"
 STATE_BEGINS = json.dumps({"kind": STATE_KIND})[:-1].encode()
-"""How a state begins; a power cut may leave less of one, or nothing."""
+"""First bytes of a state file; a power cut may leave fewer, or none."""
 
 
 def begins_as_state(data: bytes) -> bool:
-    """Return whether a file's bytes are those of an FMU's state, or what is left of one.
+    """Return whether a file's bytes are those of an FMU's state, or a truncated one.
 
     Parameters
     ----------
@@ -359,12 +359,12 @@ def _is_state(path: Path) -> bool:
 
 
 def _is_page(path: Path) -> bool:
-    """Return whether a file is a page of HTML that names this program as its maker."""
+    """Return whether a file is an HTML page that names this program as its maker."""
     return b'<meta name="generator" content="spindle-drift">' in path.read_bytes()[:2000]
 
 
 def _is_program(path: Path) -> bool:
-    """Return whether a file is a program with a compensator in C compiled in."""
+    """Return whether a file is a program with a compiled-in compensator."""
     data = path.read_bytes()
     return data.startswith(b"\x7fELF") and b"compensator_step" in data
 
@@ -385,4 +385,4 @@ KINDS: dict[str, Callable[[Path], bool]] = {
     RUN_FILE: _never,
     LOG: _is_log,
 }
-"""What tells by its content that a file was made by this program."""
+"""By kind, the check that this program made a file, from its content."""

@@ -9,11 +9,11 @@ from gap_finder.calibrate import ParameterEstimate
 from plant_model.machine import Machine
 
 DETERMINED = 0.5
-"""Prior contraction from which the runs are said to determine a parameter [1]: set on no data."""
+"""Prior contraction above which the runs count as determining a parameter [1]: set on no data."""
 
 
 def is_determined(parameter: ParameterEstimate) -> bool:
-    """Return whether the runs are said to determine a parameter, or moved it far."""
+    """Return whether the runs determine a parameter, or moved it far."""
     return parameter.prior_contraction >= DETERMINED or parameter.is_far
 
 
@@ -25,11 +25,11 @@ def parameter_rows(
     Parameters
     ----------
     machine : Machine
-        Says the ranges.
+        Defines the ranges.
     parameters : sequence of ParameterEstimate
-        What calibration says of its free parameters.
+        Calibration's estimates of its free parameters.
     added : sequence of str
-        Those that the machine did not have before: nothing is known of them from before.
+        Parameters that the machine did not have before, and which have no earlier value.
     """
     ranges = machine.parameters
     return [

@@ -1,4 +1,4 @@
-"""What FMUs carry of plug-ins: each one's file, if it can stand alone there."""
+"""The sources of plug-ins that FMUs carry: each plug-in's file, if it works alone there."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from plant_model.plugins import plugged_effects
 def effect_files(
     machine: Machine, roots: tuple[str, ...], third_party: Mapping[str, str]
 ) -> dict[str, str]:
-    """Return the sources of plug-ins' effects in force, by dotted name in the plant FMU.
+    """Return the sources of the plug-ins' effects in force, by dotted name in the plant FMU.
 
     Raises
     ------
     BadInput
-        For one that cannot go into an FMU.
+        For a plug-in that cannot go into an FMU.
     """
     plugins = plugged_effects(frozenset(shipped_effects()))
     names = {name_of(key) for key in machine.effects}
@@ -44,7 +44,7 @@ def error_model_files(model: Model, roots: tuple[str, ...]) -> dict[str, str]:
     Raises
     ------
     BadInput
-        For one that cannot go into an FMU.
+        For a plug-in that cannot go into an FMU.
     """
     plugins = plugged_error_models(frozenset(shipped_error_models()))
     package = "fmu_compensator.runtime.error_models"
@@ -67,7 +67,7 @@ def _source(
     roots: tuple[str, ...],
     third_party: Mapping[str, str],
 ) -> str:
-    """Return what the plug-in's class needs of its file; the rest of it may need anything."""
+    """Return what the plug-in's class needs of its file; the rest may need other packages."""
     kind = plugin.thing
     path = Path(inspect.getfile(kind))
     source = needed_by(path.read_text(encoding="utf-8"), kind.__name__)

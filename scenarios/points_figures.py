@@ -1,4 +1,4 @@
-"""Dendrogram and heat map of the temperatures, and the drift against those chosen."""
+"""Dendrogram and heat map of the temperatures, and the drift against the chosen ones."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fmu_compensator.fit.survey import Survey
 from scenarios.figures import saved
 
 MOST_NAMED = 10
-"""Runs in its legend: given by matplotlib, whose colours repeat after so many."""
+"""Most runs in the legend: given by matplotlib, whose colours repeat after that many."""
 
 
 def draw_points(found: Survey, folder: Path) -> list[Path]:
@@ -56,7 +56,7 @@ def _heat_map(found: Survey, path: Path) -> Path:
     size = max(5.0, 0.42 * count)
     figure = Figure(figsize=(size + 1.2, size), layout="constrained")
     ax = figure.subplots()
-    # Members of a group stand side by side, so that the groups show as squares.
+    # Members of a group are adjacent, so that the groups appear as squares.
     order = [k for group in next(iter(found.groupings.values())) for k in group]
     names = [found.sensors[k] for k in order]
     degree = found.degree[order][:, order]

@@ -1,7 +1,7 @@
-"""The three studies' ways as presets: ``--as GA``, ``--as TS``, ``--as VAC``, and in the API.
+"""The methods of the three studies as presets: ``--as GA``, ``--as TS``, ``--as VAC``.
 
-A preset sets what the study prints; each single option may still be given beside it. Where a study
-is silent, or its number is lost from its text, the preset says so.
+A preset sets what the study prints; any option given as well overrides it. Comments say where a
+study is silent or its number is lost from its text.
 """
 
 from __future__ import annotations
@@ -18,22 +18,22 @@ from measurement.runs import Run
 
 @dataclass(frozen=True)
 class Preset:
-    """What a study does with its runs.
+    """The method of a study.
 
     Attributes
     ----------
     points : str
-        How it chooses temperatures, or which it takes, by their names on the jig borer.
+        How it chooses temperatures, or the temperatures it takes, by their names on the jig borer.
     places : str
-        Where those are that it takes.
+        Places of the temperatures that it takes.
     grey : mapping
         Options of the choice, by the names of `choose_points`.
     model : str
-        What it installs.
+        Error model that it installs.
     models : mapping of str to mapping
-        What it compares and installs, with the options of each.
+        Error models that it compares and installs, with the options of each.
     geometry_form : str
-        How it turns a tilt into an offset.
+        How it converts a tilt to an offset.
     """
 
     points: str
@@ -107,16 +107,16 @@ def preset(name: str, runs: Sequence[Run] = (), points: Any = None) -> Preset:
     Parameters
     ----------
     name : str
-        Of `PRESETS`.
+        One of `PRESETS`.
     runs : sequence of Run, optional
-        Must hold the temperatures that the study takes by name.
+        Must have the temperatures that the study takes by name.
     points : str or sequence of str, optional
-        What is taken instead of them.
+        Replaces those temperatures.
 
     Raises
     ------
     BadInput
-        For a name that is none, or temperatures that the runs do not hold.
+        If the name is unknown, or the runs lack the temperatures.
     """
     if name not in PRESETS:
         raise BadInput("study", "", f"{shown(name)} is not allowed: {', '.join(PRESETS)}")
@@ -131,7 +131,7 @@ def preset(name: str, runs: Sequence[Run] = (), points: Any = None) -> Preset:
 
 
 class _As(argparse.Action):
-    """Sets what the preset says, but for what was given before it; what follows overrides."""
+    """Sets the preset's options, except those given before it; options after it override it."""
 
     def __call__(
         self,

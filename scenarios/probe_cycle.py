@@ -1,4 +1,4 @@
-"""A probe cycle in the loop: the plant's own displacement goes to the compensator now and then."""
+"""Probe cycles in the loop: now and then the plant's displacement is passed to the compensator."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from scenarios.wiring import PROBED
 
 
 class ProbeInputs:
-    """The inputs of a compensator that a probe's result goes in through.
+    """The inputs of a compensator for the result of a probe.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ class ProbeInputs:
     Attributes
     ----------
     names : list of str
-        Those for what is measured; empty if it takes no measurement.
+        Names of these inputs; empty if it takes no measurement.
     """
 
     def __init__(self, slave: Slave) -> None:
@@ -38,7 +38,7 @@ class ProbeInputs:
         self._flag = Port(slave, [PROBED] if self.names else [], "Boolean")
 
     def set(self, shown: Sequence[float] | FloatArray | None) -> bool:
-        """Set what a probe shows, by name [um, urad]; return whether there is one."""
+        """Set the readings of a probe, by name [um, urad]; return whether there are any."""
         if shown is not None:
             self._values.values[:] = shown
             self._values.set()
@@ -48,18 +48,18 @@ class ProbeInputs:
 
 
 class ProbeSource:
-    """When a probe is due, and what it shows.
+    """Decides when a probe is due, and returns its readings.
 
     Parameters
     ----------
     probe : Probe
         The scenario's setting.
     targets : sequence of str
-        What is measured, as the compensator calls it.
+        What is measured, by the compensator's names.
     outputs : sequence of str
-        The plant's outputs, as their values come.
+        The plant's outputs, in the order of their values.
     rig : FivePointRig or None
-        Turns the plant's displacement readings into a pose; without one, the targets must be
+        Converts the plant's displacement readings to a pose; without one, the targets must be
         outputs of the plant.
     source : str
         The scenario, for refusals.
@@ -69,7 +69,7 @@ class ProbeSource:
     Raises
     ------
     BadInput
-        If the plant shows nothing that could be measured.
+        If the plant has no output that could be measured.
     """
 
     def __init__(
@@ -99,14 +99,14 @@ class ProbeSource:
     def measured(
         self, time_s: float, plant_values: FloatArray, half_widths: Sequence[float]
     ) -> FloatArray | None:
-        """Return what a probe at a point shows, by target [um, urad]; None if none is due.
+        """Return the readings of a probe, by target [um, urad]; None if no probe is due.
 
         Parameters
         ----------
         time_s : float
-            The point [s].
+            The communication point [s].
         plant_values : array, shape (outputs,)
-            The plant's outputs, in the order given at the beginning.
+            The plant's outputs, in the order given to the constructor.
         half_widths : sequence of float
             The compensator's own uncertainty along X, Y and Z [um]; NaN: not known.
         """
@@ -134,7 +134,7 @@ class ProbeSource:
 
 
 class ProbeCycle:
-    """When a probe is due, and the compensator's measured inputs.
+    """Takes probes when due and sets the compensator's measured inputs.
 
     Parameters
     ----------
@@ -142,18 +142,18 @@ class ProbeCycle:
         The scenario's setting.
     compensator : Slave
     outputs : sequence of str
-        The plant's outputs, as their values come.
+        The plant's outputs, in the order of their values.
     rig : FivePointRig or None
         See `ProbeSource`.
     input_form : str
-        Of the compensator: what its drift counts from.
+        The compensator's input form, which defines where drift counts from.
     source : str
         The scenario, for refusals.
 
     Raises
     ------
     BadInput
-        If the compensator takes no measurement, or the plant shows nothing that could be one.
+        If the compensator takes no measurement, or the plant has no output that could be measured.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Probe cycles in a replay: when they come, and what a probe then shows."""
+"""Probe cycles in a replay: when they are due, and the readings of a probe."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ from measurement.units import split_column
 from scenarios.scenario import Probe
 
 PAUSE_S = 300.0
-"""Two probe cycles are at least so far apart [s]: a limit that no probe can keep would else have
-the machine do nothing but probe. Set on no data."""
+"""Least time between two probe cycles due to an uncertainty [s]: otherwise, with a limit that no
+probe can keep, the machine would do nothing else. Set on no data."""
 
 
 @dataclass(frozen=True)
 class Probing:
-    """When to measure, and how well.
+    """When to probe, and how precisely.
 
     Attributes
     ----------
     every_s : float, optional
-        Probe at fixed intervals, the first of them after the start, such as 60min [s].
+        Probe at fixed intervals, first one interval after the start, such as 60min [s].
     when_um : float, optional
-        Probe when the uncertainty of a measured axis, half the width of its interval, passes this,
-        such as 3um: the run's own drift then goes in through the measured inputs [um].
+        Probe when the uncertainty of a measured axis, the half-width of its interval, exceeds this,
+        such as 3um: the run's own drift then goes to the measured inputs [um].
     noise_um : float
         Standard deviation of a probe, for each displacement (default: 0.5um) [um].
     seed : int
-        Of the probes' noise; with it and the run's name the same noise comes again.
+        Seed of the probes' noise, which depends only on it and the run's name.
     most : int, optional
-        No more than so many probes a run.
+        Largest number of probes per run.
     """
 
     every_s: float | None = None
@@ -56,13 +56,13 @@ def is_due(
     Parameters
     ----------
     probing : Probing or Probe
-        Of a replay, or of a scenario.
+        Setting of a replay, or of a scenario.
     since_s : float
-        Since the last probe, or else the start [s].
+        Time since the last probe, or else the start [s].
     half_widths : sequence of float
-        The uncertainty of each axis that is measured; NaN where it is not known [um].
+        Uncertainty of each measured axis; NaN if unknown [um].
     is_first : bool
-        Whether there was none so far.
+        Whether there was no probe so far.
     """
     if probing.every_s is not None and since_s >= probing.every_s:
         return True
@@ -71,22 +71,22 @@ def is_due(
 
 
 class ProbedRun:
-    """The probe cycles of one run, as they are asked for.
+    """The probe cycles of one run, decided row by row.
 
     Parameters
     ----------
     probing : Probing
     model : Model
-        Whose targets are measured.
+        Model whose targets are measured.
     run : Run
-        Displacements that are not to be used left out.
+        Without unusable displacements.
     rig : Rig
     tool_length_mm : float
 
     Attributes
     ----------
     rows : list of int
-        At which a probe was taken, so far.
+        Rows at which a probe was taken so far.
     """
 
     def __init__(
@@ -115,7 +115,7 @@ class ProbedRun:
         row : int
             The run's row.
         half_widths : sequence of float
-            The uncertainty of X, Y and Z that the compensator gives there [um].
+            The compensator's uncertainty along X, Y and Z there [um].
         """
         probing = self.probing
         if not self._known[row] or (probing.most is not None and len(self.rows) >= probing.most):
@@ -128,7 +128,7 @@ class ProbedRun:
         return True
 
     def held(self, axis: str) -> FloatArray:
-        """Return the drift that the last probe before each row showed, at first zero [um]."""
+        """Return the drift measured by the last probe before each row, initially zero [um]."""
         values = np.zeros(len(self._time_s))
         for row in self.rows:
             values[row + 1 :] = self._drift[axis][row]
@@ -136,7 +136,7 @@ class ProbedRun:
 
 
 def _noisy(probing: Probing, run: Run, rig: Rig) -> Run:
-    """Return the run as probes show it; what drift counts from stays as it is."""
+    """Return the run with the probes' noise, except in the reading that drift counts from."""
     random = np.random.default_rng([probing.seed, zlib.crc32(run.name.encode())])
     frame = run.frame.copy()
     for name in rig.columns:

@@ -1,4 +1,4 @@
-"""Progress of long work whose steps are told in words."""
+"""Shows the progress of long work from its messages."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tqdm import tqdm
 
 
 class Stage(NamedTuple):
-    """A part of long work: how its words begin, its share of the time, how often it speaks."""
+    """A part of long work: how its messages begin, its share of the time, how many it sends."""
 
     words: str
     share: float
@@ -21,10 +21,10 @@ class Stage(NamedTuple):
 
 
 CALIBRATE = (Stage("iteration", 1.0, 10),)
-"""What calibration says; it rarely needs all of its iterations."""
+"""The messages of calibration, which rarely needs all of its iterations."""
 
 SPEAKS_S = 10.0
-"""Where standard error is no terminal, a line is written at least so often [s]: set on no data."""
+"""Interval of lines if standard error is not a terminal [s]: set on no data."""
 
 _STEP = (
     Stage("screening", 6.0, 1),
@@ -39,16 +39,16 @@ FIND_GAP = (
     Stage("judging", 2.0, 1),
     Stage("co-simulating", 8.0, 2),
 )
-"""What the gap finder says. A second step is made only where a first one named something."""
+"""The messages of the gap finder. There is a second step only if the first named something."""
 
 
 class Fraction:
-    """How much of the work is done, from what it says; never less than it was.
+    """The fraction of the work that is done, from its messages; it never decreases.
 
     Parameters
     ----------
     stages : sequence of Stage
-        In order. Stages may be left out; words of no stage change nothing.
+        In order. Stages may be skipped; messages of no stage change nothing.
     """
 
     def __init__(self, stages: Sequence[Stage]) -> None:
@@ -57,7 +57,7 @@ class Fraction:
         self._place, self._said = 0, 0
 
     def after(self, text: str) -> float:
-        """Return the share of the work that is done when *text* is said [1]."""
+        """Return the share of the work that is done when message *text* arrives [1]."""
         for place in range(self._place, len(self._stages)):
             if text.startswith(self._stages[place].words):
                 self._said = self._said + 1 if place == self._place else 1
@@ -71,22 +71,22 @@ class Fraction:
 
 @contextmanager
 def spoken(quiet: bool = False, stages: Sequence[Stage] = ()) -> Iterator[Callable[[str], None]]:
-    """Show what is being done on one line of the terminal, with the time that has passed.
+    """Show what is being done on one line of the terminal, with the elapsed time.
 
-    With *stages* a bar shows how much of them is done, and the time left. Where standard error is
-    no terminal, a line is written every `SPEAKS_S` as long as it takes.
+    With *stages* a bar shows how much of them is done, and the time left. If standard error is not
+    a terminal, a line is written every `SPEAKS_S`.
 
     Parameters
     ----------
     quiet : bool
         Whether to show nothing.
     stages : sequence of Stage
-        What is said in the course of the work, in order.
+        The stages of the work, in order.
 
     Yields
     ------
     callable
-        Takes the words that say what is being done.
+        Takes each message about what is being done.
     """
     if not quiet and not sys.stderr.isatty():
         with _in_lines() as say:
@@ -113,7 +113,7 @@ def spoken(quiet: bool = False, stages: Sequence[Stage] = ()) -> Iterator[Callab
 
 @contextmanager
 def _in_lines() -> Iterator[Callable[[str], None]]:
-    """Write a line every `SPEAKS_S` that says what is being done."""
+    """Write a line about what is being done every `SPEAKS_S`."""
     began, doing, done = time.monotonic(), [""], threading.Event()
 
     def speak() -> None:

@@ -1,4 +1,4 @@
-"""What a co-simulation leaves behind."""
+"""The recording of a co-simulation."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scenarios.scenario import Case
 
 @dataclass(frozen=True)
 class Event:
-    """A moment at which the compensator's status changed: time [s], code, sensor blamed, text."""
+    """A change of the compensator's status: time [s], code, sensor concerned, text."""
 
     time_s: float
     code: int
@@ -24,18 +24,18 @@ class Event:
 def notice(
     events: list[Event], time_s: float, code: int, sensor: int, text: Callable[[], str]
 ) -> None:
-    """Keep the moment if the status has changed.
+    """Append an event if the status has changed.
 
     Parameters
     ----------
     events : list of Event
-        Those so far.
+        The events so far.
     time_s : float
-        The moment [s].
+        The time [s].
     code, sensor : int
-        The status, and the sensor that it is about.
+        The status, and the sensor concerned.
     text : callable
-        Asks the compensator what it says of it.
+        Returns the compensator's text on it.
     """
     if not events or (events[-1].code, events[-1].sensor) != (code, sensor):
         events.append(Event(time_s, code, sensor, text()))
@@ -43,7 +43,7 @@ def notice(
 
 @dataclass(frozen=True)
 class FmuFacts:
-    """Which FMU took part: enough to know it again."""
+    """Facts that identify an FMU that took part."""
 
     label: str
     file: str
@@ -55,24 +55,24 @@ class FmuFacts:
 
 @dataclass(frozen=True)
 class Recording:
-    """What happened in one case, every communication point.
+    """The recording of one case at every communication point.
 
     Attributes
     ----------
     case : Case
-        What was simulated.
+        The simulated case.
     frame : DataFrame
-        ``time_s`` and one column ``name_unit`` a signal: the plant's inputs and outputs as they
-        are, ``<sensor>_seen`` where a fault changed what the compensator saw, and the
-        compensator's outputs.
+        ``time_s`` and one column ``name_unit`` per signal: the plant's true inputs and outputs,
+        ``<sensor>_seen`` if a fault changed what the compensator saw, and the compensator's
+        outputs.
     sensors : tuple of str
-        Columns that the machine's thermometers and displacement sensors show.
+        Columns of the machine's thermometers and displacement sensors.
     events : tuple of Event
         Changes of the compensator's status.
     fmus : tuple of FmuFacts
-        Who took part.
+        The FMUs that took part.
     wall_s : float
-        How long the loop took [s].
+        Duration of the loop [s].
     """
 
     case: Case
@@ -84,7 +84,7 @@ class Recording:
 
 
 def facts_of(slave: Slave) -> FmuFacts:
-    """Return what tells an FMU from others."""
+    """Return the facts that identify an FMU."""
     description = slave.description
     return FmuFacts(
         slave.label,

@@ -1,4 +1,4 @@
-"""The runs that an FMU is tried out with when it is built."""
+"""The runs with which an FMU is tested when it is built."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def _switched(time_s: float, start: float, then: float) -> float:
 
 
 def compensator_reference(model: Model) -> Reference:
-    """Return a run in which what a compensator was trained on warms up."""
+    """Return a run in which the machine that a compensator was trained on warms up."""
     profiles: dict[str, Any] = {}
     for sensor in model.sensors:
         if model.input_form == "rise":
@@ -58,7 +58,7 @@ def with_array(reference: Reference, recipe: Recipe) -> Reference:
     ----------
     reference : Reference
     recipe : Recipe
-        Of the FMU.
+        Recipe of the FMU.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def _together(time_s: float, profiles: Sequence[Any]) -> tuple[float, ...]:
 
 
 def plant_reference(machine: Machine) -> Reference:
-    """Return a run in which a machine starts to turn and its hall swings."""
+    """Return a run in which a spindle starts to turn and the hall's temperature oscillates."""
     profiles: dict[str, Any] = {}
     for entry in machine.inputs:
         start = entry.default or 0.0

@@ -1,8 +1,8 @@
 """The replay: a compensator FMU driven by a measured run instead of the plant.
 
-Each row of the run is one sample: what the compensator answers stands against the drift that the
-same row shows. A control asks it many times a minute, so that its offsets are as new as that, and
-nothing is interpolated. A probe is known a second after its row, whose error is what it found.
+Each row of the run is one sample: the compensator's output is compared with the drift measured in
+the same row. A control calls it many times a minute, so its offsets are equally recent and nothing
+is interpolated. A probe is known one second after its row, whose error is what the probe found.
 """
 
 from __future__ import annotations
@@ -47,22 +47,23 @@ class Replay:
     Attributes
     ----------
     run : Run
-        What was measured.
+        The measured run.
     frame : DataFrame
-        ``time_s``, ``drift_X_um`` ... as measured, ``dX_um`` ... as sent, ``error_X_um`` ... what
-        is left, ``dX_uncertainty_um`` ... half the width of its interval, and the status.
+        ``time_s``, the measured drift ``drift_X_um`` ..., the offsets ``dX_um`` ..., the remaining
+        error ``error_X_um`` ..., the half-width of its interval ``dX_uncertainty_um`` ..., and the
+        status.
     left_out : int
-        Rows that do not count, since a displacement sensor was broken.
+        Number of rows that do not count because a displacement sensor was broken.
     faults : tuple of Fault
-        What is wrong with the run.
+        Faults in the run.
     events : tuple of Event
         Changes of the status.
     fmu : FmuFacts
         The compensator.
     probes : tuple of int, optional
-        Rows at which a probe was taken; None where none was asked for. The frame then has
-        ``unprobed_error_X_um`` ... without probes and ``held_error_X_um`` ... with the last probe
-        held, too.
+        Rows at which a probe was taken; None if probing was not requested. With probing the frame
+        also has ``unprobed_error_X_um`` ... without probes and ``held_error_X_um`` ... with the
+        last probe held.
     """
 
     run: Run
@@ -85,7 +86,7 @@ def model_of(fmu: Path) -> Model:
     Raises
     ------
     BadInput
-        If there is none in it.
+        If the FMU does not contain one.
     ModelFileError
         If it cannot be used.
     """
@@ -99,14 +100,14 @@ def model_of(fmu: Path) -> Model:
 def rig_of_model(model: Model, machine: Machine | None = None) -> Rig:
     """Return the rig that measures what a compensator predicts.
 
-    A direct geometry names its columns. A five-point geometry knows distances, not sensors: their
-    names and signs come from the *machine*'s, by default from the rig of the training.
+    A direct geometry names its columns. A five-point geometry has distances, not sensors: their
+    names and signs come from the *machine*'s rig, by default from that of the training.
 
     Parameters
     ----------
     model : Model
     machine : Machine, optional
-        Used where both have a five-point rig.
+        Used if both have a five-point rig.
     """
     geometry = model.table["geometry"]
     if not isinstance(model.geometry, FivePoint):
@@ -136,27 +137,27 @@ def replay(
     model : Model
         Its compensator file.
     run : Run
-        Temperatures by the FMU's names, speed where there is one, and the rig's displacements.
+        Temperatures by the FMU's names, speed if available, and the rig's displacements.
     rig : Rig
-        What the displacements are.
+        Defines the displacements.
     tool_length_mm : float, optional
-        By default 100 mm, or the nearest that the compensator takes [mm].
+        By default 100 mm, or the nearest allowed length [mm].
     keep_frozen : bool
-        Count the rows in which a displacement sensor was frozen or at the end of its range.
+        Count rows in which a displacement sensor was frozen or at the end of its range.
     probing : Probing, optional
         Give the compensator the run's own drift now and then, as a probe would.
 
     Raises
     ------
     BadInput
-        If the run lacks a column that the error model uses, or the rig's.
+        If the run lacks a column of the error model or of the rig.
     FmuError
         If the FMU fails.
     """
     refuse_lacking(model, run)
     faults = find_faults([run])
     kinds = [kind for kind in GROSS if not (keep_frozen and kind in STANDING)]
-    # The compensator gets all readings as they are; what it is judged by must be right.
+    # The compensator gets all readings as they are, but is judged only by sound ones.
     left = cleaned([run], faults, kinds)[0]
     length = model.limits.judged_tool(tool_length_mm)
     drift = measured_drift(left, rig, length, model.input_form)
@@ -204,7 +205,7 @@ def _driven(
 def _drive(
     slave: Slave, run: Run, length: float, probed: ProbedRun | None
 ) -> tuple[dict[str, np.ndarray], np.ndarray, list[Event]]:
-    """Step through the run; return what is sent at each row, status codes, and events."""
+    """Step through the run; return the outputs at each row, status codes, and events."""
     seen = Port(slave, [name for name in slave.names("input") if not name.startswith(PROBED)])
     rows = np.full((len(run.time_s), len(seen.names)), math.nan)
     for place, name in enumerate(seen.names):
@@ -222,7 +223,7 @@ def _drive(
     status = np.zeros(len(rows))
     events: list[Event] = []
     time_s = run.time_s - run.time_s[0]
-    # An FMU reads its inputs where a step begins: here a row's offsets move until the next one.
+    # An FMU reads its inputs at the start of a step: a row's offsets move until the next row.
     ends_s = np.append(time_s[1:], time_s[-1] + GRID_S)
     with slave.starting(float(ends_s[-1])):
         seen.values[:] = rows[0]
@@ -248,9 +249,9 @@ def _drive(
 
 
 def chart_of(entry: Replay, name: str) -> Chart:
-    """Return the drift before and after, an axis a panel."""
+    """Return the drift before and after, one panel per axis."""
     shown = [(label, frame) for _, label, frame in results_of(entry) if label != LABEL_HELD]
-    # The interval is that of the compensator as it was driven, with probes where there were any.
+    # The interval is that of the compensator as driven, with probes if there were any.
     panels = before_and_after(shown[::-1], entry.frame)
     return Chart(name, f"Drift before and after compensation: {entry.run.name}", "", panels)
 

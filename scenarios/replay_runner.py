@@ -1,4 +1,4 @@
-"""From a compensator and measured runs to the results folder of a replay."""
+"""Replays measured runs through a compensator and writes the results folder."""
 
 from __future__ import annotations
 
@@ -83,10 +83,10 @@ def run_replay(
     runs : sequence of Path
         At least one run file.
     out, fmu_dir, near : Path
-        Results folder; FMU folder; folder that the compensator's path may start from.
+        Results folder; FMU folder; folder to which the compensator's path may be relative.
     tool_length_mm : float, optional
-        Tool length at which a five-point rig's drift is taken [mm] (default: 100 mm, or the
-        nearest that the compensator takes).
+        Tool length at which a five-point rig's drift is evaluated [mm] (default: 100 mm, or the
+        nearest allowed length).
     machine : str, optional
         Machine whose five-point rig names the displacement sensors (default: as in training).
     keep_frozen : bool
@@ -94,25 +94,25 @@ def run_replay(
     probing : Probing, optional
         When the compensator is given a probe of the run's own drift.
     title, description : str
-        For the report.
+        Texts of the report.
     quiet : bool
         No progress bar.
 
     Returns
     -------
     table : dict
-        What ``table.json`` holds.
+        The content of ``table.json``.
     groups : list of Group
-        The headline table: all runs together first, where there are several.
+        The headline table; with several runs, all together come first.
     notes : list of str
-        What a reader must know, a line each.
+        What a reader must know, one line each.
 
     Raises
     ------
     BadInput, ModelFileError
-        If the compensator or a run cannot be used; no folder is left then.
+        If the compensator or a run cannot be used; no folder is left behind.
     FmuError
-        If the FMU fails; no folder is left then.
+        If the FMU fails; no folder is left behind.
     """
     check_folder(out)
     if Path(compensator).suffix == ".toml":
@@ -200,12 +200,12 @@ def _notes(replays: Sequence[Replay]) -> list[str]:
 
 
 def _without_offsets(entry: Replay) -> list[str]:
-    """Say why a run has no offsets, or none for a good part of it."""
+    """Return notes on why a run has no offsets, or none for a good part of it."""
     status = entry.frame["status_1"].to_numpy()
     idle = (status == WAITING) | (status >= AT_ZERO)
     if idle.mean() < WORTH_SHARE:
         return []
-    # What it says at the end is why it does not go on; a first sample merely waits.
+    # The last event explains why it stopped; at a first sample it merely waits.
     said = [event for event in entry.events if event.code == WAITING or event.code >= AT_ZERO]
     if (status == WAITING).all():
         return [f"{entry.run.name}: the compensator never started: {said[-1].text}."]
@@ -217,7 +217,7 @@ def _without_offsets(entry: Replay) -> list[str]:
 
 
 def _probes(entry: Replay) -> str:
-    """Say how often a run was probed, and when."""
+    """Return how often a run was probed, and when."""
     time_s = entry.run.time_s
     taken = time_s[list(entry.probes or ())]
     if not len(taken):
@@ -261,12 +261,12 @@ def _timeline(entry: Replay) -> tuple[str, Sequence[Any], float]:
 
 
 def _file_names(names: Sequence[str]) -> list[str]:
-    """Return names fit for files and for elements of a page, one a run.
+    """Return names for files and for elements of a page, one per run.
 
     Raises
     ------
     BadInput
-        If two runs have the same name, so that nobody could tell their results apart.
+        If two runs have the same name, so that their results could not be distinguished.
     """
     twice = next((name for name in names if list(names).count(name) > 1), None)
     if twice is not None:

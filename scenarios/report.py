@@ -1,4 +1,4 @@
-"""The report: one HTML file that needs nothing else, with interactive figures."""
+"""The report: one self-contained HTML file with interactive figures."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from scenarios.table import number, percent
 
 TEMPLATES = Path(__file__).parent / "templates"
 PLOTLY = TEMPLATES / "plotly-basic.min.js.gz"
-"""plotly.js-basic-dist-min 4.1.1 from npm, MIT: a quarter of the whole.
-A page holds it as it is, and the browser unpacks it."""
+"""plotly.js-basic-dist-min 4.1.1 from npm, MIT: a quarter of the full library.
+A page contains it compressed, and the browser unpacks it."""
 CONFIG = {"responsive": True, "displaylogo": False, "displayModeBar": False}
 AXIS = {"gridcolor": "#e3e6ea", "linecolor": "#9aa1ab", "zerolinecolor": "#c6cbd2"}
 VALUES = AXIS | {"automargin": True, "exponentformat": "none", "separatethousands": True}
@@ -34,7 +34,7 @@ LOOKS: dict[str, Any] = {
     "hoverlabel": {"namelength": -1},
     "legend": {"orientation": "h", "yanchor": "bottom", "y": 1.0, "x": 0, "xanchor": "left"},
 }
-"""Of every figure: light, few lines, the legend on top."""
+"""Style of every figure: light, few lines, the legend on top."""
 
 STATES = (
     ("ok", "#4f9d69", "following the model"),
@@ -50,7 +50,7 @@ STATES = (
 
 @dataclass(frozen=True)
 class Span:
-    """A stretch of a timeline: where it begins, how wide it is [% of the whole], its looks."""
+    """A span of a timeline: its start and width [% of the whole], and its style."""
 
     left: float
     width: float
@@ -59,20 +59,20 @@ class Span:
 
 
 def write_page(template: str, path: Path, **values: Any) -> Path:
-    """Write a page from a template of this room; see `page_text`."""
+    """Write a page from a template of this package; see `page_text`."""
     return write_atomically(path, page_text(template, **values))
 
 
 def page_text(template: str, **values: Any) -> str:
-    """Return a page from a template of this room: one HTML file that needs nothing else.
+    """Return a page from a template of this package: one self-contained HTML file.
 
     Parameters
     ----------
     template : str
-        Its file's name in ``templates``. ``page.html`` is a whole one: kicker, title, lines of
-        text, charts and facts; others extend it or ``base.html``.
+        File name in ``templates``. ``page.html`` is a complete one: kicker, title, lines of text,
+        charts and facts; others extend it or ``base.html``.
     **values
-        What it shows; with ``charts``, plotly's script comes along.
+        Its contents; with ``charts``, plotly's script is included.
     """
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES),
@@ -119,7 +119,7 @@ def chart_html(chart: Chart) -> markupsafe.Markup:
     height = PANEL * count + sum(LOOKS["margin"].values()) // 2 + 10 * len(labels)
     element = f"chart-{chart.name}"
     figure = {"data": traces, "layout": LOOKS | layout, "config": CONFIG}
-    # A "<" of a name must not end the script.
+    # A "<" in a name must not end the script.
     text = json.dumps([element, figure], separators=(",", ":")).replace("<", "\\u003c")
     markup = '<div id="{}" class="chart" style="height: {}px"></div>\n'
     drawing = f"<script>plotly.then(() => Plotly.newPlot(...{text}))</script>"
@@ -127,14 +127,14 @@ def chart_html(chart: Chart) -> markupsafe.Markup:
 
 
 def short(value: float) -> str:
-    """Return an error as tables of models show it: three figures, or two decimals."""
+    """Return an error as text for tables of models: three significant figures, or two decimals."""
     if math.isnan(value):
         return "-"
     return f"{value:.1f}" if value >= 100.0 else f"{value:.2f}"
 
 
 def clock(seconds: float) -> str:
-    """Return a moment as hours, minutes and seconds.
+    """Return a time as hours, minutes and seconds.
 
     >>> clock(3725)
     '1:02:05'
@@ -165,14 +165,14 @@ def _trace(line: Line, x_unit: float, *, first: bool) -> dict[str, Any]:
 
 
 def state_of(code: int) -> int:
-    """Return which of STATES a status code of the compensator belongs to."""
+    """Return the index in STATES of a status code of the compensator."""
     if code < 10:
         return {0: 0, 1: 2, 2: 1, 3: 3, 4: 7}.get(code, 3)
     return min(code // 10, 3) + 3
 
 
 def spans_of(events: Sequence[Event], end_s: float) -> list[Span]:
-    """Return the stretches of one state that a timeline shows, up to *end_s* [s]."""
+    """Return the spans of constant state in a timeline, up to *end_s* [s]."""
     spans = []
     stops = [event.time_s for event in events[1:]] + [end_s]
     for event, stop in zip(events, stops, strict=True):

@@ -1,7 +1,7 @@
-"""The results folder: written beside its place, then put there whole.
+"""The results folder: written next to its destination, then moved there whole.
 
-A folder of results holds ``table.json``, which lists its files. A folder that holds nothing else is
-known as results and may be replaced by the same command; see `scenarios.outputs`.
+A results folder contains ``table.json``, which lists its files. A folder that contains nothing else
+counts as results and may be replaced by the same command; see `scenarios.outputs`.
 """
 
 from __future__ import annotations
@@ -36,24 +36,24 @@ REPORT = "report.html"
 
 @contextlib.contextmanager
 def results_folder(folder: Path) -> Iterator[Path]:
-    """Give a temporary folder that takes the place of *folder* when the block ends well.
+    """Give a temporary folder that replaces *folder* when the block succeeds.
 
-    If the block fails, or is interrupted, nothing of it stays and what was there is untouched.
+    If the block fails or is interrupted, nothing of it stays and the existing folder is untouched.
 
     Parameters
     ----------
     folder : Path
-        Its parents are made if they are missing.
+        Missing parents are created.
 
     Yields
     ------
     Path
-        The temporary folder, beside *folder*.
+        The temporary folder, next to *folder*.
 
     Raises
     ------
     BadInput
-        See `check_folder`; or if the folder cannot be made, or the disk is full.
+        See `check_folder`; or if the folder cannot be created, or the disk is full.
     """
     check_folder(folder)
     target = folder.resolve()
@@ -65,7 +65,7 @@ def results_folder(folder: Path) -> Iterator[Path]:
         raise BadInput(folder, "", f"cannot be made: {error.strerror}") from None
     try:
         yield beside
-        if target.exists() and not is_replaceable(target):  # only where --force lets it get so far
+        if target.exists() and not is_replaceable(target):  # only reached with --force
             _put_into(target, beside)
             return
         if target.exists():
@@ -86,7 +86,7 @@ def results_folder(folder: Path) -> Iterator[Path]:
 
 
 def _put_into(folder: Path, results: Path) -> None:
-    """Move results into a folder that holds other things; those of other names stay."""
+    """Move results into a folder that contains other files; those with other names stay."""
     for path in sorted(results.iterdir()):
         try:
             path.replace(folder / path.name)
@@ -98,7 +98,7 @@ def write_recordings(recordings: Sequence[Recording], folder: Path) -> dict[str,
     """Write the time series, and return the names of the files by variant.
 
     The first variant has ``results.csv`` and ``run.csv``, the others ``results_<variant>.csv`` and,
-    where their machine showed something else, ``run_<variant>.csv``.
+    if their machine's readings differ, ``run_<variant>.csv``.
     """
     files: dict[str, dict[str, str]] = {}
     first: pd.DataFrame | None = None
@@ -120,17 +120,17 @@ def write_recordings(recordings: Sequence[Recording], folder: Path) -> dict[str,
 
 
 def recorded(recording: Recording) -> pd.DataFrame:
-    """Return the rows that the scenario wants recorded, the first and every *record_s* [s]."""
+    """Return the rows to record in the scenario: the first, and one every *record_s* [s]."""
     settings = recording.case.settings
     every = round(settings.record_s / settings.step_s)
     return recording.frame.iloc[::every].reset_index(drop=True)
 
 
 def machine_run(recording: Recording, rows: pd.DataFrame) -> pd.DataFrame:
-    """Return what the machine itself would have written down: a run file like a measured one.
+    """Return what the machine itself would have recorded: a run file like a measured one.
 
-    Commands (speed, feed, torque) and the readings of its sensors with noise and faults; not the
-    boundary temperatures of the model, nor drift and error at the tool tip, which nobody measures.
+    It has commands (speed, feed, torque) and sensor readings with noise and faults; not the model's
+    boundary temperatures, nor drift and error at the tool tip, which nobody measures.
     """
     commands = [
         str(name)
@@ -144,19 +144,19 @@ def machine_run(recording: Recording, rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def write_table(groups: Sequence[Group], facts: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """Write ``table.json`` beside what is in *folder* already, and return its content.
+    """Write ``table.json`` into *folder*, and return its content.
 
     Parameters
     ----------
     groups : sequence of Group
     facts : dict
-        What else the file says.
+        Other entries of the file.
     folder : Path
 
     Returns
     -------
     dict
-        The content, as JSON has it.
+        The content, as read from JSON.
     """
     files = sorted({*(path.name for path in folder.iterdir()), TABLE})
     head = {"kind": RESULTS, "format": 1, **made_by(), **facts}
@@ -169,14 +169,14 @@ def write_table(groups: Sequence[Group], facts: dict[str, Any], folder: Path) ->
 def write_findings(
     out: Path, name: str, text: str, draw: Callable[[Path], Sequence[Path]]
 ) -> list[Path]:
-    """Write the folder of a command that finds something: ``NAME.json`` and what is drawn of it.
+    """Write the folder of a command's findings: ``NAME.json`` and its figures.
 
     Parameters
     ----------
     out : Path
         Replaced whole or not at all.
     name, text : str
-        What was found, as JSON.
+        Name and text of the JSON.
     draw : callable
         Takes the folder to draw into, and returns the files.
 
@@ -193,7 +193,7 @@ def write_findings(
 
 
 def write_scenario(scenario: Scenario, folder: Path) -> None:
-    """Write a copy of the scenario, with what the command line set as comments on top."""
+    """Write a copy of the scenario, with the command line's settings as comments on top."""
     lines = [
         f"# set on the command line: {key} = {json.dumps(value, default=str)}\n"
         for key, value in scenario.overrides
@@ -210,7 +210,7 @@ def write_report(
     timelines: Sequence[tuple[str, Sequence[Event], float]],
     **values: Any,
 ) -> dict[str, Any]:
-    """Write figures, report and ``table.json`` of a scenario or of a replay beside its results.
+    """Write figures, report and ``table.json`` of a scenario or a replay into its results folder.
 
     Parameters
     ----------
@@ -218,14 +218,14 @@ def write_report(
     groups : sequence of Group
         The headline table.
     told : dict
-        What else ``table.json`` says.
+        Other entries of ``table.json``.
     charts : sequence of Chart
-        A figure each, and all of them in the report.
+        Each becomes a figure, and all are in the report.
     timelines : sequence of (label, events, end)
         The compensator's status over time, by variant or run; the end in seconds.
     **values
         ``title``, ``kicker`` above it, ``description`` below; ``table_note``, a sentence under the
-        table, and ``notes``, what must be known of it; ``facts``, where it all comes from.
+        table, and ``notes`` on it; ``facts``, the provenance.
 
     Returns
     -------

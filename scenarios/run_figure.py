@@ -1,4 +1,4 @@
-"""The figure that shows a run: speed, temperatures, displacements, tilt."""
+"""The figure of a run: speed, temperatures, displacements, tilt."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from measurement.runs import FloatArray, Run
 from measurement.units import UNITS, split_column
 
 AXIS_COLOURS = {"X": "#0072b2", "Y": "#009e73", "Z": "#d55e00"}
-"""One colour per machine axis in every figure; they differ for colour-blind readers too."""
+"""One colour per machine axis in every figure; also distinct for colour-blind readers."""
 
 _OTHER_COLOURS = ("#cc79a7", "#56b4e9", "#e69f00", "#999999", "#f0e442", "#000000")
 _TEMPERATURE_COLOURS = (
@@ -28,7 +28,7 @@ _TEMPERATURE_COLOURS = (
 )
 _STYLES: tuple[Any, ...] = ("-", "--", ":")  # Any, since matplotlib wants its own list of literals
 Curve = tuple[FloatArray, dict[str, Any]]
-"""Values, and how they are drawn."""
+"""Values, and their style."""
 
 
 def draw_overview(
@@ -36,18 +36,18 @@ def draw_overview(
 ) -> Figure:
     """Return a figure of a run, one panel per kind of signal that it has.
 
-    Stretches in which a displacement looks frozen or saturated are shaded.
+    Spans in which a displacement looks frozen or saturated are shaded.
 
     Parameters
     ----------
     run : Run
-        What to draw.
+        The run.
     summary : Summary
         Its summary: the running period and the findings.
     rig : FivePointRig or DirectRig, optional
-        Gives the displacement columns their axes; a five-point rig that fits adds the tilt.
+        Defines the axes of the displacement columns; a five-point rig that fits adds the tilt.
     figure : Figure, optional
-        Empty, to draw on.
+        An empty figure to draw on.
     """
     curves = {
         "temperature [°C]": (2.4, _temperatures(run)),
@@ -56,7 +56,7 @@ def draw_overview(
     }
     panels = [(height, label, lines) for label, (height, lines) in curves.items() if lines]
     turns = bool(run.of_unit("rpm") or run.of_unit("mm_min"))
-    if not (panels or turns):  # a run of other signals only: still a figure, with nothing hidden
+    if not (panels or turns):  # a run of other signals only still gets a figure
         panels = [(2.0, "", _others(run))]
     heights = [1.0] * turns + [height for height, _, _ in panels]
     figure = figure or Figure()
@@ -90,7 +90,7 @@ def draw_overview(
 
 
 def _line(axes: Axes, run: Run, values: FloatArray, **style: Any) -> None:
-    """Draw a signal; a line bridges single missing samples, not pauses or longer gaps."""
+    """Draw a signal; the line bridges single missing samples, but not pauses or longer gaps."""
     there = ~np.isnan(values)
     time, drawn, shown = run.time_s[there], values[there], run.time_s[there] / 60.0
     if time.size > 1:
@@ -169,7 +169,7 @@ def _curve(run: Run, name: str, **look: Any) -> Curve:
 
 
 def _axis(signal: str, place: str) -> str:
-    """Return the axis of a displacement by its place in the rig, else by its name, else nothing."""
+    """Return the axis of a displacement from its place in the rig, else its name, else empty."""
     if place == "axial":
         return "Z"
     if place[-1:] in AXIS_COLOURS:
@@ -179,7 +179,7 @@ def _axis(signal: str, place: str) -> str:
 
 
 def _suspect(summary: Summary) -> list[tuple[float, float]]:
-    """Return when any displacement stood still that should not, overlaps joined [s]."""
+    """Return the spans in which a displacement was wrongly constant, overlaps merged [s]."""
     joined: list[tuple[float, float]] = []
     for start, end in sorted(
         (part.start_s, part.end_s) for part in summary.findings if part.kind in STANDING
@@ -211,7 +211,7 @@ def _mark_first_hour(axes: Axes, run: Run, summary: Summary, *, named: bool) -> 
 
 
 def _legend(axes: Axes, handles: Sequence[Line2D] | None = None, right: float = 1.01) -> None:
-    """Put the legend beside the panel, where it covers no data."""
+    """Put the legend next to the panel, where it covers no data."""
     entries: Any = handles if handles is not None else axes.get_legend_handles_labels()[0]
     if not entries:
         return

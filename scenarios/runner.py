@@ -1,4 +1,4 @@
-"""From a scenario to its results folder."""
+"""Simulates a scenario and writes its results folder."""
 
 from __future__ import annotations
 
@@ -52,21 +52,21 @@ def run_scenario(
     scenario : Scenario
         With at least one case.
     out : Path
-        The results folder; see `scenarios.results.check_folder` for what may be there.
+        The results folder; see `scenarios.outputs.check_folder` for what it may contain.
     fmu_dir : Path
-        Where FMUs named without a folder are.
+        Folder of FMUs named without a folder.
     plant, compensator : str, optional
         FMUs to use in all variants instead of the scenario's.
     live : bool
-        Whether a page in which the last variant's machine and compensator run goes beside the
-        report.
+        Whether to write, next to the report, a page in which the last variant's machine and
+        compensator run.
     quiet : bool
         No progress bar, no messages.
 
     Returns
     -------
     table : dict
-        What ``table.json`` holds.
+        The content of ``table.json``.
     groups : list of Group
         The headline table.
     pace : float
@@ -75,9 +75,9 @@ def run_scenario(
     Raises
     ------
     BadInput
-        If something in the scenario does not fit; no folder is left then.
+        If the scenario cannot be used; no folder is left behind.
     FmuError
-        If an FMU fails; no folder is left then.
+        If an FMU fails; no folder is left behind.
     """
     check_folder(out)
     recordings: list[Recording] = []
@@ -130,7 +130,7 @@ def run_scenario(
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of what computed the results."""
+    """Return the versions of the software that computed the results."""
     found = {PROGRAM: version(), "Python": platform.python_version()}
     return found | {name: metadata.version(name) for name in ("fmpy", "numpy")}
 
@@ -172,7 +172,7 @@ def _shown_facts(scenario: Scenario, recordings: Sequence[Recording]) -> list[tu
 
 
 def fmu_facts(fmus: Sequence[FmuFacts]) -> list[tuple[str, str]]:
-    """Return what a report says about FMUs and versions; each FMU once."""
+    """Return a report's facts about FMUs and versions; each FMU once."""
     shown = {
         fmu.guid: (
             f"{fmu.label.capitalize()} FMU",

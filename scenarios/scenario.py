@@ -1,7 +1,7 @@
 """Scenario files: TOML in, checked cases out.
 
-The form of the file is declared here as pydantic models; the files of ``library/`` show it in use.
-A refusal is one line: file, place, value, what is allowed.
+The file format is declared here as pydantic models; the files in ``library/`` are examples. A
+refusal is one line: file, place, value, what is allowed.
 """
 
 from __future__ import annotations
@@ -64,8 +64,8 @@ class Probe(_Form):
 class CompensatorSection(_Form):
     """The compensator: an FMU or a compensator file (``.json``), and what it is given.
 
-    *tool_length_mm* is given to the compensator instead of the real length, to show a control that
-    does not know its tools.
+    *tool_length_mm* is given to the compensator instead of the real length, to simulate a control
+    that does not know its tools.
     """
 
     fmu: FileName = "compensator.fmu"
@@ -110,7 +110,7 @@ class Settings(_Form):
     record_s: Annotated[float, Field(ge=1e-3, le=1e6)] = 10.0
     """Time between rows of the results, a multiple of *step_s*."""
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 1
-    """For the sensors' noise and random signals."""
+    """Seed of sensor noise and random signals."""
     plant: Plant = Plant()
     compensator: CompensatorSection = CompensatorSection()
     signals: dict[SignalName, Any] = Field(default_factory=dict, max_length=200)
@@ -151,13 +151,13 @@ class Case:
     Attributes
     ----------
     name, title : str
-        The variant's; ``main`` for a scenario without variants.
+        Of the variant; ``main`` for a scenario without variants.
     settings : Settings
-        Everything but the signals.
+        Everything except the signals.
     signals : dict of str to Signal
-        What drives the plant, by input.
+        The signals that drive the plant, by input.
     setting : Setting
-        What the signals need to give values.
+        Context that the signals need to return values.
     """
 
     name: str
@@ -174,15 +174,15 @@ class Scenario:
     Attributes
     ----------
     settings : Settings
-        The file as it stands, with the overrides of the command line.
+        The file's settings, with the overrides of the command line.
     cases : tuple of Case
-        What is to be simulated: the variants, or the file itself where it has none.
+        The cases to simulate: the variants, or the file itself if it has none.
     path : Path
         The file.
     text : str
         Its content, unchanged.
     overrides : tuple of (str, object)
-        What the caller set otherwise.
+        Keys that the caller overrides.
     """
 
     settings: Settings
@@ -203,7 +203,7 @@ def scenario_path(name_or_path: str | Path) -> Path:
     Raises
     ------
     BadInput
-        When there is neither such a file nor such a scenario; the nearest name is proposed.
+        If there is neither such a file nor such a scenario; the nearest name is suggested.
     """
     text = str(name_or_path)
     known = {path.stem: path for path in library()}
@@ -227,7 +227,7 @@ def read_scenario(name_or_path: str | Path, overrides: Sequence[tuple[str, Any]]
     name_or_path : str or path
         For example ``step_speed`` or ``my_scenario.toml``.
     overrides : sequence of (key, value)
-        Keys to set otherwise, dotted: ``("compensator.enabled", False)``.
+        Keys to override, dotted: ``("compensator.enabled", False)``.
 
     Returns
     -------
@@ -236,7 +236,7 @@ def read_scenario(name_or_path: str | Path, overrides: Sequence[tuple[str, Any]]
     Raises
     ------
     BadInput
-        For the first thing wrong in it, in one line.
+        For the first error in it, in one line.
     """
     path = scenario_path(name_or_path)
     try:
@@ -256,9 +256,9 @@ def scenario_from_text(
     text : str
         TOML.
     path : Path
-        The file that it came from; file names in it start from its folder.
+        The file that it came from; file names in it are relative to its folder.
     overrides : sequence of (key, value)
-        As `read_scenario` takes them.
+        See `read_scenario`.
 
     Returns
     -------
@@ -267,7 +267,7 @@ def scenario_from_text(
     Raises
     ------
     BadInput
-        For the first thing wrong in it, in one line.
+        For the first error in it, in one line.
     """
     table = toml_table(text, path)
     for key, value in overrides:
@@ -296,21 +296,21 @@ def changed(
 ) -> dict[str, Any]:
     """Return a copy of *table* in which the dotted *key* has another value.
 
-    The copy shares with *table* what does not change. What follows ``plant.parameters.`` is one
-    name, since a parameter's name may hold dots.
+    The copy shares what does not change with *table*. Everything after ``plant.parameters.`` is one
+    name, since a parameter's name may contain dots.
 
     Parameters
     ----------
     table : dict
-        A scenario as parsed; not changed.
+        A parsed scenario; not modified.
     key : str
         Dotted, such as ``signals.speed.value``.
     value
-        Anything that TOML can say.
+        Any value that TOML can express.
     source : str or path
         The scenario, for refusals.
     place : str
-        Where in it the key was given.
+        Where the key was given.
 
     Raises
     ------
@@ -321,7 +321,7 @@ def changed(
     *parents, last = key.split(".", 2 if key.startswith("plant.parameters.") else -1)
     inner: Any = found
     for step in parents:
-        # A number may stand for a constant signal, so there is nothing to enter.
+        # A plain number may be a constant signal, which has no keys inside.
         place_in: Any = step if isinstance(inner, dict) else None
         if isinstance(inner, list) and step.isdigit() and int(step) < len(inner):
             place_in = int(step)
@@ -360,21 +360,21 @@ def _variant(base: dict[str, Any], variant: Variant, path: Path, place: str) -> 
 
 
 def case_from(table: dict[str, Any], name: str, title: str, path: Path) -> Case:
-    """Return what a table without variants says.
+    """Return the case of a table without variants.
 
     Parameters
     ----------
     table : dict
-        A scenario as parsed.
+        A parsed scenario.
     name, title : str
-        The case's.
+        Of the case.
     path : Path
         The file that it came from.
 
     Raises
     ------
     BadInput
-        For the first thing wrong in it, in one line.
+        For the first error in it, in one line.
     """
     settings = checked(Settings, table, path)
     setting = Setting(path, "signals", path.resolve().parent, settings.seed)

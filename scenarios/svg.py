@@ -1,4 +1,4 @@
-"""Parts of a picture in SVG; all texts are escaped."""
+"""Builds the parts of an SVG picture; all texts are escaped."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ INK = "#222830"
 
 
 def mixed(share: float, none: str, full: str) -> str:
-    """Return a colour between two, as ``#rrggbb``; *share* of it is the second."""
+    """Return a mix of two colours as ``#rrggbb``; *share* is that of the second."""
     pairs = zip(bytes.fromhex(none[1:]), bytes.fromhex(full[1:]), strict=True)
     return f"#{bytes(round(a + share * (b - a)) for a, b in pairs).hex()}"
 
@@ -20,12 +20,12 @@ def part(kind: str, text: str = "", title: str = "", /, **looks: object) -> str:
     Parameters
     ----------
     kind, text : str
-        Its name, and what stands in it.
+        Its name and its text.
     title : str
-        Shown under the pointer.
+        Tooltip.
     **looks
-        Its attributes, ``stroke_width`` for ``stroke-width``; floats are given to a tenth, and
-        those that are empty are left out.
+        Its attributes, ``stroke_width`` for ``stroke-width``; floats are rounded to a tenth, and
+        empty attributes are left out.
     """
     given = {name.replace("_", "-"): look for name, look in looks.items() if look != ""}
     words = "".join(
@@ -37,7 +37,7 @@ def part(kind: str, text: str = "", title: str = "", /, **looks: object) -> str:
 
 
 def label(x: float, y: float, text: str, /, **looks: object) -> str:
-    """Return words in the middle of a place [px] that stand out from what is behind them."""
+    """Return text centred on a point [px] that stands out from its background."""
     usual: dict[str, object] = {"fill": INK, "font_size": 11, "text_anchor": "middle"}
     usual |= {"stroke": "#ffffff", "stroke_width": 3, "paint_order": "stroke"}
     return part("text", text, x=x, y=y, **usual | looks)
@@ -46,7 +46,7 @@ def label(x: float, y: float, text: str, /, **looks: object) -> str:
 def picture(
     width: float, height: float, name: str, parts: Iterable[str], /, **looks: object
 ) -> str:
-    """Return the picture of some parts; *name* is what it is called where it cannot be seen."""
+    """Return the picture of some parts; *name* is its accessible label."""
     usual: dict[str, object] = {"font_family": "system-ui, sans-serif"}
     box = part(
         "svg", viewBox=f"0 0 {width:.0f} {height:.0f}", role="img", aria_label=name, **usual | looks

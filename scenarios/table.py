@@ -1,4 +1,4 @@
-"""The headline: drift of the tool tip before and after compensation, like the studies' tables."""
+"""The headline table: drift of the tool tip before and after compensation, as in the studies."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class Row:
     name : str
         The variant or the run; empty for the line without compensation.
     label : str
-        What the table shows.
+        Text in the table.
     axes : dict of str to CompensationRow
-        By axis: X, Y, Z, as far as they are known.
+        By axis: those of X, Y, Z that are known.
     """
 
     name: str
@@ -41,18 +41,18 @@ class Row:
 
 @dataclass(frozen=True)
 class Group:
-    """Lines that share one drift, the one without compensation first."""
+    """Lines that share the same drift, the one without compensation first."""
 
     title: str
     rows: tuple[Row, ...]
 
     def with_only(self, names: Iterable[str]) -> Group:
-        """Return the group with the reference line and the lines of these names alone.
+        """Return the group with only the reference line and the lines of these names.
 
         Parameters
         ----------
         names : iterable of str
-            Names that no line has are ignored.
+            Unknown names are ignored.
         """
         wanted = set(names)
         rows = tuple(row for row in self.rows if row.is_reference or row.name in wanted)
@@ -60,7 +60,7 @@ class Group:
 
 
 def group_of(title: str, results: Iterable[tuple[str, str, pd.DataFrame]]) -> Group:
-    """Return the lines of several results that share one drift.
+    """Return the lines of several results that share the same drift.
 
     Parameters
     ----------
@@ -79,9 +79,9 @@ def group_of(title: str, results: Iterable[tuple[str, str, pd.DataFrame]]) -> Gr
 
 
 def overall(groups: Sequence[Group], title: str) -> Group:
-    """Return all groups' lines taken together: largest maximum, mean over all samples.
+    """Return the lines of all groups combined: largest maximum, mean over all samples.
 
-    Each group must have the line without compensation first, and the same lines after it.
+    Each group must have the line without compensation first, followed by the same lines.
     """
     axes = sorted({axis for group in groups for axis in group.rows[0].axes})
     reference: dict[str, CompensationRow] = {}
@@ -121,7 +121,7 @@ def _by_axis(before: pd.DataFrame, after: pd.DataFrame) -> dict[str, Compensatio
 
 
 def as_text(groups: Sequence[Group]) -> str:
-    """Return the table as fixed-width text: after-values per axis, the reference line on top.
+    """Return the table as fixed-width text: values after compensation, the reference line on top.
 
     Parameters
     ----------
@@ -151,17 +151,17 @@ def _cells(row: CompensationRow | None, reference: bool) -> str:
 
 
 def number(value: float) -> str:
-    """Return a displacement as the tables show it [um]."""
+    """Return a displacement as text for tables [um]."""
     return "-" if math.isnan(value) else f"{value:.1f}"
 
 
 def percent(value: float) -> str:
-    """Return an improvement as the tables show it [%]."""
+    """Return an improvement as text for tables [%]."""
     return "-" if math.isnan(value) else f"{value:.0f} %"
 
 
 def as_list(groups: Sequence[Group]) -> list[dict[str, Any]]:
-    """Return the table ready for JSON; a figure that is not defined is null."""
+    """Return the table ready for JSON; an undefined figure is null."""
     return [
         {
             "title": group.title,

@@ -1,9 +1,9 @@
-"""FMUs unpacked into temporary folders, which go when nobody uses them any more.
+"""Unpacks FMUs into temporary folders, which are removed when no longer used.
 
-A process that is killed removes nothing. So the folder holds a file that its process keeps locked,
-and whoever unpacks next removes the folders whose lock nobody holds. Locks are a kernel's own: a
-guest and its host that share a temporary folder do not see each other's. So folders carry the
-kernel's name, and only those of the running one are looked at.
+A killed process removes nothing. So the folder contains a file that its process keeps locked, and
+the next process that unpacks removes the folders whose lock is free. Locks belong to a kernel: a
+guest and a host that share a temporary folder do not see each other's. So the folders' names
+contain the kernel's, and only those of the running kernel are checked.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from measurement.errors import BadInput
 
 try:
     import fcntl
-except ImportError:  # elsewhere than on Linux and macOS nothing is locked, and nothing swept
+except ImportError:  # on systems other than Linux and macOS nothing is locked or swept
     fcntl = None  # type: ignore[assignment]
 
 PREFIX = "spindle-drift-fmu-"
@@ -31,16 +31,16 @@ BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
 
 
 def prefix() -> str:
-    """Return how the folders of the running kernel begin."""
+    """Return the name prefix of the running kernel's folders."""
     try:
         return f"{PREFIX}{BOOT_ID.read_text()[:8]}-"
-    except OSError:  # elsewhere than on Linux: the machine's name must do
+    except OSError:  # not on Linux: use the computer's name
         plain = "".join(c for c in platform.node() if c.isascii() and c.isalnum())
         return f"{PREFIX}{plain[:32]}-"
 
 
 class Unpacked:
-    """An FMU in a folder of its own, whose name every FMU can read from a URI.
+    """An FMU in its own folder, whose name every FMU can read from a URI.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class Unpacked:
     Raises
     ------
     BadInput
-        If the temporary folder has a name that FMUs cannot read, or the file cannot be unpacked.
+        If FMUs cannot read the temporary folder's name, or the file cannot be unpacked.
     """
 
     def __init__(self, path: Path) -> None:
@@ -77,7 +77,7 @@ class Unpacked:
             raise BadInput(path, "", f"cannot be unpacked into {place}: {problem}") from None
 
     def remove(self) -> None:
-        """Remove the folder; a second time does nothing."""
+        """Remove the folder; a second call does nothing."""
         shutil.rmtree(self.folder, ignore_errors=True)
         if self._lock is not None:
             os.close(self._lock)
@@ -85,11 +85,11 @@ class Unpacked:
 
 
 def sweep(place: Path) -> None:
-    """Remove the folders in *place* whose processes have gone without removing them."""
+    """Remove the folders in *place* whose processes ended without removing them."""
     if fcntl is None:
         return
     for lock in place.glob(f"{prefix()}*/{LOCK}"):
-        # A folder of another user, or one that somebody else removes at the same time.
+        # A folder of another user, or one that another process removes at the same time.
         with contextlib.suppress(OSError):
             handle = os.open(lock, os.O_RDWR)
             try:
@@ -100,7 +100,7 @@ def sweep(place: Path) -> None:
 
 
 def _locked(folder: Path) -> int | None:
-    """Lock a file in *folder*; it takes its name only then, so no sweep ever sees it unlocked."""
+    """Lock a file in *folder*; it is renamed only then, so no sweep ever sees it unlocked."""
     if fcntl is None:
         return None
     handle, name = tempfile.mkstemp(dir=folder)

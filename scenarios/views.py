@@ -1,4 +1,4 @@
-"""From recordings to the table and the charts of a results folder."""
+"""Makes the table and the charts of a results folder from recordings."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ MINUTE_S = 60.0
 
 
 def grouped(recordings: Sequence[Recording]) -> list[list[Recording]]:
-    """Return the recordings in groups that share one drift, in the order of the scenario.
+    """Return the recordings in groups that share the same drift, in the order of the scenario.
 
-    Only then does one line without compensation stand for all of them.
+    One line without compensation then holds for the whole group.
     """
     groups: list[list[Recording]] = []
     for recording in recordings:
@@ -45,7 +45,7 @@ def _drift(frame: pd.DataFrame) -> np.ndarray:
 
 
 def group_title(group: Sequence[Recording]) -> str:
-    """Return what the variants of a group share, as the table and the figures say it."""
+    """Return what the variants of a group share, for the table and the figures."""
     frame = group[0].frame
     if TOOL not in frame:
         return group[0].case.title if len(group) == 1 else "All variants"
@@ -66,13 +66,13 @@ def table_of(recordings: Sequence[Recording]) -> list[Group]:
 
 
 def label_of(recording: Recording) -> str:
-    """Return a variant's name for people."""
+    """Return a variant's label."""
     case = recording.case
     return "Compensated" if case.name == "main" else case.title
 
 
 def full_label_of(recording: Recording) -> str:
-    """Return a variant's name for people, where no heading says what its group is."""
+    """Return a variant's label including its group, for use without a heading."""
     title, label = group_title([recording]), label_of(recording)
     return label if title == recording.case.title else f"{label}, {lowered(title)}"
 
@@ -83,12 +83,12 @@ def is_compensated(recording: Recording) -> bool:
 
 
 def rig_of(plant_fmu: Path) -> FivePointRig | None:
-    """Return the five-point rig of the machine in a plant FMU, or None if it says of none.
+    """Return the five-point rig of the machine in a plant FMU, or None if it has none.
 
     Parameters
     ----------
     plant_fmu : Path
-        Of this project or not.
+        From this project or elsewhere.
     """
     try:
         machine = json.loads(member(plant_fmu, *MACHINES) or b"{}")
@@ -106,7 +106,7 @@ def charts_of(recordings: Sequence[Recording], rig: FivePointRig | None) -> list
     recordings : sequence of Recording
         At least one.
     rig : FivePointRig or None
-        Turns the machine's displacement readings into the measured tilt, where it is known.
+        Converts the machine's displacement readings to the measured tilt, if known.
     """
     main = recordings[0]
     groups = grouped(recordings)
@@ -126,7 +126,7 @@ def _speed(main: Recording) -> Chart:
     time_s = _floats(frame, "time_s")
     panels = []
     for column in ("speed_rpm", "feed_mm_min", "torque_Nm", TOOL):
-        # A tool that is never changed, or a torque that is always zero, tells nothing.
+        # A tool that is never changed, or a torque that is always zero, shows nothing.
         if column not in frame or (column != "speed_rpm" and frame[column].nunique() < 2):
             continue
         name, unit = split_column(column)
@@ -149,7 +149,7 @@ def _temperatures(main: Recording) -> Chart:
 
 
 def seen(frame: pd.DataFrame, column: str) -> FloatArray:
-    """Return a sensor's column as the machine showed it, faults included."""
+    """Return a sensor's column as the machine showed it, including faults."""
     signal, _, unit = column.rpartition("_")
     disturbed = f"{signal}_seen_{unit}"
     return _floats(frame, disturbed if disturbed in frame else column)
@@ -158,12 +158,12 @@ def seen(frame: pd.DataFrame, column: str) -> FloatArray:
 def before_and_after(
     results: Sequence[tuple[str, pd.DataFrame]], drift: pd.DataFrame, *, thin: bool = False
 ) -> tuple[Panel, ...]:
-    """Return the drift without compensation and what is left of it, an axis a panel.
+    """Return the drift without compensation and the remaining error, one panel per axis.
 
     Parameters
     ----------
     results : sequence of (str, DataFrame)
-        By label what is left, ``error_X_um`` ...; of the first also the interval.
+        Remaining error ``error_X_um`` ... by label; for the first one also the interval.
     drift : DataFrame
         ``time_s`` and ``drift_X_um`` ... for the axes that are known.
     thin : bool
@@ -190,7 +190,7 @@ def _floats(frame: pd.DataFrame, column: str) -> FloatArray:
 
 
 def drift_chart(name: str, what: str, group: Sequence[Recording]) -> Chart:
-    """Return the drift of variants before and after compensation, an axis a panel."""
+    """Return the drift of variants before and after compensation, one panel per axis."""
     after = [(label_of(entry), entry.frame) for entry in group if is_compensated(entry)]
     title = f"Drift of the tool tip before and after compensation: {lowered(what)}"
     return Chart(name, title, "", before_and_after(after, group[0].frame, thin=True))
@@ -235,13 +235,13 @@ def _offsets(recording: Recording) -> list[Chart]:
 
 
 def lowered(text: str) -> str:
-    """Return a title as it stands within a sentence."""
+    """Return a title as written within a sentence."""
     return text[:1].lower() + text[1:]
 
 
 def minute_means(time_s: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return moments and means of each minute: a curve without the noise of single samples."""
-    # The last sample, at the end of the last minute, makes no minute of its own.
+    """Return times and means of each minute: a curve without the noise of single samples."""
+    # The last sample, at the end of the last minute, does not start another minute.
     last = max(int(np.ceil(time_s[-1] / MINUTE_S)) - 1, 0)
     minute = np.minimum(np.floor(time_s / MINUTE_S).astype(int), last)
     there = np.isfinite(values)

@@ -27,7 +27,7 @@ from scenarios.wiring import TOOL_LENGTH, Variables, Wiring, shared_starts, wire
 
 SPEED = "speed"
 DAY = "step_speed"
-"""The scenario whose speeds are the day's work, an hour each."""
+"""The scenario whose speeds are the day's work, one hour each."""
 ABOUT = (
     "Machine {machine}, compensator {compensator}. The sources are those of the FMUs in C, "
     "compiled to WebAssembly; with the same inputs they give the FMUs' numbers. "
@@ -37,7 +37,7 @@ ABOUT = (
 
 @dataclass(frozen=True)
 class WebPage:
-    """A page that was written: where, and how many bytes each FMU takes in it."""
+    """A written page: its path, and the size of each FMU in it in bytes."""
 
     path: Path
     plant_bytes: int
@@ -62,10 +62,10 @@ def write_web_page(machine: Machine, compensator: Path, path: Path) -> WebPage:
     Raises
     ------
     BadInput, ModelFileError
-        For a file that cannot be used, two that do not belong together, or without a compiler for
+        If a file cannot be used, the two do not belong together, or there is no compiler for
         WebAssembly.
     CompileError
-        If it refuses the sources.
+        If the compiler rejects the sources.
     """
     try:
         return _written(machine, compensator, path)
@@ -74,7 +74,7 @@ def write_web_page(machine: Machine, compensator: Path, path: Path) -> WebPage:
 
 
 def write_page_of(plant: Path, compensator: Path, path: Path) -> WebPage:
-    """Write the page of two FMUs of this project, of the files that they were made from.
+    """Write the page of two FMUs of this project, from the files that they were made from.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def write_page_of(plant: Path, compensator: Path, path: Path) -> WebPage:
     Raises
     ------
     BadInput
-        As `write_web_page`, and for an FMU that does not carry that file.
+        As `write_web_page`, and for an FMU that does not contain that file.
     """
     machine = Machine.from_dict(json.loads(_inside(plant, MACHINES)))
     with tempfile.TemporaryDirectory(prefix="spindle-drift-web-") as work:
@@ -162,7 +162,7 @@ def _as_fmpy(module: WebModule) -> Variables:
 def _controls(
     machine: Machine, model: Model, plant: WebModule, wiring: Wiring
 ) -> Mapping[str, Any]:
-    """Return what the sliders are: range and step, title, which stand first."""
+    """Return the sliders: range and step, title, and which come first."""
     inputs = {entry.name: entry for entry in plant.variables if entry.name in wiring.driven}
     hall = next(iter(machine.boundary_index))
     sliders = {name: _slider(entry) for name, entry in inputs.items()}

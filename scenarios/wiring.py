@@ -1,4 +1,4 @@
-"""Which variable of which FMU meets which: those of the same name, and what a role must offer."""
+"""Connects the FMUs' variables of the same name, and checks what a role requires."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from measurement.rig import AXES
 
 TOOL_LENGTH = "tool_length"
 Variables = Mapping[str, Any]
-"""The variables of an FMU as fmpy describes them, by name and in the FMU's order."""
+"""The variables of an FMU as described by fmpy, by name and in the FMU's order."""
 
 COMPENSATOR_OUTPUTS = {
     "dX": "Real",
@@ -26,10 +26,10 @@ COMPENSATOR_OUTPUTS = {
 }
 
 KINDS = {"Float64": "Real", "Int32": "Integer"}
-"""What types of FMI 3.0 are in FMI 2.0, where they have another name."""
+"""FMI 2.0 names of FMI 3.0 types, where they differ."""
 
 PROBED = "measured"
-"""How the inputs begin that a compensator takes from a probe; without one they stay open."""
+"""Prefix of the inputs that a compensator takes from a probe; without one they stay open."""
 
 
 @dataclass(frozen=True)
@@ -64,20 +64,20 @@ def names_of(variables: Variables, causality: str, kind: str = "Real") -> list[s
 
 
 def check_role(role: str, variables: Variables, path: Path) -> None:
-    """Check that an FMU can play a role: ``plant`` or ``compensator``; others need nothing.
+    """Check that an FMU can play a role: ``plant`` or ``compensator``; others require nothing.
 
     Parameters
     ----------
     role : str
     variables : dict of str to variable
-        Of the FMU.
+        The FMU's variables.
     path : Path
         The FMU, for refusals.
 
     Raises
     ------
     BadInput
-        If it lacks a variable without which the role is none.
+        If it lacks a variable that the role requires.
     """
     if role == "compensator":
         lost = [
@@ -116,16 +116,16 @@ def parameter_kind(
     Parameters
     ----------
     role : str
-        What the FMU is in the scenario, for refusals.
+        Role of the FMU in the scenario, for refusals.
     variables : dict of str to variable
-        Of the FMU.
+        The FMU's variables.
     name : str
     value : float
         In the parameter's unit; 0 or 1 for a Boolean.
     source : str or path
-        Where it was asked for, for refusals.
+        Where the value was given, for refusals.
     place : str
-        Where in the source.
+        Place in the source.
 
     Returns
     -------
@@ -135,7 +135,7 @@ def parameter_kind(
     Raises
     ------
     BadInput
-        For a name that is no parameter of the FMU, or a value that it does not take.
+        If the FMU has no such parameter, or does not accept the value.
     """
     variable = variables.get(name)
     if variable is None or variable.causality != "parameter" or variable.type == "String":
@@ -152,7 +152,7 @@ def parameter_kind(
 
 
 def _outside(variable: Any, values: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-    """Return which values are out of a variable's range, each in the variable's unit."""
+    """Return which values, in the variable's unit, are outside its range."""
     low = -np.inf if variable.min is None else float(variable.min)
     high = np.inf if variable.max is None else float(variable.max)
     return (np.asarray(values) < low) | (np.asarray(values) > high)
@@ -169,7 +169,7 @@ def check_ranges(
     time_s: npt.NDArray[np.floating],
     source: str | Path,
 ) -> None:
-    """Check that the plant takes every value that a signal gives it.
+    """Check that the plant accepts every value of its signals.
 
     Parameters
     ----------
@@ -184,7 +184,7 @@ def check_ranges(
     Raises
     ------
     BadInput
-        With the first value that is out of range, and when.
+        With the first value out of range, and its time.
     """
     for name in names_of(plant, "input"):
         for k in np.flatnonzero(_outside(plant[name], signals.get(name, [])))[:1]:
@@ -197,7 +197,7 @@ def shared_starts(
 ) -> dict[str, float]:
     """Return the plant's start values of inputs that both FMUs have and no signal drives.
 
-    Each FMU has its own start value; both must be told the same tool, for example.
+    Each FMU has its own start value, but both must get the same tool, for example.
     """
     wanted = names_of(compensator, "input") if compensator else []
     both = [name for name in names_of(plant, "input") if name in wanted and name not in signals]
@@ -212,7 +212,7 @@ def check_signals(
     Raises
     ------
     BadInput
-        For one that neither FMU takes.
+        For a signal that neither FMU takes.
     """
     inputs = names_of(plant, "input")
     known = {*inputs, *(names_of(compensator, "input") if compensator else ())}
@@ -234,7 +234,7 @@ def wire(
     ----------
     plant, compensator : dict of str to variable
     signals : collection of str
-        What the scenario says over time, `shared_starts` included.
+        The scenario's signals, including `shared_starts`.
     source : str or path
         The scenario, for refusals.
 
@@ -245,8 +245,8 @@ def wire(
     Raises
     ------
     BadInput
-        If an input of the compensator is left open, a signal would fight the compensator, or
-        connected variables differ in unit.
+        If an input of the compensator is left open, a signal and the compensator drive the same
+        input, or connected variables differ in unit.
     """
     inputs = names_of(plant, "input")
     driven = tuple(name for name in inputs if name in signals)

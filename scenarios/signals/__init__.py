@@ -1,7 +1,7 @@
-"""The signals that drive a scenario: one file, one kind, found by walking this folder.
+"""The signals that drive a scenario: one kind per file, found by walking this folder.
 
 A new kind is a new file with one class derived from :class:`~scenarios.signals.base.Signal`; its
-fields, with their bounds, are what a scenario file may say about it.
+fields, with their bounds, are those allowed in a scenario file.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ def build(entry: object, setting: Setting) -> Signal:
     entry : object
         A number, or a table with a ``kind``.
     setting : Setting
-        Where it stands.
+        Its context.
 
     Raises
     ------
     BadInput
-        If it is neither, of an unknown kind, or wrong in a field.
+        If it is neither, of an unknown kind, or has a wrong field.
     """
     if isinstance(entry, int | float) and not isinstance(entry, bool):
         entry = {"kind": "constant", "value": entry}

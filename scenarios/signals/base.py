@@ -1,4 +1,4 @@
-"""What every kind of signal shares."""
+"""The base class of signals, and the types of their fields."""
 
 from __future__ import annotations
 
@@ -14,30 +14,30 @@ from pydantic import BaseModel, ConfigDict, Field
 
 FloatArray = NDArray[np.floating[Any]]
 MOST_STEPS = 1_000_000
-"""Of a scenario, levels of a signal in it, or cases of a sweep: set on no data."""
+"""Most steps of a scenario, levels of a signal in it, or cases of a sweep: set on no data."""
 
 Value = Annotated[float, Field(ge=-1e9, le=1e9, allow_inf_nan=False)]
 """A value of a signal, in the signal's own unit."""
 
 Seconds = Annotated[float, Field(ge=0.0, le=1e8, allow_inf_nan=False)]
-"""A moment or a length of time [s]."""
+"""A time or a duration [s]."""
 
 Duration = Annotated[float, Field(gt=0.0, le=1e8, allow_inf_nan=False)]
-"""A length of time that is not nothing [s]."""
+"""A duration above 0 [s]."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """Where a signal stands: what it needs to know beyond its own fields.
+    """The context of a signal: what it needs in addition to its own fields.
 
     Attributes
     ----------
     source : str or Path
         The scenario file, for refusals.
     place : str
-        Where in it the signal is, for example ``signals.speed``.
+        Place of the signal in it, for example ``signals.speed``.
     folder : Path
-        The folder that file names start from.
+        The folder to which file names are relative.
     seed : int
         The scenario's seed.
     """
@@ -53,12 +53,12 @@ class Setting:
         Parameters
         ----------
         step : str
-            From this signal to the part, such as ``parts.0``.
+            Key of the part in this signal, such as ``parts.0``.
         """
         return replace(self, place=f"{self.place}.{step}")
 
     def generator(self) -> np.random.Generator:
-        """Return random numbers that belong to this seed and this place alone.
+        """Return a random generator that depends only on this seed and this place.
 
         Two signals of one scenario are independent, and adding a signal changes no other.
         """
@@ -77,7 +77,7 @@ class Signal(BaseModel, ABC):
 
     @abstractmethod
     def values(self, time_s: FloatArray, setting: Setting) -> FloatArray:
-        """Return the values at some instants.
+        """Return the values at given times.
 
         Parameters
         ----------
@@ -98,12 +98,12 @@ class Signal(BaseModel, ABC):
 
     @classmethod
     def place(cls, setting: Setting, table: dict[str, Any]) -> None:
-        """Check what only shows with the setting (parts, files); the default checks nothing.
+        """Check what needs the setting (parts, files); the default checks nothing.
 
         Parameters
         ----------
         setting : Setting
-            Where the signal stands.
+            Context of the signal.
         table : dict
-            The signal as parsed.
+            The parsed signal.
         """

@@ -16,5 +16,5 @@ class Constant(Signal):
     value: Value
 
     def values(self, time_s: FloatArray, setting: Setting) -> FloatArray:
-        """Return the value, once for every moment."""
+        """Return the value, once per time."""
         return np.full(time_s.shape, float(self.value))

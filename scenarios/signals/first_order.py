@@ -1,4 +1,4 @@
-"""A value that approaches another, ever more slowly."""
+"""A value that approaches another exponentially."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class FirstOrder(Signal):
     start_s: Seconds = 0.0
 
     def values(self, time_s: FloatArray, setting: Setting) -> FloatArray:
-        """Return the value on its way."""
+        """Return the value at each time."""
         elapsed = np.maximum(time_s - self.start_s, 0.0)
         way: FloatArray = self.start - (self.end - self.start) * np.expm1(
             -elapsed / self.time_constant_s

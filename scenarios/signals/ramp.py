@@ -1,4 +1,4 @@
-"""A value that moves in a straight line."""
+"""A value that changes linearly."""
 
 from __future__ import annotations
 
@@ -26,6 +26,6 @@ class Ramp(Signal):
         return self
 
     def values(self, time_s: FloatArray, setting: Setting) -> FloatArray:
-        """Return the value on the line."""
+        """Return the value at each time."""
         line: FloatArray = np.interp(time_s, [self.start_s, self.end_s], [self.start, self.end])
         return line

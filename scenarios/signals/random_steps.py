@@ -1,4 +1,4 @@
-"""A value that jumps to random levels after random whiles."""
+"""A value that jumps to random levels after random times."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class RandomSteps(Signal):
         return self
 
     def values(self, time_s: FloatArray, setting: Setting) -> FloatArray:
-        """Return the level in force at every moment."""
+        """Return the level at each time."""
         own = None if self.seed is None else np.random.default_rng(self.seed)
         random = own or setting.generator()
         shortest, longest = self.dwell_s
@@ -47,7 +47,7 @@ class RandomSteps(Signal):
                 f"{setting.place}.dwell_s",
                 f"{shortest:g} s is too short for {time_s[-1]:g} s: at most {MOST_STEPS} levels",
             )
-        # One row of three numbers a level, so that a longer scenario begins as a shorter one does.
+        # One row of three numbers per level, so that longer scenarios begin like shorter ones.
         count = int(time_s[-1] / shortest) + 2
         dwell, level, stop = random.random((count, 3)).T
         starts = np.concatenate(([0.0], np.cumsum(shortest + dwell * (longest - shortest))[:-1]))

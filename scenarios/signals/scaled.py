@@ -16,7 +16,7 @@ class Scaled(Signal):
     factor: Value
 
     def values(self, time_s: FloatArray, setting: Setting) -> FloatArray:
-        """Return the product at every moment."""
+        """Return the product at each time."""
         inside = setting.inside("signal")
         scaled: FloatArray = self.factor * build(self.signal, inside).values(time_s, inside)
         return scaled

@@ -1,4 +1,4 @@
-"""A value that swings."""
+"""A value that oscillates."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Sine(Signal):
     phase_deg: Annotated[float, Field(ge=-360.0, le=360.0)] = 0.0
 
     def values(self, time_s: FloatArray, setting: Setting) -> FloatArray:
-        """Return the value on the sine."""
+        """Return the value at each time."""
         angle = 2.0 * np.pi * time_s / self.period_s + np.radians(self.phase_deg)
         wave: FloatArray = self.mean + self.amplitude * np.sin(angle)
         return wave

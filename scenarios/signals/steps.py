@@ -1,4 +1,4 @@
-"""A value that jumps at given moments and stays in between."""
+"""A value that jumps at given times and is constant in between."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Steps(Signal):
         return self
 
     def values(self, time_s: FloatArray, setting: Setting) -> FloatArray:
-        """Return the level in force at every moment."""
+        """Return the level at each time."""
         moments = time_s if self.repeat_s is None else np.mod(time_s, self.repeat_s)
         index = np.searchsorted(np.asarray(self.times_s), moments, side="right") - 1
         return np.asarray(self.levels, dtype=float)[np.maximum(index, 0)]

@@ -1,4 +1,4 @@
-"""Several signals added up."""
+"""The sum of several signals."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Sum(Signal):
     parts: Annotated[list[Any], Field(min_length=1, max_length=20)]
 
     def values(self, time_s: FloatArray, setting: Setting) -> FloatArray:
-        """Return the sum at every moment."""
+        """Return the sum at each time."""
         total = np.zeros(time_s.shape)
         for i, part in enumerate(self.parts):
             inside = setting.inside(f"parts.{i}")

@@ -26,7 +26,7 @@ class Table(Signal):
     column: Annotated[str, Field(min_length=1, max_length=200)]
 
     def values(self, time_s: FloatArray, setting: Setting) -> FloatArray:
-        """Return the column at every moment, counted from the run's first row."""
+        """Return the column at each time, counted from the run's first row."""
         path = setting.folder / Path(self.file).expanduser()
         run = read_run(path)
         if self.column not in run.frame.columns or self.column == "time_s":

@@ -1,1 +1,1 @@
-"""A scenario as one file that other tools run: System Structure and Parameterization, SSP 1.0."""
+"""A scenario as one file for other tools: System Structure and Parameterization (SSP)."""

@@ -1,4 +1,4 @@
-"""From a scenario and its two FMUs to an ``.ssp`` file."""
+"""Packs a scenario and its two FMUs into an ``.ssp`` file."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def case_of(scenario: Scenario, variant: str | None = None) -> Case:
     Raises
     ------
     BadInput
-        For a replay, which has no plant, and for a name that is no variant.
+        For a replay, which has no plant, and for an unknown variant.
     """
     if scenario.settings.replay is not None:
         raise BadInput(scenario.path, "replay", "has no plant to put into an .ssp")
@@ -57,7 +57,7 @@ def ssp_bytes(
     compilers: Sequence[Compiler] = (),
     ssp: Ssp = 1,
 ) -> bytes:
-    """Return the ``.ssp`` of a case: its FMUs, one more that plays its signals, the connections.
+    """Return the ``.ssp`` of a case: its FMUs, one that plays its signals, and the connections.
 
     Parameters
     ----------
@@ -67,15 +67,15 @@ def ssp_bytes(
     compensator_fmu : Path or None
         None leaves the offsets at zero.
     compilers : sequence of Compiler
-        What plays the signals is made in C with each, by FMI 3.0 if that is the plant's; without
-        one it is in Python.
+        The FMU that plays the signals is compiled with each, for FMI 3.0 if the plant is; without a
+        compiler it is in Python.
     ssp : {1, 2}
-        Version of SSP; FMUs of FMI 3.0 need the second.
+        SSP version; FMUs of FMI 3.0 need the second.
 
     Raises
     ------
     BadInput
-        If the case does not fit the FMUs, or has faults, which need what stands between two FMUs.
+        If the case does not fit the FMUs, or has faults, which act between two FMUs.
     """
     source = case.setting.source
     if case.settings.faults:
@@ -153,7 +153,7 @@ def _zipped(text: bytes, fmus: Mapping[str, bytes]) -> bytes:
     with zipfile.ZipFile(stream, "w") as archive:
         for path, data in files.items():
             entry = zipfile.ZipInfo(path, PINNED_TIME)
-            # An FMU is compressed already.
+            # An FMU is already compressed.
             packed = path.endswith(".ssd")
             entry.compress_type = zipfile.ZIP_DEFLATED if packed else zipfile.ZIP_STORED
             entry.create_system = 3  # the same on every system

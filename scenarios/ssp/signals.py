@@ -47,15 +47,15 @@ def signals_fmu(
     Parameters
     ----------
     case : Case
-        The scenario's variant that they belong to.
+        The scenario's variant.
     time_s : ndarray
         The communication points [s], shape (points,).
     columns : dict of str to ndarray
         The values that hold from each point on, by ``name_unit``; shape (points,).
     compilers : sequence of Compiler
-        Makes the FMU in C with each; without one it is in Python.
+        The FMU is compiled with each; without a compiler it is in Python.
     fmi : {2, 3}
-        Version of FMI, of an FMU in C.
+        FMI version of an FMU in C.
 
     Raises
     ------
@@ -132,7 +132,7 @@ def data_source(
 
 
 def _changes(columns: Mapping[str, FloatArray]) -> NDArray[np.bool_]:
-    """Return at which points a value is another than before; the first counts."""
+    """Return the points at which a value differs from the previous one, including the first."""
     values = np.column_stack(list(columns.values()))
     changed = np.ones(len(values), dtype=bool)
     changed[1:] = (values[1:] != values[:-1]).any(axis=1)

@@ -1,6 +1,6 @@
-"""The signals of a scenario as an FMU: no inputs, one output a signal.
+"""The signals of a scenario as an FMU: no inputs, one output per signal.
 
-Each value holds from its time to the next, as in a scenario: a master that hands outputs on between
+Each value holds until the next time, as in a scenario: a master that passes outputs on between
 steps gives the plant the same inputs as `spindle-drift run`.
 """
 
@@ -15,14 +15,14 @@ from fmu_packaging.slave import DriftSlave
 from fmu_packaging.variables import Variable
 
 SIGNALS_FILE = "signals.csv"
-"""The signals in the FMU's resources: ``time_s`` and one column ``name_unit`` a signal."""
+"""The signals in the FMU's resources: ``time_s`` and one column ``name_unit`` per signal."""
 
 
 class SignalsSlave(DriftSlave):
     """Plays a table of held values."""
 
     def declare(self) -> Sequence[Variable]:
-        """Return one output for each column of the table."""
+        """Return one output per column of the table."""
         head, *rows = csv.reader(self.resource(SIGNALS_FILE).splitlines())
         self._times = [float(row[0]) for row in rows]
         self._rows = [[float(cell) for cell in row[1:]] for row in rows]
@@ -33,11 +33,11 @@ class SignalsSlave(DriftSlave):
         self._refs = list(self.refs.values())
 
     def begin(self) -> None:
-        """Show the values at the start."""
+        """Set the outputs to the values at the start."""
         self._show(self.time_s)
 
     def advance(self, time_s: float, step_s: float) -> None:
-        """Show the values at the end of the step, which a master's time may fall short of."""
+        """Set the outputs to the values at the end of the step, with a tolerance for rounding."""
         self._show(time_s + step_s + self.slack(step_s))
 
     def _show(self, time_s: float) -> None:

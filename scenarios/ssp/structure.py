@@ -28,7 +28,7 @@ class Component:
     Attributes
     ----------
     name : str
-        Its name there, also that of its file ``resources/<name>.fmu``.
+        Its name in the system and of its file ``resources/<name>.fmu``.
     description : object
         The FMU's model description as fmpy reads it.
     starts : dict of str to number
@@ -47,7 +47,7 @@ class Component:
 
 @dataclass(frozen=True)
 class Connection:
-    """From one component's outputs to the inputs of the same names of another."""
+    """Connects one component's outputs to another's inputs of the same names."""
 
     start: str
     end: str
@@ -64,8 +64,8 @@ def structure(
 ) -> bytes:
     """Return the text of ``SystemStructure.ssd``.
 
-    Every component shows its outputs and its connected inputs as connectors with type and unit. The
-    step stands in the annotation that libcosim reads; SSP itself has no place for it.
+    Every component has its outputs and connected inputs as connectors with type and unit. The step
+    is in an annotation that libcosim reads; SSP itself has no place for it.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def structure(
     stop_s, step_s : float
         The default experiment [s].
     ssp : {1, 2}
-        Version of SSP; the first knows no FMU of FMI 3.0.
+        SSP version; the first does not support FMI 3.0.
     """
     for prefix, address in NAMESPACES.items():
         ET.register_namespace(prefix, address)
@@ -124,7 +124,7 @@ def _component(
     taken = {entry for wire in connections if wire.end == name for entry in wire.names}
     connectors = _inside(element, "ssd:Connectors")
     for variable in component.variables.values():
-        # Texts are left out: nothing takes them, and some tools refuse a connector of that type.
+        # Strings are left out: no input takes them, and some tools refuse connectors of that type.
         if (variable.causality == "output" and variable.type != "String") or variable.name in taken:
             connector = _inside(
                 connectors, "ssd:Connector", name=variable.name, kind=variable.causality

@@ -1,1 +1,1 @@
-"""Sweeps: one scenario many times, over a grid and over random draws of what may vary."""
+"""Sweeps: one scenario simulated many times, over a grid and over random draws."""

@@ -1,4 +1,4 @@
-"""One case of a sweep: simulate it, and keep what the table and the figure need."""
+"""Simulates one case of a sweep, and keeps what the table and the figure need."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from scenarios.sweep.plan import Job
 from scenarios.table import group_of
 
 POINTS = 240
-"""Stretches of time that a case's curves are kept at: set on no data."""
+"""Number of time intervals at which a case's curves are kept: set on no data."""
 
 
 NOT_FIGURES = ("axis", "samples")
@@ -40,9 +40,9 @@ def outcome_of(job: Job, places: Mapping[str, Path], shelf: Shelf | None = None)
     Returns
     -------
     dict
-        ``number``; ``problem``, empty if all went well; ``axes``, by axis the figures of
-        `measurement.figures.CompensationRow`; ``valid_percent`` of the time; ``time_s`` and
-        ``curves``, drift and error over time [um].
+        ``number``; ``problem``, empty on success; ``axes``, by axis the figures of
+        `measurement.figures.CompensationRow`; ``valid_percent``, share of the time with valid
+        offsets; ``time_s`` and ``curves``, drift and error over time [um].
 
     Raises
     ------
@@ -76,7 +76,7 @@ def outcome_of(job: Job, places: Mapping[str, Path], shelf: Shelf | None = None)
 
 
 def failed(job: Job, problem: str) -> dict[str, Any]:
-    """Return the outcome of a job that came to no result."""
+    """Return the outcome of a job without a result."""
     return {
         "number": job.number,
         "problem": problem,

@@ -1,8 +1,8 @@
-"""The cases of a sweep on a cluster: a Dask scheduler and its workers.
+"""Runs the cases of a sweep on a cluster: a Dask scheduler and its workers.
 
-The FMUs go to every worker as a plugin, also to those that join later, so the workers need the
-packages and no shared folder. A worker that dies takes nothing with it: the scheduler gives its
-cases to another.
+Every worker, including those that join later, gets the FMUs as a plugin, so the workers need the
+packages but no shared folder. If a worker dies nothing is lost: the scheduler gives its cases to
+another.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from scenarios.version import PROGRAM, version
 
 OPTION = "--cluster"
 PATIENCE = "distributed.comm.timeouts.connect"
-"""Dask's own setting of how long a cluster may take to answer; so long it may take to have a
-worker, too."""
+"""Dask's own setting of how long a cluster may take to answer; also the time for a first worker.
+"""
 _alone = threading.Lock()  # an FMU shares its process: one case at a time, however many threads
 
 
@@ -38,7 +38,7 @@ class FmuStore(WorkerPlugin):
     fmus : mapping of str to Path
         By SHA-256.
     name : str
-        Of the plugin.
+        Name of the plugin.
     """
 
     def __init__(self, fmus: Mapping[str, Path], name: str) -> None:
@@ -56,7 +56,7 @@ class FmuStore(WorkerPlugin):
 def on_cluster(
     jobs: Sequence[Job], places: Mapping[str, Path], address: str, digest: str
 ) -> Iterator[dict[str, Any]]:
-    """Give the outcome of every job once, in the order in which they end.
+    """Yield the outcome of every job once, in the order in which they end.
 
     Parameters
     ----------
@@ -64,9 +64,9 @@ def on_cluster(
     places : mapping of str to Path
         The FMUs by SHA-256.
     address : str
-        Of the scheduler, for example ``tcp://10.0.0.5:8786``.
+        Address of the scheduler, for example ``tcp://10.0.0.5:8786``.
     digest : str
-        What this sweep's cases are known by there.
+        Identifies this sweep's cases there.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def on_cluster(
 
 
 async def _knock(address: str) -> None:
-    """Connect once: a client that found nobody would not go away in peace."""
+    """Connect once, because a client that found no scheduler would not close cleanly."""
     comm = await connect(address)
     await comm.close()
 

@@ -22,9 +22,9 @@ BAND = f"{LOW} to {HIGH} % of the cases"
 def draw(plan: Plan, table: pd.DataFrame, bands: pd.DataFrame, folder: Path) -> list[str]:
     """Write a figure for each variant and return the names of the files.
 
-    Left, an axis a row: drift and error at the tool tip over time, the middle and the band of the
-    cases. Right: the largest error of each case, over the first number that varies; where there is
-    none, in order of size.
+    Left, one row per axis: drift and error at the tool tip over time, median and band of the cases.
+    Right: the largest error of each case over the first number that varies; if there is none, in
+    order of size.
     """
     files = []
     for number, (variant, title) in enumerate(plan.titles.items()):
@@ -40,7 +40,7 @@ def draw(plan: Plan, table: pd.DataFrame, bands: pd.DataFrame, folder: Path) -> 
 
 
 def _across(plan: Plan, table: pd.DataFrame) -> str:
-    """Return what the right side is drawn over: the grid's first number, or the first drawn."""
+    """Return the x axis of the right side: the grid's first number, or the first one drawn."""
     labels = sorted(plan.variations, key=lambda entry: entry.is_drawn)
     for entry in labels:
         column = table[entry.label]

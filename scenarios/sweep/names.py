@@ -1,4 +1,4 @@
-"""What a sweep may vary: keys of the scenario, inputs and parameters of the FMUs, by name."""
+"""The names that a sweep may vary: keys of the scenario, inputs and parameters of the FMUs."""
 
 from __future__ import annotations
 
@@ -31,8 +31,7 @@ class Target:
     low, high : float
         The range that every plant of the sweep allows.
     usual : float or None
-        What the plant takes where the scenario says nothing; None where the plant has no such
-        variable.
+        The plant's default; None if the plant has no such variable.
     """
 
     key: str
@@ -42,12 +41,12 @@ class Target:
 
 
 class Names:
-    """What there is to vary.
+    """The names that can vary.
 
     Parameters
     ----------
     plants, compensators : sequence of mapping of str to variable
-        The variables of every FMU that takes part, as fmpy describes them.
+        The variables of every FMU that takes part, as described by fmpy.
     """
 
     def __init__(
@@ -57,7 +56,7 @@ class Names:
     ) -> None:
         plants, others = list(plants), list(compensators)
         self._parameters = _common(plants, "parameter")
-        # What one FMU gives the other is no signal.
+        # Values that one FMU passes to the other are not signals.
         self._inputs = {
             name: same
             for fmus, other in ((others, plants), (plants, others))
@@ -66,12 +65,12 @@ class Names:
         }
 
     def target(self, name: str) -> Target:
-        """Return what a name stands for.
+        """Return the target of a name.
 
         Raises
         ------
         BadInput
-            If there is nothing of this name, or it cannot vary.
+            If the name is unknown, or cannot vary.
         """
         first = name.split(".")[0]
         if first in FIXED:
@@ -91,12 +90,12 @@ class Names:
         raise self._unknown(name, plain)
 
     def expanded(self, variation: Variation) -> list[Variation]:
-        """Return a variation for each parameter that a pattern such as ``links.*.gap`` means.
+        """Return a variation for each parameter that matches a pattern such as ``links.*.gap``.
 
         Raises
         ------
         BadInput
-            If it means none.
+            If none matches.
         """
         if not set("*?") & set(variation.name):
             return [variation]
@@ -120,7 +119,7 @@ class Names:
 
 
 def check_range(variation: Variation, target: Target) -> None:
-    """Check that what an absolute variation can become is in the target's range.
+    """Check that all values of an absolute variation are in the target's range.
 
     Raises
     ------
@@ -134,7 +133,7 @@ def check_range(variation: Variation, target: Target) -> None:
 
 
 def _common(descriptions: list[Mapping[str, Any]], causality: str) -> dict[str, list[Any]]:
-    """Return the numbers of a causality that all FMUs have, by name without quotes."""
+    """Return the numeric variables of a causality that all FMUs have, by name without quotes."""
     found: dict[str, list[Any]] = {}
     for variables in descriptions:
         for variable in variables.values():

@@ -1,4 +1,4 @@
-"""From a scenario and what varies to the cases of a sweep, all checked before the first runs."""
+"""Plans the cases of a sweep, all checked before the first one runs."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ PLANT, COMPENSATOR = "plant.fmu", "compensator.fmu"
 
 @dataclass(frozen=True)
 class Request:
-    """What a sweep was asked for.
+    """A request for a sweep.
 
     Attributes
     ----------
@@ -37,15 +37,15 @@ class Request:
     vary : tuple of str
         What varies: an input, a parameter of the plant or a key of the scenario, and a,b,c or
         low..high:COUNT (a grid), low..high, low..high:log or mean+-sd (drawn for every repeat); an
-        x before them multiplies what the scenario has.
+        x before them multiplies the scenario's value.
     repeat : int
-        Runs of every point of the grid, each with its own draws and noise.
+        Number of runs of every grid point, each with its own draws and noise.
     seed : int or None
-        Of draws and noise (default: the scenario's).
+        Seed of draws and noise (default: the scenario's).
     variants : tuple of str
         One of the scenario's variants (default: all).
     overrides : tuple of (str, object)
-        Keys of the scenario to set in all cases, such as duration_s=3600 or signals.speed=6000.
+        Keys to set in all cases, such as duration_s=3600 or signals.speed=6000.
     """
 
     scenario: str
@@ -63,17 +63,17 @@ class Job:
     Attributes
     ----------
     number : int
-        Its place in the sweep, from 0.
+        Its index in the sweep, from 0.
     variant : str
-        Which variant of the scenario.
+        The variant of the scenario.
     repeat : int
-        Which repeat of its point of the grid.
+        The repeat of its grid point.
     values : dict of str to object
-        What varies, by label.
+        The values that vary, by label.
     case : Case
         Ready to run.
     plant, compensator : str
-        SHA-256 of the FMUs; the compensator's is empty where it is not enabled.
+        SHA-256 of the FMUs; the compensator's is empty if it is not enabled.
     """
 
     number: int
@@ -96,11 +96,11 @@ class Plan:
     titles : dict of str to str
         The variants by name.
     jobs : tuple of Job
-        In order: variants, within them points of the grid, within them repeats.
+        In order of variants, then grid points, then repeats.
     fmus : dict of str to Path
         The FMUs by SHA-256.
     identity : dict
-        What makes two sweeps the same, ready for JSON.
+        What identifies the sweep, ready for JSON.
     """
 
     scenario: Scenario
@@ -118,18 +118,18 @@ def plan(request: Request, fmu_dir: Path, work: Path, version: str, *, quiet: bo
     ----------
     request : Request
     fmu_dir : Path
-        Where FMUs named without a folder are.
+        Folder of FMUs named without a folder.
     work : Path
-        Where FMUs of this sweep alone may be built; must stay while it runs.
+        Folder in which FMUs for this sweep only may be built; must exist while it runs.
     version : str
-        This program's.
+        Version of this program.
     quiet : bool
-        Say nothing about building.
+        Do not report on building.
 
     Raises
     ------
     BadInput
-        For anything that does not fit: a name, a value, a number of cases.
+        For a wrong name, value or number of cases.
     """
     scenario = read_scenario(request.scenario, request.overrides)
     if not scenario.cases:
@@ -230,7 +230,7 @@ class _Fmus:
         """Return the SHA-256 of the FMU that a scenario calls *name*."""
         if name not in self._known:
             near = self._scenario.path.resolve().parent
-            # A folder each: FMUs that are built for this sweep share their file name.
+            # One folder each, because FMUs built for this sweep share their file name.
             work = self._work / str(len(self._known))
             work.mkdir()
             path = find_fmu(
@@ -241,7 +241,7 @@ class _Fmus:
         return self._known[name]
 
     def names(self, variations: Sequence[Variation]) -> Names:
-        """Return what the FMUs of the scenario, its variants and the variations let vary."""
+        """Return what can vary in the FMUs of the scenario, its variants and the variations."""
         found: dict[str, list[Mapping[str, Any]]] = {PLANT: [], COMPENSATOR: []}
         for key, described in found.items():
             head, _, tail = key.partition(".")
@@ -278,7 +278,7 @@ class _Builder:
         return changed(table, key, value, self._scenario.path, OPTION)
 
     def job(self, number: int, variant: Variant, point: Sequence[Any], repeat: int) -> Job:
-        """Return one job: a point of the grid in one of its repeats.
+        """Return one job: a grid point in one of its repeats.
 
         Raises
         ------
@@ -308,7 +308,7 @@ class _Builder:
         )
 
     def _usual(self, entry: Variation, target: Target, table: Mapping[str, Any]) -> Any:
-        """Return what the scenario has, or else the plant: a number, or a signal as a table."""
+        """Return the scenario's value, or else the plant's: a number, or a signal as a table."""
         usual = _found(table, target.key)
         if usual is None:
             usual = target.usual
@@ -335,7 +335,7 @@ class _Builder:
 
 
 def _factors(target: Target, usual: Any) -> tuple[float, float]:
-    """Return the factors between which a scaled value stays in its target's range."""
+    """Return the limits of factors that keep a scaled value in its target's range."""
     if isinstance(usual, dict) or usual == 0:
         return -math.inf, math.inf
     low, high = sorted((target.low / usual, target.high / usual))
@@ -349,14 +349,14 @@ def _scaled(usual: Any, factor: float) -> Any:
 
 
 def _found(table: Any, key: str) -> Any:
-    """Return what a scenario's table has under a dotted key, None if nothing."""
+    """Return the value of a dotted key in a scenario's table, or None."""
     for step in key.split(".", 2 if key.startswith("plant.parameters.") else -1):
         table = table.get(step) if isinstance(table, dict) else None
     return table
 
 
 def _repeated(seed: int, repeat: int) -> int:
-    """Return the scenario's seed in a repeat; the first has the sweep's own, as `run` would."""
+    """Return the scenario's seed in a repeat; the first has the sweep's own, as in `run`."""
     if repeat == 0:
         return seed
     (word,) = np.random.SeedSequence([seed, repeat]).generate_state(1).tolist()

@@ -1,4 +1,4 @@
-"""The cases of a sweep on the cores of this computer."""
+"""Runs the cases of a sweep on the cores of this computer."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ LOST = "its process ended twice without a result, the second time alone"
 
 
 def cores() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -37,7 +37,7 @@ def cores() -> int:
 def on_cores(
     jobs: Sequence[Job], places: Mapping[str, Path], workers: int
 ) -> Iterator[dict[str, Any]]:
-    """Give the outcome of every job once, in the order in which they end.
+    """Yield the outcome of every job once, in the order in which they end.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def on_cores(
         try:
             yield from ended(_one_pool(list(left.values()), places, workers))
         except BrokenProcessPool:
-            # Jobs start in order, so whichever took its process down is among the first left.
+            # Jobs start in order, so the one that killed its process is among the first left.
             for suspect in list(left.values())[:workers]:
                 try:
                     yield from ended(_one_pool([suspect], places, 1))
@@ -79,7 +79,7 @@ def on_cores(
 def _one_pool(
     jobs: Sequence[Job], places: Mapping[str, Path], workers: int
 ) -> Iterator[dict[str, Any]]:
-    # Fresh processes: a fork would share the FMUs' interpreter state and this process's threads.
+    # New processes: a fork would share the FMUs' interpreter state and this process's threads.
     context = multiprocessing.get_context("spawn")
     pool = ProcessPoolExecutor(min(workers, len(jobs)), context, begin, (os.getpid(),))
     stopped = threading.Event()
@@ -100,7 +100,7 @@ def _outcome(job: Job, places: Mapping[str, Path]) -> dict[str, Any]:
 
 @contextlib.contextmanager
 def _interrupts_wait() -> Iterator[None]:
-    """Hold Ctrl-C back while processes start: they inherit that, and the parent answers it."""
+    """Ignore Ctrl-C while processes start: they inherit that, and the parent handles it."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return

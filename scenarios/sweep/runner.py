@@ -1,4 +1,4 @@
-"""From the request for a sweep to its folder."""
+"""Runs a sweep and writes its folder."""
 
 from __future__ import annotations
 
@@ -35,17 +35,17 @@ def run_sweep(
     cluster: str | None = None,
     quiet: bool = False,
 ) -> dict[str, Any]:
-    """Run every case of a sweep that its folder does not have yet, and write what it comes to.
+    """Run every case of a sweep that its folder does not have yet, and write the results.
 
     Parameters
     ----------
     request : Request
     out : Path
-        New, empty, or the folder of the same sweep, which then goes on.
+        New, empty, or the folder of the same sweep, which is then resumed.
     fmu_dir : Path
-        Where FMUs named without a folder are.
+        Folder of FMUs named without a folder.
     workers : int, optional
-        Processes (default: all cores).
+        Number of processes (default: all cores).
     cluster : str, optional
         Address of a Dask scheduler, such as tcp://host:8786, instead of this computer's cores.
     quiet : bool
@@ -54,12 +54,12 @@ def run_sweep(
     Returns
     -------
     dict
-        What ``summary.json`` holds.
+        The content of ``summary.json``.
 
     Raises
     ------
     BadInput
-        If something does not fit; cases that have ended stay in the folder.
+        If the sweep cannot be run; finished cases stay in the folder.
     """
     if workers is not None and not 1 <= workers <= 1024:
         raise BadInput("--workers", "", f"{workers} is not allowed: 1 to 1024")
@@ -69,7 +69,7 @@ def run_sweep(
         planned = plan(request, fmu_dir, Path(work), version(), quiet=quiet)
         store = Store(out, planned)
         done = store.outcomes()
-        # What failed is tried again: a full disk is no property of the case.
+        # Failed cases are run again: the cause may be a full disk, not the case.
         left = [job for job in planned.jobs if done.get(job.number, {"problem": "?"})["problem"]]
         found: Iterator[dict[str, Any]] = iter(())
         if left and cluster:
@@ -113,7 +113,7 @@ def _written(planned: Plan, outcomes: Mapping[int, dict[str, Any]], out: Path) -
 
 
 def _tables(table: pd.DataFrame, out: Path) -> list[str]:
-    """Write the table as CSV, and as Parquet where pandas can; return the names of the files."""
+    """Write the table as CSV, and as Parquet if pandas can; return the names of the files."""
     write_atomically(out / f"{TABLE}.csv", table.to_csv(index=False, lineterminator="\n"))
     if importlib.util.find_spec("pyarrow") is None:
         return [f"{TABLE}.csv"]

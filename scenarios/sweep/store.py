@@ -1,7 +1,7 @@
-"""The folder of a sweep: what it is, and every case that has ended, each in a file of its own.
+"""The folder of a sweep: its identity, and one file for each finished case.
 
-A case's file is written whole or not at all and depends on nothing but the case. So a sweep that
-was killed goes on where it was, and a case that ran twice is still there once.
+A case's file is written whole or not at all and depends only on the case. So a killed sweep can be
+resumed, and a case that ran twice is stored once.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Store:
     Raises
     ------
     BadInput
-        If the folder holds another sweep or something else, or cannot be used.
+        If the folder contains another sweep or other files, or cannot be used.
     """
 
     def __init__(self, folder: Path, plan: Plan) -> None:
@@ -75,12 +75,12 @@ class Store:
         return self.folder / CASES / f"{number:06d}.json"
 
     def record(self, outcome: dict[str, Any]) -> None:
-        """Keep the outcome of one case."""
+        """Store the outcome of one case."""
         entry = {"sweep": self.digest, **outcome}
         write_atomically(self._path(outcome["number"]), json.dumps(entry, allow_nan=False) + "\n")
 
     def outcomes(self) -> dict[int, dict[str, Any]]:
-        """Return what has ended so far, by number; what cannot be read counts as not there."""
+        """Return the outcomes so far, by number; unreadable ones count as missing."""
         found = {}
         for number in range(self._count):
             try:

@@ -1,4 +1,4 @@
-"""From the outcomes of a sweep to its table, its percentiles and what it says in a few lines."""
+"""Makes the table, the percentiles and the summary of a sweep from its outcomes."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from scenarios.signals.base import FloatArray
 from scenarios.sweep.plan import Plan
 
 PERCENTILES = (5, 50, 95)
-"""Of a quantity over the cases: as is usual, set on no data."""
+"""Percentiles of a quantity over the cases: the usual ones, set on no data."""
 FIGURES = ("before_max_um", "before_mean_um", "after_max_um", "after_mean_um")
 GAIN = "improvement_percent"
 
 
 def case_table(plan: Plan, outcomes: Mapping[int, dict[str, Any]]) -> pd.DataFrame:
-    """Return the tidy table: a row a case and axis, in the order of the cases.
+    """Return the tidy table: one row per case and axis, in the order of the cases.
 
     Parameters
     ----------
     plan : Plan
     outcomes : mapping of int to dict
-        Those of `scenarios.sweep.case.outcome_of`, of every case.
+        Outcome of every case, from `scenarios.sweep.case.outcome_of`.
 
     Returns
     -------
@@ -48,7 +48,7 @@ def case_table(plan: Plan, outcomes: Mapping[int, dict[str, Any]]) -> pd.DataFra
             "repeat": job.repeat,
             "seed": job.case.settings.seed,
         }
-        # A seed may itself be what varies, and is then there once.
+        # The seed may itself vary, and then appears once.
         head |= {label: _cell(value) for label, value in job.values.items()}
         last = {"valid_percent": outcome["valid_percent"], "problem": outcome["problem"]}
         for axis, figures in (outcome["axes"] or {"": {}}).items():
@@ -62,12 +62,12 @@ def case_table(plan: Plan, outcomes: Mapping[int, dict[str, Any]]) -> pd.DataFra
 
 
 def _cell(value: Any) -> Any:
-    """Return a value as a table holds it; what is no scalar, as JSON."""
+    """Return a value for a table cell; as JSON if it is not a scalar."""
     return json.dumps(value, default=str) if isinstance(value, dict | list) else value
 
 
 def over_time(plan: Plan, outcomes: Mapping[int, dict[str, Any]]) -> pd.DataFrame:
-    """Return the percentiles over the cases, at moments of the run.
+    """Return the percentiles over the cases at times of the run.
 
     Returns
     -------
@@ -103,15 +103,15 @@ def _numbers(values: list[float | None]) -> FloatArray:
 
 
 def summary(plan: Plan, frame: pd.DataFrame) -> dict[str, Any]:
-    """Return what a sweep comes to, ready for JSON.
+    """Return the summary of a sweep, ready for JSON.
 
     Returns
     -------
     dict
         ``cases``, ``failed``, ``problems`` (the first few), ``vary`` (labels), and ``variants``:
         by variant and axis the percentiles over the cases of each figure, the ``worst`` case, and
-        under ``rank_correlation`` how the mean error that is left goes with what varies (Spearman),
-        where that is more than chance.
+        ``rank_correlation``: significant Spearman correlations of the mean remaining error with
+        what varies.
     """
     bad = frame[frame["problem"] != ""]
     found: dict[str, Any] = {
@@ -155,10 +155,10 @@ def _plain(value: Any) -> Any:
 
 
 def _correlations(rows: pd.DataFrame, labels: Mapping[str, bool]) -> dict[str, float]:
-    """Return Spearman's rank correlation of the mean error left with each number that varies.
+    """Return Spearman's rank correlation of the mean remaining error with each number that varies.
 
-    Only where it is more than chance, which tells any of them in one sweep of a hundred. Points of
-    the grid share their draws: a number that is drawn has as many independent cases as repeats.
+    Only significant ones: by chance alone, one sweep in a hundred reports any. Grid points share
+    their draws, so a drawn number has as many independent cases as repeats.
     """
     left = rows["after_mean_um"]
     chance = float(norm.isf(WRONG / 2.0 / max(len(labels), 1)))

@@ -1,4 +1,4 @@
-"""What ``--vary NAME=VALUES`` says: values of a grid, or a distribution to draw from."""
+"""Reads ``--vary NAME=VALUES``: values of a grid, or a distribution to draw from."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ class Variation:
     Attributes
     ----------
     name : str
-        The parameter, input or key of the scenario, as it was written.
+        The parameter, input or key of the scenario, as given.
     relative : bool
-        Whether its values are factors of what the scenario has (``NAME=x0.9,1.1``).
+        Whether its values multiply the scenario's value (``NAME=x0.9,1.1``).
     values : tuple
         The values of a grid; empty for a distribution.
     kind : str
         ``uniform``, ``log`` or ``normal``; empty for a grid.
     first, second : float
-        Ends of the range; of ``normal`` mean and standard deviation.
+        Ends of the range; for ``normal`` mean and standard deviation.
     """
 
     name: str
@@ -51,7 +51,7 @@ class Variation:
 
     @property
     def label(self) -> str:
-        """How tables call it: its name, and that its values are factors where they are."""
+        """Its name in tables, which also says if its values are factors."""
         return f"{self.name}_factor" if self.relative else self.name
 
     @property
@@ -60,7 +60,7 @@ class Variation:
         return bool(self.kind)
 
     def ends(self) -> tuple[Any, ...]:
-        """Return the values that must be allowed for the variation to make sense."""
+        """Return the values that must be allowed."""
         if self.kind == "normal":
             return (self.first,)
         return (self.first, self.second) if self.kind else self.values
@@ -71,9 +71,9 @@ class Variation:
         Parameters
         ----------
         seed, repeat : int
-            The sweep's seed, and which of its repeats, from 0.
+            The sweep's seed, and the repeat, from 0.
         low, high : float
-            A normal distribution is cut off here.
+            A normal distribution is truncated here.
         """
         generator = np.random.default_rng([seed, zlib.crc32(self.label.encode()), repeat])
         if self.kind == "uniform":
@@ -82,17 +82,17 @@ class Variation:
             return float(np.exp(generator.uniform(math.log(self.first), math.log(self.second))))
         mean, deviation = self.first, self.second
         limits = ((limit - mean) / deviation for limit in (low, high))
-        # To freeze the distribution first takes four times as long as the draw.
+        # Freezing the distribution first takes four times as long as the draw.
         return float(truncnorm.rvs(*limits, mean, deviation, random_state=generator))
 
 
 def variation(text: str) -> Variation:
-    """Return what one ``NAME=VALUES`` says; an ``x`` before the values makes them factors.
+    """Return the variation in ``NAME=VALUES``; an ``x`` before the values makes them factors.
 
     Raises
     ------
     BadInput
-        If it has no such form, no value, or a range that is none.
+        If it does not have this form, has no value, or an invalid range.
     """
     name, mark, values = (part.strip() for part in text.partition("="))
     relative = bool(_FACTORS.match(values))
@@ -123,13 +123,13 @@ def _from_range(name: str, relative: bool, low: str, high: str, how: str | None)
     count = int(how)
     if not 2 <= count <= MOST_STEPS:
         raise BadInput(OPTION, name, f"{count} values are not allowed: 2 to {MOST_STEPS}")
-    # Twelve digits, so that 0.1..0.3:3 has 0.2 in it.
+    # Twelve digits, so that 0.1..0.3:3 contains 0.2.
     steps = (float(f"{value:.12g}") for value in np.linspace(first, second, count).tolist())
     return Variation(name, relative, tuple(steps))
 
 
 def _listed(name: str, text: str, relative: bool) -> tuple[Any, ...]:
-    """Return the values of a list: TOML, or else plain texts such as names of files."""
+    """Return the values of a list: TOML, or else plain text such as file names."""
     try:
         values = tomllib.loads(f"values = [{text}]")["values"]
     except (tomllib.TOMLDecodeError, RecursionError, ValueError):
