@@ -1,7 +1,6 @@
-"""From anybody's log to run files: tables as recorders and spreadsheets write them.
+"""Imports run files from logs of any recorder and from spreadsheets.
 
-``sheets`` reads a file into ``cells``, ``headers`` and ``quantities`` say what each column is,
-``clock`` makes time of it, ``joining`` puts tables on one clock, ``splitting`` cuts a long log into
-runs, and ``mapping`` keeps what was decided.
-``log.import_files`` does all of it.
+``sheets`` reads a file into ``cells``, ``headers`` and ``quantities`` identify the columns,
+``clock`` reads the time, ``joining`` puts tables on one clock, ``splitting`` cuts a long log into
+runs, and ``mapping`` stores the decisions. ``log.import_files`` runs all steps.
 """

@@ -23,7 +23,7 @@ void model_reset(struct model *self, void *content)
     memset(content, 0, sizeof(struct outputs));
 }
 
-/* Shows the last row whose time has come; before the first one, the first. */
+/* Sets the outputs to the last row whose time is reached, or to the first row before that. */
 static void show(struct outputs *outputs, double time_s)
 {
     size_t low = 0, high = ROWS;

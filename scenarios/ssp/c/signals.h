@@ -1,4 +1,4 @@
-/* A table of held values: the generated signals_size.h says how large, model_data.c holds it. */
+/* A table of held values: its size is in the generated signals_size.h, its data in model_data.c. */
 #ifndef SIGNALS_H
 #define SIGNALS_H
 
@@ -9,7 +9,7 @@ struct outputs {
     double shown[SIGNALS];
 };
 
-extern const double signals_times[ROWS]; /* [s], rising */
+extern const double signals_times[ROWS]; /* [s], increasing */
 extern const double signals_values[ROWS][SIGNALS];
 
 #endif
