@@ -44,7 +44,7 @@ class GapComparison:
         return {
             "before": gap_of(self.machine, self.before),
             "after": gap_of(self.machine, self.after),
-            "floor": floor_of(self.before),
+            "floor": gap_of(self.machine, floor_of(self.machine, self.before)),
         }
 
     def gap_against(self, reference: Sequence[FloatArray]) -> dict[str, float]:
@@ -74,14 +74,15 @@ class GapComparison:
         """
         names = self.before[0].observed.channels
         lengths = set(displacement_names(self.machine))
-        noise, floor = noise_of(self.machine, names), floor_of(self.before)
-        first, last = (by_channel(self.machine, part) for part in (self.before, self.after))
+        noise = noise_of(self.machine, names)
+        parts = (self.before, self.after, floor_of(self.machine, self.before))
+        first, last, floor = (by_channel(self.machine, part) for part in parts)
         return {
             name: {
                 "before": first[name],
                 "after": last[name],
                 "noise": float(noise[i]),
-                "floor": float(noise[i]) * floor,
+                "floor": floor[name],
                 "no_model": _rms([run.observed.moved[:, i] for run in self.before]),
                 "unit": "um" if name in lengths else "K",
             }

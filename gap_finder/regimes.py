@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -151,13 +151,26 @@ def gap_of(machine: Machine, left: list[RunResiduals]) -> float:
     return float(np.sqrt(np.nanmean(squares)))
 
 
-def floor_of(left: list[RunResiduals]) -> float:
-    """Return :func:`gap_of` for noise alone, below 1 because bins average several rows [1]."""
+def floor_of(machine: Machine, left: list[RunResiduals]) -> list[RunResiduals]:
+    """Return residuals as large as noise alone would leave, in place of each run's.
+
+    Bins average several rows, but a displacement's zero is a single reading. Noise of what drives
+    the model, and of the readings that it starts at, is not counted.
+
+    Parameters
+    ----------
+    machine : Machine
+    left : list of RunResiduals
+        All with the same channels.
+    """
+    names = left[0].observed.channels
     shares = []
     for run in left:
         rows = run.observed.run.frame.notna().to_numpy().sum() / run.observed.run.frame.shape[1]
         shares.append(len(run.observed.time_s) / max(rows, 1.0))
-    return float(np.sqrt(np.mean(np.minimum(shares, 1.0))))
+    share = np.mean(np.minimum(shares, 1.0)) + np.isin(names, displacement_names(machine))
+    floor = noise_of(machine, names) * np.sqrt(share)
+    return [replace(r, values=np.where(np.isfinite(r.values), floor, np.nan)) for r in left]
 
 
 def by_channel(machine: Machine, left: list[RunResiduals]) -> dict[str, float]:

@@ -60,12 +60,13 @@ def agreement(name: str, seed: int, *, careless: bool) -> None:
         gap_of(machine, [residuals(machine, one) for one in unseen]),
         gap_of(found.machine, [residuals(found.machine, one) for one in observed[:4]]),
         gap_of(found.machine, left),
+        gap_of(machine, floor_of(machine, left)),
     ]
     print(
         f"machine {seed}, {len(machine.nodes)} lumps: never moves"
         f" {never_moves(machine, unseen):.1f}, page as it stands {gaps[0]:.1f},"
         f" calibrated {gaps[1]:.2f}, on the unseen run {gaps[2]:.2f}, noise"
-        f" {floor_of(left):.2f}; simulated in {simulated:.0f} s, calibrated in {took:.0f} s"
+        f" {gaps[3]:.2f}; simulated in {simulated:.0f} s, calibrated in {took:.0f} s"
     )
     channels = by_channel(found.machine, left).items()
     print("   " + ", ".join(f"{channel} {value:.2f}" for channel, value in channels))
