@@ -348,7 +348,7 @@ def _slow_or_hot(look: _Look, parts: tuple[Part, ...]) -> list[str]:
     for part in parts:
         if SLOWEST_H < part.hours < np.inf:
             found.append(
-                f"{part.name} takes {part.hours:.0f} h to follow what is around it: its mass may be"
+                f"{part.name} takes {part.hours:.0f} h to follow its surroundings: its mass may be"
                 " ten times too large, or a joint or surface is missing."
             )
         cold = look.shown.temperatures[0, 0, look.groups[part.name]].max()
@@ -365,16 +365,16 @@ def _bearings(look: _Look) -> list[str]:
         if warm > WARM_BEARING:
             found.append(
                 f"The bearing {item.name} runs at {warm:.0f} degC at full speed: if it does not,"
-                " say its f0, lubrication (oil-air makes less friction than grease) and grade, or a"
-                " jacket that cools it; or the highest speed is more than it ever runs."
+                " give its f0, lubrication (oil-air makes less friction than grease) and grade, or"
+                " a jacket that cools it; or the highest speed is more than it ever runs."
             )
         # A temperature given by the owner holds for the machine at work, not at full speed.
         usual = CLASS_VALUES["running_temperature"]
         if holds.source.startswith(CLASS) and not usual.low <= warm <= usual.high:
             found.append(
                 f"The bearing {item.name} runs at {warm:.0f} degC at full speed, but its viscosity"
-                f" is that of {holds.value:.0f} degC, the class's: give it the running_temperature"
-                " that it has most of the time."
+                f" is the class's, for {holds.value:.0f} degC: give the running_temperature that"
+                " it has most of the time."
             )
     return found
 
@@ -410,7 +410,7 @@ def _unseen(look: _Look, parts: tuple[Part, ...]) -> list[str]:
     if not names:
         return []
     return [
-        f"No thermometer is on or beside {', '.join(names)}, where heat is generated: runs will say"
+        f"No thermometer is on or beside {', '.join(names)}, where heat is generated: runs say"
         " little about the numbers there."
     ]
 

@@ -219,7 +219,7 @@ def variables(machine: Machine) -> list[Variable]:
             rise_name(sensor),
             "real",
             "parameter",
-            f"How far above {boundary} the nodes start that start at the reading of {sensor}",
+            f"Initial rise above {boundary} of the nodes that start at the reading of {sensor}",
             unit="K",
             low=-200.0,
             high=200.0,

@@ -47,7 +47,7 @@ def odd_of_page(drawing: Drawing, text: str) -> list[str]:
     """
     count = lines_to_check(text)
     lines = "line still says" if count == 1 else "lines still say"
-    open_ones = [f"{count} {lines} CHECK: what is there is not of your drawing."] if count else []
+    open_ones = [f"{count} {lines} CHECK: those values are not from your drawing."] if count else []
     return [*odd_fits(drawing), *open_ones]
 
 
@@ -65,9 +65,9 @@ def odd_fits(drawing: Drawing) -> list[str]:
         found += _carrier(drawing, carrier)
     held = any(carrier.holds is not None for carrier in drawing.form.carriers)
     if not held:
-        found.append("Nothing holds the housing: no carrier says holds = { from, to }.")
+        found.append("Nothing holds the housing: no carrier has holds = { from, to }.")
     if not any(c.grows.lengths() for c in drawing.form.carriers):
-        found.append("No carrier moves the nose: none says grows = { x, y, z }.")
+        found.append("No carrier moves the nose: none has grows = { x, y, z }.")
     if drawing.form.tool is not None:
         found += _far("The joint of the tool", drawing.form.tool.joint, CLASS_VALUES["tool_joint"])
     if drawing.form.rig.kind == "five_point" and drawing.form.tool is None:
@@ -104,7 +104,7 @@ def _carrier(drawing: Drawing, carrier: CarrierForm) -> list[str]:
         drawing.form.motor.into if drawing.form.motor else None
     }
     if carrier.holds is None and carrier.on is None and carrier.name not in stood_on:
-        found.append(f"{carrier.name} touches nothing: say what it holds, or what it is on.")
+        found.append(f"{carrier.name} touches nothing: give what it holds or stands on.")
     if carrier.surface > 0.0:
         density = carrier.mass.value / carrier.surface
         if not LIGHT <= density <= HEAVY:

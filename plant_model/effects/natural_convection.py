@@ -24,8 +24,8 @@ class NaturalConvection(Effect):
 
     title = "Convection outside growing with temperature"
     explanation = (
-        "Warm surfaces make the air rise and lose more heat the warmer they are; what their film "
-        "coefficient holds of it at 10 K is not counted twice."
+        "Warm surfaces make the air rise and lose more heat the warmer they are; the part that "
+        "their film coefficient already includes at 10 K is not counted twice."
     )
     parameters = {
         "film_at_10_K": Parameter(4.0, "W/(m2 K)", 0.0, 8.0, "1.42 (dT/L)^(1/4): Holman, table 7-2")

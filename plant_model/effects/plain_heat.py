@@ -19,8 +19,8 @@ class PlainHeat(Effect):
     absolute value of the input's range.
     """
 
-    title = "Heat of its own in a part"
-    explanation = "A part is heated always, or by a power of one of the inputs."
+    title = "Additional heat source in a part"
+    explanation = "A part is heated constantly, or in proportion to a power of an input."
     parameters = {"scale": amplitude(1.0, 0.0, 3.0, "factor on all of it, 1 as given")}
     handles = {
         ("sources", "steady_heat"): ItemSpec(

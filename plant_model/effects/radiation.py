@@ -25,8 +25,8 @@ class Radiation(Effect):
 
     title = "Radiation from hot surfaces"
     explanation = (
-        "Surfaces radiate with the fourth power of temperature; what their film coefficient holds "
-        "of it at 20 degC is not counted twice."
+        "Surfaces radiate with the fourth power of temperature; the part that their film "
+        "coefficient already includes at 20 degC is not counted twice."
     )
     parameters = {"emissivity": Parameter(0.6, "1", 0.0, 0.95, "VDI Heat Atlas, 2nd ed., part K")}
     physical = (0.0, 1.0)

@@ -29,7 +29,7 @@ class ThermalExpansion(Effect):
     """
 
     title = "Thermal expansion"
-    explanation = "Parts grow in proportion to their warming; the bearing that locates decides."
+    explanation = "Parts grow in proportion to their warming, from the locating bearing."
     parameters = {"scale": amplitude(1.0, 0.0, 1.5, "factor on all growth, 1 as given")}
     handles = {
         ("structure", "housing"): _SEGMENT,

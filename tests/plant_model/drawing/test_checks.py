@@ -128,7 +128,7 @@ def test_a_running_temperature_that_the_owner_gives_is_believed():
 def test_lines_that_still_say_check_are_counted():
     drawing = Drawing(shipped_page("belt_spindle"), "page.toml")
     assert odd_of_page(drawing, "# CHECK: a\nb = 2  # CHECK the mass\n") == [
-        "2 lines still say CHECK: what is there is not of your drawing."
+        "2 lines still say CHECK: those values are not from your drawing."
     ]
     assert "1 line still says CHECK" in odd_of_page(drawing, "#CHECK\n")[0]
     assert odd_of_page(drawing, "# Lines with CHECK\nCHECKED = 1\n") == []
