@@ -1,14 +1,15 @@
 """Encodes values into frames and decodes them, from the DBC file alone.
 
-An unknown value (NaN) is sent as *not available*, one that the frame cannot carry as *error*. Both
-are decoded as NaN, and so is a raw value outside the signal's range.
+An unknown value (NaN) is sent as *not available*, one that the frame cannot carry as *error*, or as
+*not available* without such a code. Both are decoded as NaN, and so is a raw value outside the
+signal's range.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from math import isfinite, nan
+from math import isfinite, isnan, nan
 
 import can
 from cantools.database.errors import DecodeError
@@ -62,13 +63,15 @@ def raw_of(signal: Signal, value: Value, before: float | None = None) -> float:
     if isinstance(value, str):
         return signal.codes[value]
     fallback = before if signal.holds and before is not None else _whole(signal, signal.start)
-    if not isfinite(value):
-        return signal.codes.get(NOT_AVAILABLE if value != value else ERROR, fallback)
-    raw = _whole(signal, (value - signal.offset) / signal.scale)
-    # A value up to half a step outside the range still rounds to its end.
-    if not low_raw(signal) <= raw <= high_raw(signal):
-        return signal.codes.get(ERROR, fallback)
-    return raw
+    missing = signal.codes.get(NOT_AVAILABLE, fallback)
+    if isnan(value):
+        return missing
+    if isfinite(value):
+        raw = _whole(signal, (value - signal.offset) / signal.scale)
+        # A value up to half a step outside the range still rounds to its end.
+        if low_raw(signal) <= raw <= high_raw(signal):
+            return raw
+    return signal.codes.get(ERROR, missing)
 
 
 def _whole(signal: Signal, raw: float) -> float:

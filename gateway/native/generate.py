@@ -197,7 +197,8 @@ def _frames(
 
 
 def _signal(signal: Signal, start: int, refs: Mapping[str, int]) -> str:
-    missing, error = (float(signal.codes.get(name, -1)) for name in (NOT_AVAILABLE, ERROR))
+    missing = float(signal.codes.get(NOT_AVAILABLE, -1))
+    error = float(signal.codes.get(ERROR, missing))
     words = sum(1 << raw for raw in signal.codes.values()) if signal.is_enumeration else 0
     parts = {
         "start": start,

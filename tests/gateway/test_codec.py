@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from gateway.codec import Encoder, Finding, decode, high_raw, low_raw, name_of, raw_of
 from gateway.database import COMPENSATOR, ERROR, MACHINE, NOT_AVAILABLE, Frame
 from gateway.dbc import DBC
-from gateway.mapfile import InputMap
+from gateway.mapfile import InputMap, OutputMap
 from gateway.mapped_signals import mapped_signal
 from gateway.mapping import read_database
 from measurement.errors import BadInput
@@ -66,6 +66,15 @@ def test_what_is_not_there_or_cannot_be_carried_is_marked(frame, signal, value, 
     too_much = signal.high + max(1.0, 2.0 * signal.scale)
     if not signal.is_enumeration:
         assert raw_of(signal, too_much) == signal.codes[ERROR]
+
+
+def test_what_cannot_be_carried_is_missing_without_a_code_for_errors():
+    dbc = cantools.database.load_string(
+        'BU_: C\nBO_ 1 F: 1 C\n SG_ W : 0|8@1+ (1,0) [0|0] "um" C\n'
+    )
+    spec = OutputMap(signal="F.W", missing_raw=255)
+    signal = mapped_signal("dX_uncertainty", spec, dbc.messages[0].signals[0])
+    assert [raw_of(signal, value) for value in (254.0, 300.0, inf, nan)] == [254, 255, 255, 255]
 
 
 @given(st.sampled_from(DATABASE.frames), st.binary(min_size=8, max_size=8))
