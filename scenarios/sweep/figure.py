@@ -60,6 +60,8 @@ def _figure(title: str, table: pd.DataFrame, bands: pd.DataFrame, across: str) -
     for (left, right), axis in zip(grid, axes, strict=True):
         _over_time(left, bands, axis)
         _over_cases(right, table[table["axis"] == axis], across)
+        for ax in (left, right):
+            ax.set_ylabel(f"{axis} [µm]")
     grid[-1][0].set_xlabel("time [h]")
     grid[-1][1].set_xlabel(across or "share of the cases [%]")
     grid[0][0].set_title("at the tool tip, over the run", fontsize=10, loc="left")
@@ -80,7 +82,6 @@ def _over_time(ax: Axes, bands: pd.DataFrame, axis: str) -> None:
             hours, low, high, color=colour, alpha=0.25, linewidth=0, label=f"{label}, {BAND}"
         )
         ax.plot(hours, middle, color=colour, linewidth=1.4, label=f"{label}, middle")
-    ax.set_ylabel(f"{axis} [µm]")
     ax.margins(x=0.0)
     plain(ax)
 
