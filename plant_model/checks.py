@@ -147,7 +147,7 @@ class _Look:
         self.machine = machine
         inputs = self.warm_up = warm_up(machine)
         self.shown = simulate(machine, inputs, step_s=60.0)
-        self.at = int((inputs["time_s"] < RUNNING_S).sum()) - 1
+        self.at = int((inputs["time_s"] <= RUNNING_S).sum()) - 1
         self.warm: FloatArray = self.shown.temperatures[0, self.at]
         self.names = [node.name for node in machine.nodes]
         self.inputs = {

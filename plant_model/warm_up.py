@@ -31,7 +31,8 @@ def warm_up(machine: Machine) -> pd.DataFrame:
     machine : Machine
     """
     frame = pd.DataFrame({"time_s": np.arange(0.0, RUNNING_S + STOPPED_S + 1.0, 60.0)})
-    running = frame["time_s"] < RUNNING_S
+    # At 4 h the speed is still on: what is shown of that instant is at speed.
+    running = frame["time_s"] <= RUNNING_S
     speed = input_in(machine, "rpm")
     feeds = {entry.refs["driven_by"][0] for entry in machine.of_kind("sources", "feed_axis")}
     shares = dict.fromkeys(feeds, AVERAGE_FEED) | ({speed.name: 1.0} if speed else {})

@@ -36,6 +36,12 @@ def said_of_the_sound_one() -> list[str]:
     return said_of(small_page())
 
 
+def test_a_machine_is_looked_at_after_four_hours_at_full_speed(jig_borer_lumps):
+    sheet = check_sheet(jig_borer_lumps)
+    assert sheet.shown.time_s[sheet.at] == 4 * 3600.0
+    assert sheet.shown.inputs["speed"][sheet.at] == 20000.0
+
+
 @pytest.mark.parametrize("name", shipped_machines())
 def test_shipped_machines_look_right_and_their_heat_is_accounted_for(name):
     sheet = check_sheet(read_machine(name))
