@@ -68,6 +68,8 @@ class ParameterEstimate:
         [1].
     source : str
         Source of the value and range before.
+    range : (float, float)
+        Before.
     """
 
     name: str
@@ -80,6 +82,7 @@ class ParameterEstimate:
     at_bound: bool
     deviations: float = 0.0
     source: str = ""
+    range: tuple[float, float] = (-np.inf, np.inf)
 
     @property
     def is_far(self) -> bool:
@@ -350,6 +353,7 @@ def intervals(
             bool(x[i] <= priors.low[i] + 1e-9 or x[i] >= priors.high[i] - 1e-9),
             float(x[i]),
             machine.parameters[name].source,
+            (machine.parameters[name].low, machine.parameters[name].high),
         )
         for i, name in enumerate(priors.names)
     )

@@ -77,7 +77,7 @@ def calibration_page(
         channels=list(compared.channels().items()),
         advice=advice,
         left_out=left_out,
-        parameters=parameter_rows(calibration.machine, calibration.parameters),
+        parameters=parameter_rows(calibration.parameters),
         charts=charts,
         facts=facts,
     )

@@ -55,9 +55,7 @@ def write_gap_page(
         remaining=table["remaining"],
         maps=_maps(judged),
         faults=table["data_faults"],
-        parameters=parameter_rows(
-            result.after.machine, result.after.calibration.parameters, _new_numbers(result)
-        ),
+        parameters=parameter_rows(result.after.calibration.parameters, _new_numbers(result)),
         cosimulation=table.get("cosimulation"),
         charts=charts,
         facts=facts,

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Any
 
 from gap_finder.calibrate import ParameterEstimate
-from plant_model.machine import Machine
 
 DETERMINED = 0.5
 """Prior contraction above which the runs count as determining a parameter [1]: set on no data."""
@@ -18,20 +17,17 @@ def is_determined(parameter: ParameterEstimate) -> bool:
 
 
 def parameter_rows(
-    machine: Machine, parameters: Sequence[ParameterEstimate], added: Sequence[str] = ()
+    parameters: Sequence[ParameterEstimate], added: Sequence[str] = ()
 ) -> list[dict[str, Any]]:
     """Return the rows of the template ``parameters.html``, best determined first.
 
     Parameters
     ----------
-    machine : Machine
-        Defines the ranges.
     parameters : sequence of ParameterEstimate
         Calibration's estimates of its free parameters.
     added : sequence of str
         Parameters that the machine did not have before, and which have no earlier value.
     """
-    ranges = machine.parameters
     return [
         {
             "name": parameter.name,
@@ -40,7 +36,7 @@ def parameter_rows(
             "value": parameter.value,
             "low": parameter.low,
             "high": parameter.high,
-            "range": (ranges[parameter.name].low, ranges[parameter.name].high),
+            "range": parameter.range,
             "contraction": parameter.prior_contraction,
             "deviations": parameter.deviations,
             "is_far": parameter.is_far,
