@@ -171,6 +171,12 @@ def test_the_gateway_prints_the_registers_that_change():
     assert lines == ['{"W576": 1, "W578": -3}', '{"W580": 1}']
 
 
+def test_nothing_but_registers_is_on_standard_output(quick_fmu, capsys):
+    bus = ["--interface", "virtual", "--channel", "registers", "--duration", "0.2"]
+    assert main(["gateway", "--compensator", str(quick_fmu), "--registers", "tnc", *bus]) == 0
+    assert capsys.readouterr().out == ""
+
+
 def test_millimetres_have_no_more_digits_than_the_register():
     lines: list[str] = []
     tell(RegisterLines(control_of("sinumerik"), lines.append), 0.03, 0.0, 0.14)
