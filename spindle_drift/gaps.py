@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import atexit
 import json
+import shutil
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -43,7 +45,7 @@ class Gap:
     table : dict
         Everything, as ``gap.json`` holds it.
     machine : Machine
-        The machine with the effects; it can be saved only if a folder was given.
+        The machine with the effects.
     folder : Path or None
         Folder of the report and figures.
     """
@@ -129,8 +131,11 @@ def find_gap(
     >>> names = ["training_down", "training_random", "stop_and_go", "training_stops"]
     >>> runs = [sd.simulate("jig_borer_lumps", name, every_s=120.0, noise_seed=n)
     ...         for n, name in enumerate(names)]
-    >>> sd.find_gap("jig_borer_lumps", runs, without=others, workers=1).verdict
+    >>> gap = sd.find_gap("jig_borer_lumps", runs, without=others, workers=1)
+    >>> gap.verdict
     'none_missing'
+    >>> gap.machine.save("calibrated.toml").name
+    'calibrated.toml'
     """
     search = Search(tuple(without), most, not effects_only, seed, workers)
     check_search(search, split_hours)
@@ -148,7 +153,12 @@ def find_gap(
                 say=progress,
             )
         table = json.loads((folder / GAP).read_text(encoding="utf-8"))
-        after = Machine(folder / table["machine"])
+        source = folder / table["machine"]
+        if out is None:  # the file outlives the folder: saving the machine reads it
+            lasting = tempfile.mkdtemp(prefix="spindle-drift-gap-")
+            atexit.register(shutil.rmtree, lasting, ignore_errors=True)
+            source = Path(shutil.copy(source, lasting))
+        after = Machine(source)
     shown = "\n".join(lines if out is not None else lines[:-1])
     names = [entry["name"] for entry in table["effects"]]
     kept = None if out is None else folder

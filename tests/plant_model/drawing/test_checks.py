@@ -126,7 +126,7 @@ def test_what_moves_or_is_used_otherwise_is_not_idle():
 
 def test_a_running_temperature_that_the_owner_gives_is_believed():
     usual = changed(small_page(), "bearings.0.f0", 15)
-    assert any("the class's: give it the running_temperature" in line for line in said_of(usual))
+    assert any("give the running_temperature that" in line for line in said_of(usual))
     own = changed(usual, "bearings.0.running_temperature", 40)
     assert not any("front runs at" in line and "viscosity" in line for line in said_of(own))
 
