@@ -70,6 +70,6 @@ def conversion(unit: str, wanted: str) -> tuple[float, float]:
 
 def _size(unit: str) -> tuple[float, str]:
     """Return the number before a unit (1 if there is none) and the unit."""
-    end = len(unit) - len(unit.lstrip("0123456789.eE+-"))
+    end = len(unit) - len(unit.lstrip("0123456789.,eE+-"))
     number = unit[:end].strip()
     return (float(number), unit[end:].strip()) if number else (1.0, unit)

@@ -304,6 +304,11 @@ WRONG = [
         'CMP_OFFSET = { protection = "none", fill = { OfsReserve = 256 } }',
         "frames.CMP_OFFSET: fill.OfsReserve: 256 is not allowed: 0 to 255",
     ),
+    (
+        'Tmp01", unit = "degC"',
+        'Tmp01", unit = "0,1 degC"',
+        "inputs.T1: 0,1 degC: cannot be converted to degC",
+    ),
     ("trust = ", "sunshine = ", "outputs.sunshine: is not an output of the compensator or"),
 ]
 
