@@ -124,7 +124,7 @@ def simulate_runs(
 
 
 def modelled(simulation: Simulation, observed: Observations) -> FloatArray:
-    """Return the channels of a simulation, shape (sets, K, C), displacements from the first row.
+    """Return the channels of a simulation, shape (sets, K, C), displacements from their zero.
 
     Parameters
     ----------
@@ -140,7 +140,12 @@ def modelled(simulation: Simulation, observed: Observations) -> FloatArray:
     shown = np.stack([simulation.readings[name] for name in observed.channels], axis=-1)
     lengths = set(displacement_names(simulation.machine))
     zeroed = [i for i, name in enumerate(observed.channels) if name in lengths]
-    shown[..., zeroed] -= shown[:, :1, zeroed]
+    instants = np.append(observed.run.time_s[0], observed.time_s)
+    at = np.interp(observed.zero_s[zeroed], instants, np.arange(len(instants)))
+    before, share = np.floor(at).astype(int), at % 1.0
+    after = np.minimum(before + 1, len(instants) - 1)
+    zero = shown[:, before, zeroed] * (1.0 - share) + shown[:, after, zeroed] * share
+    shown[..., zeroed] -= zero[:, None]
     return shown[:, 1:]
 
 

@@ -87,6 +87,8 @@ class Observations:
         0 where nothing was measured.
     tolerance : array, shape (C,)
         Of each channel [K, um].
+    zero_s : array, shape (C,)
+        When each displacement is zeroed: at its first reading [s].
     drive : Drive
         The run's inputs on a grid that contains the middle of every bin.
     absent : frozenset of str
@@ -103,6 +105,7 @@ class Observations:
     values: FloatArray
     weights: FloatArray
     tolerance: FloatArray
+    zero_s: FloatArray
     drive: Drive
     absent: frozenset[str] = frozenset()
     own: dict[str, float] = field(default_factory=dict)
@@ -198,14 +201,14 @@ def observe(
     """
     channels = channels or compared_channels(machine, runs)
     binned = [_binned(machine, run, channels, (bad or {}).get(run.name, [])) for run in runs]
-    together = np.concatenate([values for _, values, _ in binned])
+    together = np.concatenate([values for _, values, _, _ in binned])
     span = _span(together)
     lengths = np.array([name in displacement_names(machine) for name in channels])
     own = np.where(lengths, DISPLACEMENT_TOLERANCE, TEMPERATURE_TOLERANCE)
     noise = stated_noise(machine, channels)
     tolerance = np.sqrt(noise**2 + own**2 + (RELATIVE_TOLERANCE * span) ** 2)
     observed = []
-    for run, (time, values, segment) in zip(runs, binned, strict=True):
+    for run, (time, values, segment, zero) in zip(runs, binned, strict=True):
         extra = _switch_uncertainty(run, time, values, segment)
         sigma = np.sqrt(tolerance**2 + extra**2)
         present = np.isfinite(values)
@@ -215,7 +218,9 @@ def observe(
         drive, switches = _driven(machine, run)
         weights *= np.sqrt(share)
         observed.append(
-            Observations(run, time, channels, values, weights, tolerance, drive, switches=switches)
+            Observations(
+                run, time, channels, values, weights, tolerance, zero, drive, switches=switches
+            )
         )
     return observed
 
@@ -300,8 +305,8 @@ def _span(values: FloatArray) -> FloatArray:
 
 def _binned(
     machine: Machine, run: Run, channels: tuple[str, ...], bad: list[tuple[str, float, float]]
-) -> tuple[FloatArray, FloatArray, npt.NDArray[np.int64]]:
-    """Return bin times, mean values (displacements from zero), and each bin's segment."""
+) -> tuple[FloatArray, FloatArray, npt.NDArray[np.int64], FloatArray]:
+    """Return bin times, mean values (displacements from zero), each bin's segment, and zeros."""
     rows = run.time_s
     if len(rows) < 3:
         raise BadInput(run.path or run.name, "", "has fewer than three rows")
@@ -313,6 +318,7 @@ def _binned(
     counts = np.bincount(which)
     time = np.bincount(which, rows) / counts
     values = np.full((len(time), len(channels)), np.nan)
+    zero = np.full(len(channels), rows[0])
     for i, name in enumerate(channels):
         column = column_of(machine, name)
         if column not in run.frame.columns:
@@ -329,7 +335,8 @@ def _binned(
         values[:, i] = np.where(n > 0, total / np.maximum(n, 1), np.nan)
         if column.endswith("_um"):
             values[:, i] -= series[good][0]
-    return time, values, segment[fresh]
+            zero[i] = rows[good][0]
+    return time, values, segment[fresh], zero
 
 
 def _switch_uncertainty(

@@ -107,11 +107,12 @@ def residuals_of(found: Cosimulated, machine: Machine, observed: Observations) -
     """Return co-simulation minus measurement, both averaged over the same rows."""
     run = observed.run
     frame = run.frame.copy()
-    for name in observed.channels:
+    for name, zero_s in zip(observed.channels, observed.zero_s, strict=True):
         column = column_of(machine, name)
         if column in frame.columns:
             shown = np.interp(run.time_s, found.time_s, found.readings[name])
-            frame[column] = np.where(frame[column].notna(), shown, np.nan)
+            compared = frame[column].notna() & (run.time_s >= zero_s)
+            frame[column] = np.where(compared, shown, np.nan)
     (modelled,) = observe(machine, [replace(run, frame=frame)], channels=observed.channels)
     return RunResiduals(observed, modelled.values - observed.values)
 
