@@ -39,6 +39,13 @@ def check_frames(mapping: Mapping) -> None:
         unsaid = name in form.outputs and form.outputs[name].when_invalid is None
         if unsaid and "valid" not in form.outputs:
             mapping.say(f"outputs.{name}", "needs when_invalid, because no signal carries valid")
+    for name, value in database.when_invalid.items():
+        signal = database.named.get(name)
+        if signal is None or signal.is_enumeration:
+            continue
+        if value < signal.low or value > signal.high:  # NaN, for missing, is neither
+            span = f"{signal.low:g} to {signal.high:g} {signal.unit}".rstrip()
+            mapping.say(f"outputs.{name}", f"when_invalid = {value:g} is not allowed: {span}")
     problems = _of_cycles(mapping) if database.every_s is None else _of_samples(mapping)
     if database.every_s is not None or not mapping.problems:  # avoid consequential problems
         for place, problem in problems:

@@ -309,6 +309,11 @@ WRONG = [
         'Tmp01", unit = "0,1 degC"',
         "inputs.T1: 0,1 degC: cannot be converted to degC",
     ),
+    (
+        'OfsX", factor = -1',
+        'OfsX", factor = -1, when_invalid = 4000',
+        "outputs.dX: when_invalid = 4000 is not allowed: -3276.7 to 3276.8 um",
+    ),
     ("trust = ", "sunshine = ", "outputs.sunshine: is not an output of the compensator or"),
 ]
 
