@@ -173,8 +173,8 @@ def prepare(
     for number, run in enumerate(runs):
         first = digests.index(digests[number])
         if first < number:
-            same = f"is the same run as {runs[first].name}: every run may be given once"
-            raise BadInput("training runs", run.name, same)
+            same = runs[first].path or runs[first].name
+            raise BadInput(run.path or run.name, "", f"is the same run as {same}: give it once")
     faults = find_faults(runs)
     notes = [group_line(group) for group in by_column(_of_interest(faults, rig))]
     left = cleaned(runs, faults, left_out(leave_out_frozen))

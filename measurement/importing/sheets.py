@@ -116,7 +116,7 @@ def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
     if data and data[0] == 0:
         raise BadInput(path, f"{place}row 1", "holds numbers; a header with names must stand first")
     if first is None:
-        problem = f"has no row of numbers in the first {HEAD_LINES} rows"
+        problem = f"no row of numbers in the first {HEAD_LINES} rows"
         raise BadInput(path, title, f"holds no table: {problem}")
     named, width, skipped = _headings(path, rows, first, place)
     above = max(i for i in range(first) if _filled(rows[i]))
