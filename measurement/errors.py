@@ -110,6 +110,11 @@ def near(name: object, known: Iterable[str]) -> str:
     return f"; did you mean {close[0]}?" if close else ""
 
 
+def counted(count: int, word: str) -> str:
+    """Return a count with its word, such as ``1 run`` or ``3 runs``."""
+    return f"{count} {word}" if count == 1 else f"{count} {word}s"
+
+
 def one_line(error: BaseException) -> str:
     """Return another library's error message in one line; the error's class if it has none."""
     return " ".join(str(error).split()) or type(error).__name__

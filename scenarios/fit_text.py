@@ -10,6 +10,7 @@ from typing import Any
 from tqdm import tqdm
 
 from fmu_compensator.fit.fitting import USUAL_MODEL
+from measurement.errors import counted
 from scenarios.fit_found import told
 
 
@@ -68,7 +69,7 @@ def promise(figures: dict[str, Any], runs: int) -> list[str]:
     unseen = figures["unseen"] or {}
     kinds = [kind for kind in ("like", "unlike") if kind in unseen]
     first = promise_line(unseen) or (
-        f"no promise for other runs: {_count(runs, 'run')} given, and leaving one out takes at "
+        f"no promise for other runs: {counted(runs, 'run')} given, and leaving one out takes at "
         "least three"
     )
     lines = [
@@ -113,7 +114,7 @@ def promise_line(unseen: Mapping[str, Any] | None) -> str:
     if not unseen:
         return ""
     behind = [
-        _count(round(unseen[name]), unit)
+        counted(round(unseen[name]), unit)
         for name, unit in (("like_behind", "run"), ("unlike_behind", "condition"))
         if name in unseen
     ]
@@ -122,7 +123,3 @@ def promise_line(unseen: Mapping[str, Any] | None) -> str:
         for axis, row in unseen["promised"].items()
     )
     return f"promise, from {' and '.join(behind)} left out: {errors} um RMSE"
-
-
-def _count(number: int, unit: str) -> str:
-    return f"{number} {unit}" if number == 1 else f"{number} {unit}s"

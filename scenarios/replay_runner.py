@@ -18,7 +18,7 @@ from fmu_compensator.monitoring.sensors import WORTH_SHARE
 from fmu_compensator.runtime.compensator import AT_ZERO, WAITING
 from fmu_packaging.reference import DECIMALS
 from measurement.doubts import doubt_lines
-from measurement.errors import BadInput
+from measurement.errors import BadInput, counted
 from measurement.faults import (
     GROSS,
     LEVELS,
@@ -225,7 +225,10 @@ def _probes(entry: Replay) -> str:
     hours = max(float(time_s[-1] - time_s[0]) / 3600.0, 1e-9)
     minutes = [f"{(value - time_s[0]) / 60.0:.0f}" for value in taken]
     shown = ", ".join(minutes[:SHOWN]) + (", ..." if len(minutes) > SHOWN else "")
-    text = f"{entry.run.name}: {_count(taken)}, {len(taken) / hours:.1f} an hour, at {shown} min"
+    text = (
+        f"{entry.run.name}: {counted(len(taken), 'probe')}, "
+        f"{len(taken) / hours:.1f} an hour, at {shown} min"
+    )
     step_s = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
     hasty = int(np.sum(np.diff(taken) < PAUSE_S + 2.0 * step_s))
     if hasty > len(taken) / 2:
@@ -234,10 +237,6 @@ def _probes(entry: Replay) -> str:
             "a probe does not keep the uncertainty below the limit any longer"
         )
     return f"{text}."
-
-
-def _count(taken: np.ndarray) -> str:
-    return "1 probe" if len(taken) == 1 else f"{len(taken)} probes"
 
 
 def _run_facts(entry: Replay, file: str) -> dict[str, Any]:

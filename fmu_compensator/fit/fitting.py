@@ -25,7 +25,7 @@ from fmu_compensator.runtime.fields import Fields
 from fmu_compensator.runtime.geometry import FORMS, FivePoint, geometry_from_fields
 from fmu_compensator.runtime.modelfile import FORMAT, KIND, model_text, parse_model
 from measurement.doubts import doubt_lines
-from measurement.errors import BadInput, shown
+from measurement.errors import BadInput, counted, shown
 from measurement.faults import cleaned, find_faults, looked_over
 from measurement.rig import FivePointRig, Rig
 from measurement.runs import Run
@@ -156,7 +156,7 @@ def fit_compensator(
     named = recipe.points if isinstance(recipe.points, str) else list(recipe.points)
     options = {"points": named, "input_form": recipe.input_form, **recipe.grey, **model_options}
     table["name"] = name or f"{recipe.kind}_compensator"
-    count = f"{len(installed.chosen)} temperatures, fitted to {_count(runs)}"
+    count = f"{len(installed.chosen)} temperatures, fitted to {counted(len(runs), 'run')}"
     table["title"] = title or f"{recipe.kind} on {count}"
     table["created"] = created
     table["provenance"] = {
@@ -334,7 +334,3 @@ def _geometry_table(rig: Rig, form: str) -> dict[str, Any]:
         }
     axes = {name: {"axis": entry.axis, "sign": entry.sign} for name, entry in rig.axes.items()}
     return {"kind": "direct", "axes": axes}
-
-
-def _count(runs: Sequence[Run]) -> str:
-    return f"{len(runs)} run" + ("s" if len(runs) != 1 else "")

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from measurement.errors import BadInput
+from measurement.errors import BadInput, counted
 from measurement.files import read_bytes
 from measurement.importing.cells import Cell, Sheet, is_missing
 from measurement.importing.headers import Heading, headings, is_unit_line
@@ -122,20 +122,20 @@ def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
     above = max(i for i in range(first) if _filled(rows[i]))
     if above in data:
         raise _wrong_width(path, f"{place}row {above + 1}", len(rows[above]), usual)
-    notes = [f"{_lines(skipped)} before the header: skipped"] if skipped else []
+    notes = [f"{counted(skipped, 'line')} before the header: skipped"] if skipped else []
     last = next(
         i
         for i in range(len(rows) - 1, first - 1, -1)
         if i == first or (_is_data(rows[i], numeric, 1) and not _is_summed_up(rows[i], numeric))
     )
     if after := sum(map(_filled, rows[last + 1 :])):
-        notes.append(f"{_lines(after)} after the last row of numbers: skipped")
+        notes.append(f"{counted(after, 'line')} after the last row of numbers: skipped")
     kept = [(i + 1, rows[i]) for i in range(first, last + 1) if _filled(rows[i])]
     heads = {str(rows[i][0]): rows[i] for i in range(first) if rows[i]}
     # A recorder that is resumed writes its header again.
     again = {number for number, row in kept if row == heads.get(str(row[0]))}
     if again:
-        notes.append(f"{_lines(len(again))} that repeat the header: skipped")
+        notes.append(f"{counted(len(again), 'line')} that repeat the header: skipped")
         kept = [entry for entry in kept if entry[0] not in again]
     _check_widths(path, place, kept, width, notes)
     numbers = [number for number, _ in kept]
@@ -156,10 +156,6 @@ def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
         decimal_mark(texts, path),
         tuple(notes),
     )
-
-
-def _lines(count: int) -> str:
-    return "1 line" if count == 1 else f"{count} lines"
 
 
 def _nameless(path: Path, place: str, headings: Sequence[Heading]) -> BadInput:

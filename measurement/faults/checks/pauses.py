@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from measurement.errors import counted
 from measurement.faults.checks.base import Check
 from measurement.faults.fault import Fault, Kind
 from measurement.faults.series import FEWEST_SAMPLES
@@ -30,7 +31,7 @@ class Pauses(Check):
         if long.size:
             at = int(long[np.argmax(steps[long])])
             text = (
-                f"{long.size} {'pause' if long.size == 1 else 'pauses'} of more than "
+                f"{counted(long.size, 'pause')} of more than "
                 f"{GAP_INTERVALS:g} usual intervals ({usual:g} s) in the record, the longest of "
                 f"{steps[at] / 60:.1f} min"
             )
