@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -68,27 +69,27 @@ def precision(runs: Sequence[Array], strength: float) -> Array:
     """
     together = np.mean([rises.T @ rises / len(rises) for rises in runs], axis=0)
     own = strength * np.trace(together) / len(together) + NOISE_K**2
-    found = np.linalg.inv(together + own * np.eye(len(together)))
+    return _inverse(together + own * np.eye(len(together)))
+
+
+def _inverse(covariance: Array) -> Array:
+    """Return the inverse of a symmetric matrix, symmetric to the last digit."""
+    found = np.linalg.inv(covariance)
     return np.asarray((found + found.T) / 2.0)
 
 
 def left_out_errors(runs: Sequence[Array], strength: float) -> list[Array]:
     """Return each reading's deviation from its estimate by the others, fitted to other runs [K]."""
+    return _left_out(runs, partial(precision, strength=strength))
+
+
+def _left_out(runs: Sequence[Array], known_from: Callable[[Sequence[Array]], Array]) -> list[Array]:
+    """Return the same for any way from runs to their precision matrix."""
     found = []
     for place, rises in enumerate(runs):
-        known = precision([*runs[:place], *runs[place + 1 :]], strength)
-        found.append(_errors(rises, known))
+        known = known_from([*runs[:place], *runs[place + 1 :]])
+        found.append(np.asarray(rises @ known / np.diag(known)))
     return found
-
-
-def _errors(rises: Array, known: Array) -> Array:
-    """Return each reading's deviation from its estimate by the others, shape (n, k) [K]."""
-    return np.asarray(rises @ known / np.diag(known))
-
-
-def _variance(errors: Sequence[Array]) -> Array:
-    """Return the mean square of each sensor's errors, with equal weight per run, (k,) [K^2]."""
-    return np.asarray(np.mean([(error**2).mean(axis=0) for error in errors], axis=0))
 
 
 def best_strength(runs: Sequence[Array]) -> float:
@@ -128,7 +129,7 @@ def spare_table(runs: Sequence[PreparedRun], installed: Installed) -> dict[str, 
     rises = [record.values for record in records]
     strength = best_strength(rises)
     known, errors = precision(rises, strength), left_out_errors(rises, strength)
-    variance = _variance(errors)
+    variance = np.mean([(error**2).mean(axis=0) for error in errors], axis=0)
     drift = [run.targets[run.known] for run in (run.history(chosen) for run in runs)]
     usual = np.mean([moved.T @ moved / len(moved) for moved in drift if len(moved)], axis=0)
     return {
@@ -162,15 +163,10 @@ def spare_after(
 
     def known_from(some: Sequence[Array]) -> Array:
         together = sum((one.T @ one / len(one) for one in some), before * np.linalg.inv(old))
-        found = np.linalg.inv(together / (before + len(some)))
-        return np.asarray((found + found.T) / 2.0)
+        return _inverse(together / (before + len(some)))
 
-    errors = [
-        _errors(one, known_from([*rises[:place], *rises[place + 1 :]]))
-        for place, one in enumerate(rises)
-    ]
     squares = before * np.array(spare["growth"]) / np.diag(old)
-    squares = sum(((error**2).mean(axis=0) for error in errors), squares)
+    squares = sum(((error**2).mean(axis=0) for error in _left_out(rises, known_from)), squares)
     known = known_from(rises)
     growth = squares / (before + len(rises)) * np.diag(known)
     return {**spare, "precision": listed(known), "growth": listed(growth)}
