@@ -294,7 +294,7 @@ class Spare(Remembering):
                 * sum(w * row[place] for w, row in zip(weights, self._sensitivity, strict=True))
                 for place, root in zip(broken, roots, strict=True)
             ]
-            found.append(max(sum(map(mul, moved, self._solved(broken, moved))), 0.0))
+            found.append(max(sum(map(mul, moved, self._solved(broken, moved)), 0.0), 0.0))
         return found
 
     def _compare(self, used: Sequence[float], stands: bool) -> None:

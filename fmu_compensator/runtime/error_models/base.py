@@ -51,10 +51,7 @@ def _filled(held: Any, values: Iterator[float]) -> Any:
         return held
     if isinstance(held, list):
         return [_filled(one, values) for one in held]
-    value = next(values)
-    # An attribute that is an int now, such as an empty sum, may have been a float when saved.
-    kept = type(held)(value)
-    return kept if kept == value else value
+    return type(held)(next(values))
 
 
 class ErrorModel(Remembering, ABC):
