@@ -119,18 +119,17 @@ class Modes:
         """
         weights = self._third.get(length)
         if weights is None:
-            h = length
-            x = -self.decay * h
+            x = -self.decay * length
             p1, p2, p3 = (phi(k, x) for k in (1, 2, 3))
             weights = np.stack(
                 [
                     np.exp(x / 2.0),
                     np.exp(x),
-                    phi(1, x / 2.0) * (h / 2.0),
-                    h * p1,
-                    h * (p1 - 3.0 * p2 + 4.0 * p3),
-                    h * (4.0 * p2 - 8.0 * p3),
-                    h * (4.0 * p3 - p2),
+                    phi(1, x / 2.0) * (length / 2.0),
+                    length * p1,
+                    length * (p1 - 3.0 * p2 + 4.0 * p3),
+                    length * (4.0 * p2 - 8.0 * p3),
+                    length * (4.0 * p3 - p2),
                 ]
             )
             if len(self._third) >= KEPT:

@@ -29,7 +29,7 @@ def doubted_signs(runs: Sequence[Run], warm: Sequence[FloatArray]) -> list[tuple
     for name in runs[0].displacements:
         present = [(run, rise) for run, rise in zip(runs, warm, strict=True) if name in run.frame]
         if _GROWTH.search(name) and _falls(present, name):
-            text = "falls while the machine warms, but growth rises: flipped? then set sign = -1"
+            text = "falls while warming, but growth should rise: flipped? then set sign = -1"
             found.append((name, text))
         odd = flipped([run for run, _ in present], name)
         if odd:

@@ -182,7 +182,8 @@ def _said(table: Table) -> list[str]:
     notes = [*table.sheet.notes, *table.notes]
     if table.clock.shared:
         count = table.clock.shared
-        notes.append(f"{count} rows share the previous row's time stamp and are spread between")
+        shared = f"{count} rows share the previous row's time stamp"
+        notes.append(f"{shared} and are spread over the interval")
     return notes
 
 
