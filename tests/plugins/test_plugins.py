@@ -265,7 +265,11 @@ class Runs(MultipleLinearRegression):
         ("odd_kit", FITTED, "odd_kit has no predicting twin"),
         ("odd_kit:Odd", FITTED, "is no module or package: name the file"),
         ("odd_kit", f"{FITTED}class Even(Odd): pass", "TypeError: odd_kit defines 2 variants"),
-        ("odd_kit", FITTED + RUNS.format(other="mlr"), "mlr is a name that the project itself"),
+        (
+            "odd_kit",
+            FITTED + RUNS.format(other="mlr"),
+            "mlr is a name that the project itself uses",
+        ),
         ("odd_kit", FITTED + RUNS.format(other="ridge"), "ridge is a name that plug-in studies of"),
     ],
 )
