@@ -164,6 +164,7 @@ class GatewayNode:
         rate = settings.speed_up, settings.machine_clock
         self.stepper = Stepper(unit, *rate, self._cycle_s, self._timeout_s, now, warm, wall)
         self._finding: Finding | None = None
+        self._followed = dict(unit.outputs)  # when offsets last followed the model
         self._late_start = False
         self._said: dict[tuple[str, ...], float] = {}
         self._without: set[tuple[str, ...]] = set()
@@ -376,8 +377,11 @@ class GatewayNode:
             values |= self._when_invalid
         if usable and not known:
             values["status"] = "reference_unknown"
+        if outputs.get("valid", False):
+            self._followed = dict(outputs)
+        length_mm = self.stepper.tool_length_mm
         self.answer = (
-            by_tool_length(outputs, self.stepper.tool_length_mm, self._unit.share) | values
+            by_tool_length(outputs, self._followed, length_mm, self._unit.share) | values
         )
         self._send(self._sender.messages(self.answer))
 
@@ -421,17 +425,23 @@ class GatewayNode:
 
 
 def by_tool_length(
-    outputs: Mapping[str, float], tool_length_mm: float, share: float
+    outputs: Mapping[str, float],
+    followed: Mapping[str, float],
+    tool_length_mm: float,
+    share: float,
 ) -> dict[str, Value]:
     """Return per axis the offset [um], its change per tool length [um/m] and the tool length [mm].
 
     An axis' offset changes with the tool length by the tilt, with the opposite sign, times the
-    share that is sent; 1 urad is 1 um/m. Z does not depend on the tool length, to first order.
+    share that is sent; 1 urad is 1 um/m. While the offset is ramped to zero or back, so is its
+    slope. Z does not depend on the tool length, to first order.
 
     Parameters
     ----------
     outputs : mapping of str to float
         The compensator's outputs [um, urad].
+    followed : mapping of str to float
+        Its outputs when they last followed the model [um].
     tool_length_mm : float
         The tool length for which they hold [mm].
     share : float
@@ -440,8 +450,11 @@ def by_tool_length(
     tilts = {"X": outputs.get("yaw", nan), "Y": outputs.get("pitch", nan), "Z": 0.0}
     values: dict[str, Value] = {}
     for axis in AXES:
-        values[f"d{axis}_at_tool_length"] = outputs.get(f"d{axis}", nan)
-        values[f"d{axis}_per_tool_length"] = 0.0 - share * tilts[axis]
+        offset, whole = outputs.get(f"d{axis}", nan), followed.get(f"d{axis}", nan)
+        left = min(max(offset / whole, 0.0), 1.0) if whole else 0.0
+        in_force = share if outputs.get("valid", False) else share * left
+        values[f"d{axis}_at_tool_length"] = offset
+        values[f"d{axis}_per_tool_length"] = 0.0 - in_force * tilts[axis]
         values[f"d{axis}_tool_length"] = tool_length_mm
     return values
 

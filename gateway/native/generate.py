@@ -128,7 +128,7 @@ def _header(database: Database, heard: Sequence[str], terminal: SignalTerminal |
         f"enum role {{ {', '.join(roles)} }};",
         f"enum fault {{ {', '.join(f'FAULT_{fault.upper()}' for fault in named('bus_fault'))} }};",
         f"enum state {{ {', '.join(f'STATE_{s.upper()}' for s in named('gateway_state'))} }};",
-        "struct axis { size_t uncertainty, tilt; };",
+        "struct axis { size_t offset, uncertainty, tilt; };",
         "extern const struct frame machine_frames[], compensator_frames[];",
         "extern const struct signal machine_signals[], offset_signals[];",
         "extern const size_t valid_ref, status_ref, offset_count;",
@@ -142,7 +142,10 @@ def _header(database: Database, heard: Sequence[str], terminal: SignalTerminal |
 def _tables(database: Database, refs: Mapping[str, int], terminal: SignalTerminal | None) -> str:
     offsets = [signal for _, signal in database.signals(COMPENSATOR) if signal.name in OFFSETS]
     tilts = {"X": "yaw", "Y": "pitch"}
-    axes = [(refs.get(f"d{axis}_uncertainty"), refs.get(tilts.get(axis, ""))) for axis in AXES]
+    axes = [
+        [refs.get(name) for name in (f"d{axis}", f"d{axis}_uncertainty", tilts.get(axis, ""))]
+        for axis in AXES
+    ]
     lines = [
         HEAD,
         '#include "node_data.h"\n\n#include "model.h"\n',

@@ -244,6 +244,17 @@ def test_the_tool_frames_give_the_offset_at_other_tool_lengths(bench, database, 
     assert float(bench.last["dX_per_tool_length"]) != 0.0
 
 
+def test_slopes_over_the_tool_length_are_ramped_with_their_offset(bench):
+    bench.settle(WARM)
+    offset, slope = (float(bench.last[f"dX_{part}_tool_length"]) for part in ("at", "per"))
+    begun = bench.now
+    while bench.now - begun < HOLD_S + 6.0:
+        bench.wait(0.1)
+        left = float(bench.last["dX_at_tool_length"]) / offset
+        assert float(bench.last["dX_per_tool_length"]) == pytest.approx(left * slope, abs=0.02)
+    assert left == 0.0
+
+
 def test_the_machine_clock_steps_by_the_machines_time(database, unit):
     bench = Bench(database, unit, GatewaySettings(machine_clock=True))
     bench.step_s = 2.5

@@ -22,6 +22,7 @@ struct node {
     uint32_t drawn, issued;
     double start_s, deadline_s, stepped_s, unit_s, covered_s, expected, raw_time;
     double cold_s, tool_length;
+    double followed[AXES]; /* the offsets when they last followed the model */
     int32_t begun, stepped, late_start, state, waiting, proven;
     struct finding finding;
     uint32_t counts[COMPENSATOR_FRAMES], heard; /* cycles sent, and cycles received as signals */
@@ -152,7 +153,8 @@ static void answer(struct instance *self, struct finding finding, bool usable, b
 {
     struct node *node = node_of(self);
     double told[ROLES], now_s = self->memory->time_s;
-    bool known = node->begun, valid = usable && known && output_of(self, valid_ref) != 0.0;
+    bool follows = output_of(self, valid_ref) != 0.0, known = node->begun;
+    bool valid = usable && known && follows;
     for (size_t i = 0; i < offset_count; i++) {
         double offset = output_of(self, offset_signals[i].ref);
         valid = valid && offset_signals[i].low <= offset && offset <= offset_signals[i].high;
@@ -182,7 +184,15 @@ static void answer(struct instance *self, struct finding finding, bool usable, b
         double width = known ? output_of(self, axes[axis].uncertainty) : NAN;
         told[ROLE_UNCERTAINTY + axis] = width >= 0.0 ? width : NAN;
         double tilt = axis == AXES - 1 ? 0.0 : output_of(self, axes[axis].tilt);
-        told[ROLE_SLOPE + axis] = 0.0 - model_limits.share * tilt;
+        /* While the offset is ramped to zero or back, so is its slope. */
+        double offset = output_of(self, axes[axis].offset), left = 0.0;
+        if (follows) {
+            node->followed[axis] = offset;
+        }
+        if (node->followed[axis] != 0.0) {
+            left = fmin(fmax(offset / node->followed[axis], 0.0), 1.0);
+        }
+        told[ROLE_SLOPE + axis] = 0.0 - model_limits.share * (follows ? 1.0 : left) * tilt;
     }
     told[ROLE_TOOL_LENGTH] = node->tool_length;
     send_frames(node, self, told);
