@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Callable, Mapping
-from math import isfinite
+from math import inf, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -53,7 +53,7 @@ class RegisterLines(Participant):
     Parameters
     ----------
     control : Control
-        The control; its offsets are zero at the beginning.
+        The control; it holds the offsets with which the compensator begins.
     show : callable
         Takes a line; must not wait.
     done : callable
@@ -67,28 +67,31 @@ class RegisterLines(Participant):
         done: Callable[[], object] = lambda: None,
     ) -> None:
         self._control, self._show, self._done = control, show, done
-        self._digits: dict[str, int] = dict.fromkeys(AXES, 0)
-        self._tell(control.start)
+        self._digits: dict[str, int] = {}
 
     def update(self, now: float, report: Callable[[], Report]) -> None:
         """Print the registers that the newest answer changes; a missing offset changes none."""
-        answer, writes = report().answer, dict[str, Value]()
-        for axis, register in self._control.registers.items():
-            offset = answer.get(f"d{axis}")
+        shown = report()
+        if not self._digits:
+            # After a restart the control still holds the offsets that the compensator takes up.
+            self._digits = dict.fromkeys(AXES, 0)
+            self._tell(self._control.start | self._moved(shown.outputs, inf))
+        self._tell(self._moved(shown.answer, self._control.most_at_once_um))
+
+    def _moved(self, offsets: Mapping[str, object], most_at_once_um: float) -> dict[str, Value]:
+        """Move the digits towards offsets, as far as one write may go; return those that change."""
+        control, writes = self._control, dict[str, Value]()
+        for axis, register in control.registers.items():
+            offset, before = offsets.get(f"d{axis}"), self._digits[axis]
             if isinstance(offset, float) and isfinite(offset):
-                before, digits = self._digits[axis], self._wanted(axis, offset)
+                change_um = _within(offset, control.most_um) - before * control.step_um
+                digits = before + round(_within(change_um, most_at_once_um) / control.step_um)
                 self._digits[axis] = digits
                 # Without the rounding error of the binary division.
-                in_mm = round(digits * self._control.step_um / 1e3, 9)
-                value = in_mm if self._control.in_mm else digits
+                in_mm = round(digits * control.step_um / 1e3, 9)
+                value = in_mm if control.in_mm else digits
                 writes |= {register: value} if digits != before else {}
-        self._tell(writes)
-
-    def _wanted(self, axis: str, offset_um: float) -> int:
-        """Return an axis' next register digits, as far towards an offset as one write may go."""
-        control, before = self._control, self._digits[axis]
-        change_um = _within(offset_um, control.most_um) - before * control.step_um
-        return before + round(_within(change_um, control.most_at_once_um) / control.step_um)
+        return writes
 
     def close(self) -> None:
         """Print the remaining lines."""

@@ -171,6 +171,14 @@ def test_the_gateway_prints_the_registers_that_change():
     assert lines == ['{"W576": 1, "W578": -3}', '{"W580": 1}']
 
 
+def test_a_restarted_gateway_takes_up_the_registers_with_its_state():
+    emulator = SinumerikEmulator()
+    lines = RegisterLines(control_of("sinumerik"), emulator.take)
+    lines.update(0.0, lambda: Report({}, {}, {"dX": 1.5, "dY": 0.0, "dZ": -40.0}, {}))
+    emulator.pass_time(2000.0)
+    assert emulator.um == {"X": 1.5, "Y": 0.0, "Z": -40.0}
+
+
 def test_nothing_but_registers_is_on_standard_output(quick_fmu, capsys):
     bus = ["--interface", "virtual", "--channel", "registers", "--duration", "0.2"]
     assert main(["gateway", "--compensator", str(quick_fmu), "--registers", "tnc", *bus]) == 0
