@@ -23,6 +23,7 @@ from gateway.clocks import Stepper
 from gateway.codec import CountedTime, Finding, Sender, Value
 from gateway.database import COMPENSATOR, FAREWELLS, MACHINE, OFFSETS, TRUST, Database, key_of
 from gateway.judging import Judge, Rival
+from gateway.mapped_signals import named
 from gateway.probes import COUNTED, LATEST_STEPS, ProbeReceiver
 from gateway.proof import CHALLENGE, FRESHNESS, NOT_PROVEN, PROVEN, Challenges
 from gateway.reception import Cycle, Reception, Substitution
@@ -35,6 +36,7 @@ QUIET_S = 60.0
 """Shortest time before the same fault of the same frame is reported again [s]: set on no data."""
 LOSSES = ("bus_off", "interface_lost")
 AFTER_LOSS = ("startup", "missing", "late", "machine_not_running")
+UNKNOWN = "reference_unknown"
 STARTING, READY, RUNNING, FAULT = "starting", "ready", "running", "fault"
 
 
@@ -260,6 +262,19 @@ class GatewayNode:
         return self.stepper.steps
 
     @property
+    def status(self) -> int:
+        """The status that the newest answer carries."""
+        shown = self.answer.get("status", self._unit.outputs.get("status", 0))
+        return named("status")[shown] if isinstance(shown, str) else int(shown)
+
+    @property
+    def status_text(self) -> str:
+        """The status in words."""
+        if self.answer.get("status") == UNKNOWN:
+            return "nothing has proven that the machine is cold"
+        return self._unit.text()
+
+    @property
     def reference_known(self) -> bool:
         """Whether the reference of the drift is known."""
         return self.begun and not self._lost_track
@@ -376,13 +391,11 @@ class GatewayNode:
         if not valid:
             values |= self._when_invalid
         if usable and not known:
-            values["status"] = "reference_unknown"
+            values["status"] = UNKNOWN
         if outputs.get("valid", False):
             self._followed = dict(outputs)
         length_mm = self.stepper.tool_length_mm
-        self.answer = (
-            by_tool_length(outputs, self._followed, length_mm, self._unit.share) | values
-        )
+        self.answer = by_tool_length(outputs, self._followed, length_mm, self._unit.share) | values
         self._send(self._sender.messages(self.answer))
 
     def _fits(self, outputs: Mapping[str, float]) -> bool:

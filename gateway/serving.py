@@ -7,6 +7,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from gateway.clocks import steady
 from gateway.codec import Value
 from gateway.database import MACHINE, Database
 from gateway.link import Link
-from gateway.node import RUNNING, GatewayNode, GatewaySettings, half_widths
+from gateway.node import QUIET_S, RUNNING, GatewayNode, GatewaySettings, half_widths
 from gateway.protocols.base import Participant, Report, Send
 from gateway.state import StateFile
 from gateway.systemd import ServiceManager
@@ -82,6 +83,8 @@ class Service:
     participants: list[Participant] = field(default_factory=list)
     node: GatewayNode | None = None
     _unsaved: bool = False
+    _shown: tuple[int, int] | None = None
+    _said: dict[tuple[int, int], float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Pass lines for people on to the participants."""
@@ -202,8 +205,8 @@ class Service:
         shown = outputs | half_widths(outputs, known=node.reference_known)
         state: dict[str, Value | bool] = {
             "valid": answer.get("valid") == "valid",
-            "status": int(outputs.get("status", 0)),
-            "status_text": self.unit.text(),
+            "status": node.status,
+            "status_text": node.status_text,
             "status_sensor": int(outputs.get("status_sensor", 0)),
             "reference_known": node.reference_known,
             "gateway_state": node.state,
@@ -238,12 +241,14 @@ class Service:
         saver.do(write)
 
     def _notice(self, node: GatewayNode) -> None:
-        """Report changes of the compensator's status."""
-        outputs = self.unit.outputs
-        code, sensor = int(outputs.get("status", 0)), int(outputs.get("status_sensor", 0))
-        if self.statuses and self.statuses[-1][1:] == (code, sensor):
+        """Report changes of the status, each one not too often."""
+        time_s, now = node.stepper.machine_time_s, self.clock()
+        status = node.status, int(self.unit.outputs.get("status_sensor", 0))
+        if not self.statuses or self.statuses[-1][1:] != status:
+            self.statuses.append((time_s, *status))
+        if status == self._shown or now - self._said.get(status, -inf) < QUIET_S:
             return
-        self.statuses.append((node.stepper.machine_time_s, code, sensor))
-        text = f"status {code} at {node.stepper.machine_time_s:.1f} s: {self.unit.text()}"
+        self._shown, self._said[status] = status, now
+        text = f"status {node.status} at {time_s:.1f} s: {node.status_text}"
         self.manager.tell(f"STATUS={text}")
         self.say(text)

@@ -1,6 +1,9 @@
 """What the gateway cannot know it does not call valid: references, clocks, counts, age, rivals."""
 
 from math import nan
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import can
 import pytest
@@ -10,6 +13,7 @@ from gateway.database import COMPENSATOR, MACHINE
 from gateway.node import GatewaySettings
 from gateway.reception import Reception
 from gateway.reference import Proof, Reference
+from gateway.serving import Service
 from gateway.timebase import CLOCK_DRIFT, Timebase
 from tests.gateway.bench import WARM, Bench
 
@@ -30,6 +34,29 @@ def test_a_cold_restart_in_a_warm_up_is_never_valid(bench):
     assert answer["gateway_state"] == "running"
     assert answer["bus_fault"] == "none"
     assert bench.node.steps == 0
+
+
+def test_the_status_shown_elsewhere_is_that_of_the_frames(bench, database):
+    codes = database.signal("status").codes
+    for thermal_state, known in (("warm", False), ("cold", True)):
+        for _ in range(3):
+            bench.give(bench.frames({"thermal_state": thermal_state}, state="starting"))
+        answer = bench.cycle({"thermal_state": thermal_state})
+        assert (answer["status"] == "ok") == known
+        assert bench.node.status == codes[answer["status"]]
+
+
+def test_a_status_that_flickers_is_told_once_a_minute():
+    said: list[str] = []
+    now, unit, bus = [0.0], SimpleNamespace(outputs={}), SimpleNamespace(machine_time_s=0.0)
+    parts: list[Any] = [None, Path(), unit, None, None]
+    service = Service(*parts, clock=lambda: now[0], say=said.append)
+    for second in range(150):
+        now[0] = float(second)
+        shown: Any = SimpleNamespace(status=second % 2, status_text="", stepper=bus)
+        service._notice(shown)
+    assert len(said) == 6
+    assert len(service.statuses) == 150
 
 
 def test_a_machine_that_says_it_is_cold_is_believed_for_a_minute_only(bench):
