@@ -183,8 +183,11 @@ class _Loop:
         self.plant_in = Port(plant, [*driven, *self.wiring.offsets])
         self.plant_rows = self._rows(driven)
         self.shown = [self.plant_out]
+        readings = [*self.plant_out.names, *self.signals]
         if compensator:
             self._connect_compensator(compensator)
+            readings = self.seen_in.names
+        self.faults = FaultLine(self._known_faults(readings), readings)
         kept = [*self.shown, *([self.seen_in] if compensator else [])]
         self.tables: dict[Port, FloatArray] = {
             port: np.full((len(self.time_s), len(port.names)), np.nan) for port in kept
@@ -210,7 +213,6 @@ class _Loop:
                 raise BadInput(self.case.setting.source, place, f"there is no signal {TOOL_LENGTH}")
             self.seen_rows[:, driven.index(TOOL_LENGTH)] = told
         self.take = np.array([self.plant_out.names.index(name) for name in measured], dtype=int)
-        self.faults = FaultLine(self._known_faults(), self.seen_in.names)
         self.sent = Port(compensator, compensator.names("output"))
         self.give = np.array(
             [self.sent.names.index(name) for name in self.wiring.offsets], dtype=int
@@ -224,15 +226,12 @@ class _Loop:
         self.shown += [self.sent, self.codes, flags]
         self.has_text = STATUS_TEXT in compensator.names("output", "String")
 
-    def _known_faults(self) -> Iterable[SensorFault]:
+    def _known_faults(self, readings: Sequence[str]) -> Iterable[SensorFault]:
+        whose = "an input of the compensator" if self.compensator else "a reading of the machine"
         for i, fault in enumerate(self.case.settings.faults):
-            if fault.sensor not in self.seen_in.names:
-                known = ", ".join(self.seen_in.names)
-                raise BadInput(
-                    self.case.setting.source,
-                    f"faults.{i}.sensor",
-                    f"{fault.sensor!r} is not an input of the compensator: {known}",
-                )
+            if fault.sensor not in readings:
+                problem = f"{fault.sensor!r} is not {whose}: {', '.join(readings)}"
+                raise BadInput(self.case.setting.source, f"faults.{i}.sensor", problem)
         return self.case.settings.faults
 
     # The run

@@ -51,10 +51,10 @@ _SPELLINGS: tuple[tuple[Conversion, str], ...] = (
     (Conversion("degC", 5.0 / 9.0, -160.0 / 9.0), "f °f degf fahrenheit degreef °fahrenheit"),
     (Conversion("um"), "um µm micron microns micrometer micrometre mikrometer my"),
     (Conversion("um", 1e-3), "nm nanometer nanometre"),
-    (Conversion("um", 1e6), "m meter metre"),
     (Conversion("mm", 25.4), "in inch inches"),
     (Conversion("um", 25.4), "mil thou"),
     (Conversion("mm"), "mm millimeter millimetre"),
+    (Conversion("mm", 1e3), "m meter metre"),
     (Conversion("rpm"), "rpm 1/min min-1 min^-1 min^(-1) u/min r/min rev/min upm /min"),
     (Conversion("rpm", 60.0), "hz 1/s rps r/s rev/s u/s"),
     (Conversion("rpm", 1000.0), "krpm 1000rpm 1000/min"),
@@ -80,11 +80,11 @@ KNOWN_UNITS = (
 )
 """The usual units, for a message."""
 _MULTIPLE = re.compile(
-    r"(?:1 ?/ ?(?P<over>10+)|(?P<count>0[.,]0*1|1000)) ?[*x·]? ?(?P<unit>[^\W\d].*|[°%].*)"
+    r"(?:1 ?/ ?(?P<over>10+)|(?P<count>0[.,]0*1|1(?:000)+)) ?[*x·]? ?(?P<unit>[^\W\d].*|[°%].*)"
 )
 """Multiples of a unit, such as 0.1 °C, 1/10 K and 1000 µm; 10K may be a type of thermistor."""
 LENGTH = re.compile(r"tool|length|laenge|länge|position|pos(?![a-z])|abstand", re.IGNORECASE)
-"""Names of lengths in millimetres or inches; other columns in these units are displacements."""
+"""Names of lengths in millimetres, metres or inches; other columns in these units are displacements."""
 
 
 def conversion_of(unit: str, name: str = "") -> Conversion | None:
@@ -95,7 +95,8 @@ def conversion_of(unit: str, name: str = "") -> Conversion | None:
     unit : str
         As written in a header.
     name : str
-        What is measured: decides whether millimetres and inches are a length or a displacement.
+        What is measured: decides whether such units as millimetres are of a length or a
+        displacement.
 
     Examples
     --------
@@ -105,6 +106,8 @@ def conversion_of(unit: str, name: str = "") -> Conversion | None:
     [12.0]
     >>> conversion_of("mm", "tool_length")(np.array([100.0])).tolist()
     [100.0]
+    >>> conversion_of("m", "tool_length")(np.array([0.15])).tolist()
+    [150.0]
     >>> conversion_of("inch", "tool_length")(np.array([5.0])).tolist()
     [127.0]
     >>> conversion_of("1/10 K")(np.array([2940.0])).round(3).tolist()

@@ -25,7 +25,7 @@ from measurement.importing.values import is_numeric, numbers_of
 from measurement.rig import PLACES, FivePointRig, axis_of
 from measurement.units import UNITS, column
 
-DISPLACEMENT = {1.0: "1000 um", 25.4: "1000 mil"}
+DISPLACEMENT = {1.0: "1000 um", 1e3: "1000000 um", 25.4: "1000 mil"}
 """The same displacement by a unit's size in millimetres, whatever its column is called."""
 
 

@@ -119,6 +119,8 @@ def test_a_fault_of_a_sensor_that_is_not_there_is_refused(
     tiny_scenario.write_text(tiny_scenario.read_text() + text)
     with pytest.raises(BadInput, match=r"faults.0.sensor: 'T7' is not an input .*: T1"):
         run(tiny_scenario, tiny_plant, tiny_compensator)
+    with pytest.raises(BadInput, match=r"faults.0.sensor: 'T7' is not a reading .*: T1"):
+        run(tiny_scenario, tiny_plant, None)
 
 
 def test_an_input_of_both_without_a_signal_has_the_plants_start_value(
