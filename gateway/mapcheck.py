@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Collection, Iterator
+from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from gateway.database import COMPENSATOR, CYCLE, MACHINE, OFFSETS, Database
 from gateway.mapped_signals import own_signals
@@ -126,6 +127,7 @@ def problems_of(mapping: Mapping, fmu: Path, *, machine_clock: bool = False) -> 
     for name in inputs_of(fmu):
         if name not in form.inputs:
             mapping.say(f"inputs.{name}", "is missing: the compensator takes it")
+    _check_constants(mapping, variables)
     outputs = {name for name, variable in variables.items() if variable.causality == "output"}
     known = {*outputs, *own_signals(), "trust"}
     for name in form.outputs:
@@ -140,6 +142,18 @@ def problems_of(mapping: Mapping, fmu: Path, *, machine_clock: bool = False) -> 
             kind = "outputs" if name in outputs else "inputs"
             mapping.say(f"{kind}.{name}", f"is in {signal.unit}; the compensator has it in {own}")
     return mapping.problems
+
+
+def _check_constants(mapping: Mapping, variables: dict[str, Any]) -> None:
+    """Note numbers in place of inputs that are outside the ranges that the compensator declares."""
+    for name, substitute in mapping.database.substitutes.items():
+        value, taken = substitute.value, variables.get(name)
+        if value is None or taken is None:
+            continue
+        low, high = float(taken.min or -inf), float(taken.max or inf)
+        if not low <= value <= high:
+            span = f"{low:g} to {high:g} {taken.unit or ''}".rstrip()
+            mapping.say(f"inputs.{name}", f"{value:g} is not allowed: {span}")
 
 
 def _check_offsets(mapping: Mapping, outputs: Collection[str], limit_um: float) -> None:

@@ -116,6 +116,8 @@ def _enumeration(name: str, spec: Spec, codes: dict[str, int], plain: Signal) ->
         text = f"{wrong[0]} is {given[wrong[0]]}, the signal holds {plain.low:.0f} to "
         raise BadInput("values", "", f"{text}{plain.high:.0f}")
     if isinstance(spec, OutputMap):
+        if len(given) > 1 and len(set(given.values())) == 1:
+            raise BadInput("values", "", f"{' and '.join(given)} are all {min(given.values())}")
         same = given == words
         lost = [word for word in words if word not in given]
         if OTHER not in given and (lost or (name in ENDLESS and not same)):

@@ -183,7 +183,7 @@ class _Loop:
         self.plant_in = Port(plant, [*driven, *self.wiring.offsets])
         self.plant_rows = self._rows(driven)
         self.shown = [self.plant_out]
-        readings = [*self.plant_out.names, *self.signals]
+        readings: Sequence[str] = [*self.plant_out.names, *self.signals]
         if compensator:
             self._connect_compensator(compensator)
             readings = self.seen_in.names

@@ -84,7 +84,7 @@ _MULTIPLE = re.compile(
 )
 """Multiples of a unit, such as 0.1 °C, 1/10 K and 1000 µm; 10K may be a type of thermistor."""
 LENGTH = re.compile(r"tool|length|laenge|länge|position|pos(?![a-z])|abstand", re.IGNORECASE)
-"""Names of lengths in millimetres, metres or inches; other columns in these units are displacements."""
+"""Names of lengths in units such as millimetres; other columns in these are displacements."""
 
 
 def conversion_of(unit: str, name: str = "") -> Conversion | None:

@@ -314,6 +314,12 @@ WRONG = [
         'OfsX", factor = -1, when_invalid = 4000',
         "outputs.dX: when_invalid = 4000 is not allowed: -3276.7 to 3276.8 um",
     ),
+    ("valid = 1 }", "valid = 0 }", "outputs.valid: values: invalid and valid are all 0"),
+    (
+        'signal = "TOOL_DATA.ToolLength", when_missing = "hold", hold_s = 60',
+        "constant = -5e8",
+        "inputs.tool_length: -5e+08 is not allowed: -2000 to 2000 mm",
+    ),
     ("trust = ", "sunshine = ", "outputs.sunshine: is not an output of the compensator or"),
 ]
 
