@@ -15,7 +15,7 @@ from fmu_compensator.fit.error_models.options import (
     refuse_unknown,
     within,
 )
-from fmu_compensator.fit.training import Array, TrainingRun
+from fmu_compensator.fit.training import Array
 from fmu_compensator.runtime.ticks import ticks
 from measurement.errors import BadInput, shown
 from studies.fit.by_run import (
@@ -166,13 +166,20 @@ def usual_step(task: Task) -> float:
     return max(float(np.median(steps)), SHORTEST_STEP_S)
 
 
-def step_counts(time_s: Array, step_s: float) -> list[int]:
+def step_counts(time_s: Array, step_s: float) -> NDArray[np.intp]:
     """Return how many steps of the even clock end at each row."""
-    counts, age = [], 0.0
-    for elapsed in np.diff(time_s, prepend=time_s[0]):
-        count, age = ticks(age + float(elapsed), step_s)
-        counts.append(count)
+    counts, age = np.zeros(len(time_s), dtype=np.intp), 0.0
+    for row, elapsed in enumerate(np.diff(time_s, prepend=time_s[0])):
+        counts[row], age = ticks(age + float(elapsed), step_s)
     return counts
+
+
+def _row_before(counts: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return the row at which the step before each row ended: not the row before if they are closer
+    than a step.
+    """
+    ended = np.maximum.accumulate(np.where(counts > 0, np.arange(len(counts)), 0))
+    return np.concatenate([[0], ended[:-1]])
 
 
 @dataclass(frozen=True)
@@ -186,11 +193,10 @@ class _Fit:
     moving: int = 0
 
 
-def _regressors(run: TrainingRun, constant: bool, lags: int) -> Array:
-    """Return the inputs of this and the previous row, and the constant, shape (n, 2 k + 1)."""
-    before = np.vstack([run.inputs[:1], run.inputs[:-1]]) * lags
-    ones = np.full((len(run.time_s), 1), float(constant))
-    return np.column_stack([run.inputs, before, ones])
+def _regressors(inputs: Array, before: Array, constant: bool, lags: int) -> Array:
+    """Return the inputs at each row and one step earlier, and the constant, shape (n, 2 k + 1)."""
+    ones = np.full((len(inputs), 1), float(constant))
+    return np.column_stack([inputs, before * lags, ones])
 
 
 def _by_simulation(
@@ -202,7 +208,9 @@ def _by_simulation(
         pole = float(np.exp(-step_s / memory)) if memory else 0.0
         blocks = []
         for run in task.runs:
-            x = _driven(_regressors(run, constant, lags), step_counts(run.time_s, step_s), pole)
+            counts, u = step_counts(run.time_s, step_s), run.inputs
+            first = _regressors(u, u[_row_before(counts)], constant, lags)
+            x = _driven(first, _regressors(u, u, constant, lags), counts, pole)
             rows = np.flatnonzero(run.known)
             rows = rows[:: max(1, len(rows) // THIN_TO)]
             if len(rows):
@@ -227,12 +235,15 @@ def _aic(blocks: list[Block], solution: Solution, numbers: int) -> float:
     return sum(map(len, left)) * float(np.log(max(mean, 1e-30))) + 2.0 * numbers
 
 
-def _driven(x: Array, counts: list[int], pole: float) -> Array:
-    """Return the response of the drift at each row to a unit weight of each regressor."""
-    value, values = np.zeros(x.shape[1]), np.zeros_like(x)
-    for k, (row, count) in enumerate(zip(x, counts, strict=True)):
-        for _ in range(count):
-            value = pole * value + row
+def _driven(first: Array, later: Array, counts: NDArray[np.intp], pole: float) -> Array:
+    """Return the response of the drift at each row to a unit weight of each regressor.
+
+    If several steps end at a row, *first* holds the regressors of the first one.
+    """
+    value, values = np.zeros(first.shape[1]), np.zeros_like(first)
+    for k, count in enumerate(counts.tolist()):
+        for step in range(count):
+            value = pole * value + (later if step else first)[k]
         values[k] = value
     return values
 
@@ -243,12 +254,14 @@ def _by_prediction(
     """Return the fit of the next step with up to *moving* past residuals, chosen by AIC."""
     parts = []
     for run in task.runs:
-        x, y = _regressors(run, constant, lags), run.targets[:, target]
-        adjacent = np.array(step_counts(run.time_s, step_s)) == 1
-        there = adjacent & run.known & np.concatenate([[False], run.known[:-1]])
-        columns = np.column_stack([x, np.concatenate([[0.0], y[:-1]])])
-        parts.append((np.where(there[:, None], columns, 0.0), np.where(there, y, 0.0), there))
-    rows = sum(int(there.sum()) for _, _, there in parts)
+        counts, y = step_counts(run.time_s, step_s), run.targets[:, target]
+        before = _row_before(counts)
+        there = (counts == 1) & run.known & run.known[before]
+        x = _regressors(run.inputs, run.inputs[before], constant, lags)
+        columns = np.column_stack([x, y[before]])
+        x, y = np.where(there[:, None], columns, 0.0), np.where(there, y, 0.0)
+        parts.append((x, y, there, before))
+    rows = sum(int(there.sum()) for _, _, there, _ in parts)
     if rows < FEWEST_ROWS:
         raise BadInput("training runs", "", f"{rows} rows one step apart are too few")
     tried = [_moving_average(parts, order, lags) for order in range(moving + 1)]
@@ -256,20 +269,22 @@ def _by_prediction(
 
 
 def _moving_average(
-    parts: list[tuple[Array, Array, NDArray[np.bool_]]], order: int, lags: int
+    parts: list[tuple[Array, Array, NDArray[np.bool_], NDArray[np.intp]]], order: int, lags: int
 ) -> _Fit:
     """Return the next step's fit with *order* past residuals: extended least squares.
 
     The residuals of a round are regressors of the next one.
     """
-    residuals = [np.zeros(len(y)) for _, y, _ in parts]
+    residuals = [np.zeros(len(y)) for _, y, _, _ in parts]
     b, inputs = np.zeros(0), parts[0][0].shape[1]
     for _ in range(ARMAX_ROUNDS if order else 1):
         wide = []
-        for (x, _, _), left in zip(parts, residuals, strict=True):
-            past = [np.concatenate([np.zeros(k), left[:-k]]) for k in range(1, order + 1)]
-            wide.append(np.column_stack([x, *past]))
-        chosen = [there for _, _, there in parts]
+        for (x, _, _, before), left in zip(parts, residuals, strict=True):
+            past = [left]
+            for _ in range(order):
+                past.append(past[-1][before])
+            wide.append(np.column_stack([x, *past[1:]]))
+        chosen = [there for _, _, there, _ in parts]
         x = np.concatenate([w[rows] for w, rows in zip(wide, chosen, strict=True)])
         y = np.concatenate([part[1][part[2]] for part in parts])
         scale = np.sqrt(np.mean(x**2, axis=0))
@@ -277,8 +292,8 @@ def _moving_average(
         gram = (x / scale).T @ (x / scale) / len(x)
         b = np.linalg.solve(gram + 1e-9 * np.eye(len(gram)), (x / scale).T @ y / len(x)) / scale
         residuals = [
-            np.where(there, part[1] - w @ b, 0.0)
-            for part, w, there in zip(parts, wide, chosen, strict=True)
+            np.where(there, y_of_run - w @ b, 0.0)
+            for (_, y_of_run, there, _), w in zip(parts, wide, strict=True)
         ]
     left_over = float(np.mean((y - x @ b) ** 2))
     numbers = int(np.count_nonzero(x.any(axis=0)))

@@ -37,6 +37,15 @@ def test_arx_finds_the_memory(estimator):
     assert rms(unseen.targets - static.predict(unseen)) > 0.2 * rms(unseen.targets)
 
 
+@pytest.mark.parametrize("estimator", ["simulation", "prediction", "armax"])
+def test_a_step_of_arx_may_be_longer_than_the_sampling(estimator):
+    runs = [arx_run(seed) for seed in range(4)]
+    fitted = AutoregressiveExogenous.fit(task_of(runs), step_s=300.0, estimator=estimator)
+    assert fitted.report()["memory_s"] == pytest.approx([3600.0], rel=0.02)
+    error = rms([run.targets - fitted.predict(run) for run in runs])
+    assert error < 0.05 * rms([run.targets for run in runs])
+
+
 def test_a_measurement_takes_the_place_of_arx_own_prediction():
     fitted = AutoregressiveExogenous.fit(task_of([arx_run(seed) for seed in range(4)]))
     unseen = arx_run(12)
