@@ -163,7 +163,8 @@ def spare_after(
 
     def known_from(some: Sequence[Array]) -> Array:
         together = sum((one.T @ one / len(one) for one in some), before * np.linalg.inv(old))
-        return _inverse(together / (before + len(some)))
+        own = len(some) * NOISE_K**2  # that of the earlier runs is in their covariance
+        return _inverse((together + own * np.eye(len(old))) / (before + len(some)))
 
     squares = before * np.array(spare["growth"]) / np.diag(old)
     squares = sum(((error**2).mean(axis=0) for error in _left_out(rises, known_from)), squares)

@@ -10,6 +10,7 @@ from fmu_compensator.fit import gaussian as fitting
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.gaussian import Gaussian
 from fmu_compensator.fit.promise import left_of
+from fmu_compensator.fit.spare import NOISE_K
 from fmu_compensator.fit.updating import update_compensator
 from fmu_compensator.monitoring.sensors import Agreement
 from fmu_compensator.runtime.modelfile import Model, parse_model
@@ -79,6 +80,13 @@ def test_what_monitoring_said_of_a_thermometer_an_update_ends():
     assert Agreement(after).of(moved(4)) is None
     # It has learnt what the others say of it, and not only to believe them less.
     assert max(after.table["spare"]["growth"]) < 3.0 * max(model.table["spare"]["growth"])
+
+
+def test_a_thermometer_that_another_copies_keeps_its_noise():
+    exact = [make_run(f"run{seed}", seed, hours=2.0, noise=0.0) for seed in range(6)]
+    model = model_of(exact[:2], points="T1,T2")
+    known = updated(model, exact[2:]).table["spare"]["precision"]
+    assert 1.0 / known[0][0] > NOISE_K**2
 
 
 def test_what_the_old_one_left_of_the_new_runs_is_put_down():
