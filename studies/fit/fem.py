@@ -7,7 +7,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from fmu_compensator.fit.error_models.base import FittedModel, Task
@@ -17,7 +16,7 @@ from measurement.errors import BadInput, shown
 from studies.finite_elements import FiniteElementSpindle, read_description
 from studies.finite_elements.films import friction_heat
 from studies.finite_elements.reduce import ReducedRegime, ReducedSpindle
-from studies.fit.lagged import held_speed, thinned
+from studies.fit.lagged import held_speed, needed, thinned
 
 SPEEDS = (0.0, 0.06, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)
 """Speeds of the regimes, as shares of the highest speed in training [1]: set on no data."""
@@ -206,7 +205,7 @@ class _Identification:
         self._numbers = np.array(reduced.spindle.heat.source_numbers)
         self._constant = task.input_form == "absolute"
         # Rows in between are also left out of the stepping: steps are exact at constant speed.
-        self._runs = [run.at(_needed(run)) for run in task.runs]
+        self._runs = [run.at(needed(run, FEM_ROWS_S)) for run in task.runs]
         self._rows = [thinned(run, FEM_ROWS_S) for run in self._runs]
         self._target = np.concatenate(
             [run.targets[rows] for run, rows in zip(self._runs, self._rows, strict=True)]
@@ -320,13 +319,3 @@ def _top_speed(task: Task) -> float:
 
 def _duration(run: TrainingRun) -> float:
     return float(run.time_s[-1] - run.time_s[0])
-
-
-def _needed(run: TrainingRun) -> NDArray[np.bool_]:
-    """Return the rows needed for coarse stepping: the thinned ones and every change of speed."""
-    needed = np.zeros(len(run.time_s), dtype=bool)
-    needed[[0, -1]] = True
-    needed[thinned(run, FEM_ROWS_S)] = True
-    speed = run.speed
-    needed[1:] |= ~((speed[1:] == speed[:-1]) | np.isnan(speed[1:]))
-    return needed

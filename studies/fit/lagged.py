@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from fmu_compensator.fit.error_models.base import Task
 from fmu_compensator.fit.training import Array, TrainingRun
@@ -137,6 +138,25 @@ def thinned(run: TrainingRun, step_s: float) -> np.ndarray[Any, np.dtype[np.intp
         if not kept or run.time_s[row] - run.time_s[kept[-1]] >= step_s:
             kept.append(int(row))
     return np.array(kept, dtype=np.intp)
+
+
+def needed(run: TrainingRun, step_s: float) -> NDArray[np.bool_]:
+    """Return whether a model whose steps are exact at constant speed needs each row, shape (n,).
+
+    It needs the rows of `thinned`, every change of speed, and the ends.
+
+    Parameters
+    ----------
+    run : TrainingRun
+    step_s : float
+        Minimum time between two rows with targets [s].
+    """
+    rows = np.zeros(len(run.time_s), dtype=bool)
+    rows[[0, -1]] = True
+    rows[thinned(run, step_s)] = True
+    speed = run.speed
+    rows[1:] |= ~((speed[1:] == speed[:-1]) | np.isnan(speed[1:]))
+    return rows
 
 
 def blocks_of(

@@ -14,7 +14,9 @@ from measurement.errors import BadInput, shown
 from plant_model.parameters import ROOM_DEGC
 from studies.finite_elements import FiniteElementSpindle, read_description
 from studies.fit.by_run import RIDGE
-from studies.fit.lagged import THIN_S, held_speed, lagged
+from studies.fit.lagged import THIN_S, held_speed, lagged, needed
+from studies.runtime.ne import STILL_RPM
+from studies.runtime.vac import SAME_SPEED_SHARE
 
 SHORTEST_TAU_S, LONGEST_TAU_S = 60.0, 36_000.0
 """A minute to ten hours: a judgement, set on no data [s]."""
@@ -101,7 +103,7 @@ class NaturalExponential(FittedModel):
             if not np.isfinite(run.speed).any():
                 raise BadInput(run.name, "speed_rpm", "is missing: the model ne needs the speed")
         speeds = _knots(task, whole("ne", "knots", knots, 1, 20))
-        runs = [_thinned(run) for run in task.runs]
+        runs = [run.at(needed(run, THIN_S)) for run in task.runs]
         spindle = None
         if steady == "fem" or tau_s == "fem":
             spindle = FiniteElementSpindle(read_description(description))
@@ -142,33 +144,29 @@ def approach(time_s: Array, held: Array, knots: Array, tau_s: float, stopped_s: 
         ]
     )
     elapsed = np.diff(time_s, prepend=time_s[0])
-    return lagged(hats, elapsed, np.where(held > 0.0, tau_s, stopped_s))
+    return lagged(hats, elapsed, np.where(held >= STILL_RPM, tau_s, stopped_s))
 
 
 def _knots(task: Task, most: int) -> Array:
     """Return the speeds seen in training, or quantiles if there are many."""
     speeds = np.concatenate([np.abs(run.speed) for run in task.runs])
-    turning = speeds[np.isfinite(speeds) & (speeds > 1.0)]
+    turning = np.sort(speeds[speeds >= STILL_RPM])
     if not len(turning):
         raise BadInput("training runs", "speed_rpm", "is never above 0: there is nothing to fit")
-    different = np.unique(np.round(turning, -1 if turning.max() > 100 else 0))
+    different = _different(turning)
     if len(different) > most:
-        different = np.unique(np.quantile(turning, np.linspace(0.0, 1.0, most)))
-    return np.asarray(different)
+        different = _different(np.quantile(turning, np.linspace(0.0, 1.0, most)))
+    return different
 
 
-def _thinned(run: TrainingRun) -> TrainingRun:
-    """Return fewer rows, with every change of speed: the exponential is exact over any step."""
-    kept = [0]
-    for k in range(1, len(run.time_s)):
-        changed = run.speed[k] != run.speed[kept[-1]] and np.isfinite(run.speed[k])
-        if changed or run.time_s[k] - run.time_s[kept[-1]] >= THIN_S:
-            kept.append(k)
-    rows = np.zeros(len(run.time_s), dtype=bool)
-    rows[kept] = True
-    thin = run.at(rows)
-    thin.weights[thin.known] = row_weights(thin.time_s[thin.known])
-    return thin
+def _different(speeds: Array) -> Array:
+    """Return the medians of sorted speeds that are the same, since a measured speed fluctuates."""
+    same, medians, first = SAME_SPEED_SHARE * speeds[-1], [], 0
+    while first < len(speeds):
+        after = int(np.searchsorted(speeds, speeds[first] + same, side="right"))
+        medians.append(np.median(speeds[first:after]))
+        first = after
+    return np.array(medians)
 
 
 def time_constant(mass_kg: float, specific_heat: float, film: float, surface_m2: float) -> float:
@@ -213,8 +211,8 @@ def _step_response(spindle: FiniteElementSpindle, speed: float, start: Array) ->
     time = np.arange(0.0, LONGEST_TAU_S, SHORTEST_TAU_S)
     run = spindle.transient(time, np.full(len(time), speed), ROOM_DEGC, ROOM_DEGC, start=start)
     goal = float(spindle.growth_row @ (spindle.steady(speed) - start))
-    left = 1.0 - run.growth_um / goal
-    return float(time[np.argmax(left <= np.exp(-1.0))])
+    grown = np.maximum.accumulate(run.growth_um / goal)
+    return float(np.interp(1.0 - np.exp(-1.0), grown, time))
 
 
 def _fit_target(
@@ -233,7 +231,7 @@ def _fit_target(
     """
     held = [held_speed(run) for run in runs]
     y = np.concatenate([run.targets[run.known, target] for run in runs])
-    root = np.sqrt(np.concatenate([run.weights[run.known] for run in runs]))
+    root = np.sqrt(np.concatenate([row_weights(run.time_s[run.known]) for run in runs]))
 
     def solved(tau_s: float, stopped_s: float) -> tuple[float, Array]:
         x = np.concatenate(
@@ -271,7 +269,7 @@ def _fit_target(
 
     if taus is not None:
         return solved(*taus)[1], *taus
-    stops = any((speed == 0.0)[1:].any() for speed in held)
+    stops = any((speed < STILL_RPM)[1:].any() for speed in held)
     tried = [(*best_tau(ratio), ratio) for ratio in (RATIOS if stops else (1.0,))]
     _, tau, ratio = min(tried)
     return solved(tau, ratio * tau)[1], tau, ratio * tau

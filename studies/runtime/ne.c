@@ -1,6 +1,7 @@
 /* Natural exponential: z(t) = z0 + (zss(n) - z0) (1 - exp(-t / tau)), anew at each change of speed.
 
    State: the speed at the previous sample [rpm], the drift. */
+#include "../constants.h"
 #include "../error_model.h"
 #include "../numbers.h"
 
@@ -59,7 +60,7 @@ static void predict(
         const double *steady = self->steady + target * self->speeds;
         double below = knot(steady, place);
         double goal = below + part * (knot(steady, place + 1) - below);
-        double tau = *speed > 0.0 ? self->tau_s[target] : self->tau_stopped_s[target];
+        double tau = *speed >= NE_STILL_RPM ? self->tau_s[target] : self->tau_stopped_s[target];
         drift[target] += lag_share(sample->elapsed_s, tau) * (goal - drift[target]);
         targets[target] = drift[target];
     }

@@ -8,6 +8,10 @@ from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields
 from fmu_compensator.runtime.lags import known_speed, share, taus
 
+STILL_RPM = 1.0
+"""Below this the spindle is at a standstill [rpm]: given by `measurement.spectrum`, which is not
+part of an FMU."""
+
 
 class NaturalExponential(ErrorModel):
     r"""After every change of speed, the exponential restarts from the current drift.
@@ -66,7 +70,7 @@ class NaturalExponential(ErrorModel):
         place, part = self._place(self._speed)
         for target, (row, (tau, stopped)) in enumerate(zip(self._steady, self._taus, strict=True)):
             goal = row[place] + part * (row[place + 1] - row[place])
-            step = share(elapsed_s, tau if self._speed > 0.0 else stopped)
+            step = share(elapsed_s, tau if self._speed >= STILL_RPM else stopped)
             self._drift[target] += step * (goal - self._drift[target])
         self._speed = known_speed(speed, self._speed)
         return list(self._drift)

@@ -29,6 +29,32 @@ def test_the_natural_exponential_is_found_again():
     assert rms(unseen.targets - fitted.predict(unseen)) < 0.02 * rms(unseen.targets)
 
 
+def test_drift_may_be_measured_seldom():
+    runs = [exponential_run(seed) for seed in range(3)]
+    for run in runs:
+        run.targets[np.arange(len(run.time_s)) % 10 != 3] = np.nan
+    fitted = NaturalExponential.fit(task_of(runs))
+    assert fitted.tau_s == pytest.approx([1500.0], rel=0.02)
+    assert fitted.steady[0] == pytest.approx([6.0, 12.0, 24.0], rel=0.02)
+
+
+def test_a_measured_speed_may_fluctuate():
+    runs = [exponential_run(seed) for seed in range(3)]
+    for run in runs:
+        # At standstill the reading is not quite 0; still air cools half as fast.
+        for k in range(1, len(run.time_s)):
+            tau = 1500.0 if run.speed[k - 1] else 3000.0
+            goal = 0.002 * run.speed[k - 1]
+            run.targets[k] = goal + (run.targets[k - 1] - goal) * np.exp(-60.0 / tau)
+        random = np.random.default_rng(5).uniform(-1.0, 1.0, len(run.speed))
+        run.speed[:] += np.where(run.speed > 0.0, 20.0, 0.5) * random
+    fitted = NaturalExponential.fit(task_of(runs))
+    assert fitted.speeds_rpm == pytest.approx([3000.0, 6000.0, 12000.0], rel=0.002)
+    assert fitted.steady[0] == pytest.approx([6.0, 12.0, 24.0], rel=0.02)
+    assert fitted.tau_s == pytest.approx([1500.0], rel=0.02)
+    assert fitted.tau_stopped_s == pytest.approx([3000.0], rel=0.02)
+
+
 def test_a_restart_goes_on_from_where_it_stands():
     fitted = NaturalExponential(
         np.array([1000.0]), np.array([[10.0]]), np.array([600.0]), np.array([1200.0])
@@ -91,4 +117,4 @@ def test_steady_growth_and_time_constants_come_from_finite_elements():
     mean = float(speed[speed > 1.0].mean())
     step = spindle.transient(time, np.full(300, mean), 20.0, 20.0).growth_um
     left = 1.0 - np.interp(fitted.tau_s[0], time, step) / spindle.zss(mean)
-    assert left == pytest.approx(np.exp(-1.0), abs=0.06)
+    assert left == pytest.approx(np.exp(-1.0), abs=0.005)
