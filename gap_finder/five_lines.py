@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from gap_finder.reference import START
+from plant_model.effect_names import name_of
 
 KINDS = {
     "level_jump": "wrong level",
@@ -60,7 +61,7 @@ def _what(table: Mapping[str, Any]) -> str:
         evidence = table["effects"][0]["evidence"]
         if not table["in_doubt"]:
             return f"What is missing: {titles}; {evidence}."
-        others = [*table["one_of_keys"][1:], *map(_runner_up, table["runners_up"][:2])]
+        others = [*_rivals_named(table), *map(_runner_up, table["runners_up"][:2])]
         instead = f"{', '.join(dict.fromkeys(others))}, " if others else ""
         return (
             f"What may be missing: {titles}. In doubt: {_doubt(table)}, so the cause may instead, "
@@ -94,7 +95,25 @@ def _title(entry: Mapping[str, Any]) -> str:
         + _place_in_words(entry)
         + (f" from {entry['runs'][0]} on" if "runs" in entry else "")
         + (", larger than usual" if entry["larger_than_usual"] else "")
+        + "".join(f", or {_in_words(key)}" for key in entry["one_of"][1:] if _is_other(entry, key))
     )
+
+
+def _is_other(entry: Mapping[str, Any], key: str) -> bool:
+    """Whether a rival is more than another driver or place, which the title already tells."""
+    return "channel" in entry or name_of(key) != entry["name"]
+
+
+def _rivals_named(table: Mapping[str, Any]) -> list[str]:
+    """Return the rivals of all that is named, in words."""
+    rivals = dict.fromkeys(key for entry in table["effects"] for key in entry["one_of"][1:])
+    return [_in_words(key) for key in rivals]
+
+
+def _in_words(key: str) -> str:
+    """Return the key of a rival in words: its name, and its sensor, driver or place."""
+    name, _, where = key.partition(":")
+    return f"{name} ({where.replace('+', ' and ')})" if where else name
 
 
 def _runner_up(entry: Mapping[str, Any]) -> str:
@@ -106,9 +125,9 @@ def _runner_up(entry: Mapping[str, Any]) -> str:
 
 
 def _rivals(table: Mapping[str, Any]) -> str:
-    if len(table["one_of_keys"]) > 1:
-        others = ", ".join(table["one_of_keys"][1:])
-        return f"Rivals: {others}. To tell: {table['separate_by']}."
+    others = _rivals_named(table)
+    if others:
+        return f"Rivals: {', '.join(others)}. To tell: {table['separate_by']}."
     best = table["runners_up"][:2]
     said = ", ".join(f"{_runner_up(entry)} ({entry['probability']:.0%})" for entry in best)
     return f"Rivals: none; next best: {said or 'none'}."
@@ -145,7 +164,6 @@ def _place_in_words(entry: Mapping[str, Any]) -> str:
         return ""
     at = f" at {entry['starts_at']}" if "starts_at" in entry else ""
     others = [" and ".join(place) for place in entry["other_places"]]
-    others += map(_runner_up, entry["or_else"])
     more = f", or {' or '.join(others)}" if others else ""
     return f" ({' and '.join(entry['place'])}{at}{more})"
 
