@@ -75,16 +75,17 @@ def ssp_bytes(
     Raises
     ------
     BadInput
-        If the case does not fit the FMUs, or has faults, which act between two FMUs.
+        If the case does not fit the FMUs, or has faults or probes, which act between two FMUs.
     """
     source = case.setting.source
-    if case.settings.faults:
-        raise BadInput(
-            source,
-            "faults",
-            "cannot be put into an .ssp, whose connections hand readings on as they are; "
-            "--set 'faults=[]' leaves them out",
-        )
+    probe = case.settings.compensator.probe if compensator_fmu else None
+    for place, given, without in (
+        ("faults", case.settings.faults, "--set 'faults=[]' leaves them out"),
+        ("compensator.probe", probe, "choose a variant without probes"),
+    ):
+        if given:
+            problem = "cannot be put into an .ssp, whose connections hand values on as they are; "
+            raise BadInput(source, place, f"{problem}{without}")
     fmus = {"plant": plant_fmu} | ({"compensator": compensator_fmu} if compensator_fmu else {})
     files = {name: read_bytes(path) for name, path in fmus.items()}
     parts = {name: _component(name, path, ssp) for name, path in fmus.items()}

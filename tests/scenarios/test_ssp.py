@@ -192,6 +192,7 @@ def test_only_changes_are_kept_with_every_digit():
             ["--set", 'faults=[{sensor="T1", kind="missing", start_s=5}]'],
             "faults: cannot be put into an .ssp",
         ),
+        (["--set", "compensator.probe.every_s=60"], "compensator.probe: cannot be put into"),
         (["--variant", "nope"], "--variant: 'nope' is not one of main"),
         (["--set", "signals.speeed=1"], "signals.speeed: is not an input of the plant FMU"),
         (["--plant", "compensator.fmu"], "is no plant"),
