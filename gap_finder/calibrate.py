@@ -226,7 +226,7 @@ def calibrate(
         generator = np.random.default_rng(seed)
         if go_on is not None:
             x = priors.position(go_on.machine)
-            begun = [_Begun(x, go_on.cost, parts=[*go_on.parts])]
+            begun = [Descent(x, go_on.cost, [*go_on.parts])]
         else:
             begin = [priors.position(start) for start in start_from or (machine,)]
             begin += [generator.normal(0.0, 0.7, len(priors.names)) for _ in range(starts - 1)]
@@ -243,14 +243,7 @@ def calibrate(
         )
 
 
-@dataclass(eq=False, kw_only=True)
-class _Begun(Descent):
-    """A descent, with every run linearised about its current point."""
-
-    parts: list[Linearisation]
-
-
-def _begun(problem: _LeastSquares, points: FloatArray) -> list[_Begun]:
+def _begun(problem: _LeastSquares, points: FloatArray) -> list[Descent]:
     """Return descents from those points, (S, P), at which the machine can be stepped."""
     begun = []
     for x in points:
@@ -259,15 +252,15 @@ def _begun(problem: _LeastSquares, points: FloatArray) -> list[_Begun]:
         except IntegrationError:
             continue
         cost = problem.cost(x, [part.residual for part in parts])
-        begun.append(_Begun(x, cost, parts=parts))
+        begun.append(Descent(x, cost, parts))
     if not begun:
         raise IntegrationError("the machine cannot be stepped from where calibration starts")
     return begun
 
 
 def _descend(
-    problem: _LeastSquares, descents: list[_Begun], iterations: int, progress: Progress
-) -> list[_Begun]:
+    problem: _LeastSquares, descents: list[Descent], iterations: int, progress: Progress
+) -> list[Descent]:
     """Descend from all starts side by side, within physical bounds."""
     for iteration in range(iterations):
         progress(f"iteration {iteration + 1}")
@@ -286,7 +279,7 @@ def _descend(
     return descents
 
 
-def _trials(problem: _LeastSquares, descent: _Begun) -> FloatArray:
+def _trials(problem: _LeastSquares, descent: Descent) -> FloatArray:
     """Return the trial points of a descent, shape (T, P)."""
     priors, x = problem.priors, descent.x
     matrix, right, _ = problem.gram(descent.parts)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gap_finder.linearise import Linearisation
 from plant_model.parameters import FloatArray
 
 ITERATIONS = 20
@@ -35,6 +36,8 @@ class Descent:
         Current point.
     cost : float
         Cost there.
+    parts : list of Linearisation
+        Every run, linearised about that point.
     damping : float
         In diagonals of the normal matrix [1].
     is_done : bool
@@ -43,6 +46,7 @@ class Descent:
 
     x: FloatArray
     cost: float
+    parts: list[Linearisation]
     damping: float = 1e-2
     is_done: bool = False
 

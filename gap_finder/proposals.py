@@ -10,8 +10,9 @@ import numpy as np
 from gap_finder.design import RunSensitivities, design_of
 from gap_finder.hypotheses import AddedChange, AddedEffect, Addition, Listed
 from gap_finder.keys import effect_of
+from gap_finder.leave_one_out import LeaveOneOut
 from gap_finder.score import Fit
-from gap_finder.screen import NormalMatrices, Residuals, Screen
+from gap_finder.screen import Screen
 from plant_model.effect_names import name_of
 
 PER_KIND = 2
@@ -58,8 +59,7 @@ def screened(
     if not tried:
         return Proposed([], [])
     designs = design_of(best.calibration.parts, sensitivities)
-    screen = Screen(NormalMatrices.of(designs, tried))
-    scores = screen.scores(Residuals.of(designs, tried, best.position()))
+    scores = Screen(LeaveOneOut(designs, best.position()), tried).scores()
     prior = np.array([listed.costs[addition.key] for addition in tried])
     unit = max(law, (scores.cost - float(scores.gain.max())) / best.left.size)
     sized = [

@@ -31,7 +31,7 @@ def slopes(residual: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> np.nd
 
 def arrived(residual: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> tuple[Descent, int]:
     """Return a descent where it ended, and how many steps it took."""
-    descent, steps = Descent(x, float(np.sum(residual(x) ** 2))), 0
+    descent, steps = Descent(x, float(np.sum(residual(x) ** 2)), []), 0
     while not descent.is_done:
         steps += 1
         jacobian = slopes(residual, descent.x)
@@ -61,7 +61,7 @@ def test_where_all_is_linear_one_step_is_enough():
 
 
 def test_it_ends_where_no_step_helps_and_takes_none_that_cannot_be_stepped():
-    descent = Descent(np.zeros(1), 1.0)
+    descent = Descent(np.zeros(1), 1.0, [])
     tried = np.arange(float(len(SHARES)))[:, None]
     assert descent.take(tried, np.array([np.nan, 2.0, 0.4, 0.5])) == 2
     dampings = []

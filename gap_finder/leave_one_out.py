@@ -1,0 +1,98 @@
+"""Every run predicted from the others, with all unknowns linear about the calibrated machine.
+
+Recalibrating without a run then only takes sums over the other runs, and no simulation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.linalg import cho_factor, cho_solve
+
+from gap_finder.design import RunDesign
+from plant_model.parameters import FloatArray
+
+Runs = npt.NDArray[np.intp]
+"""Positions of runs."""
+
+
+class LeaveOneOut:
+    """The normal equations of the unknowns that all runs share.
+
+    Each run's own unknowns are eliminated within that run.
+
+    Parameters
+    ----------
+    designs : sequence of RunDesign
+        Of every run, about the calibrated machine.
+    calibrated : array, shape (P,)
+        The parameters that calibration moves, in the fitting scale. They come first among the Q
+        shared unknowns; the others are 0.
+
+    Attributes
+    ----------
+    designs : tuple of RunDesign
+    clean : list of array, each (N, Q)
+        Shared columns of every run, minus what its own unknowns can imitate.
+    position : array, shape (Q,)
+        Distance of the shared unknowns from the centre of their prior.
+    grams : array, shape (R, Q, Q)
+        Normal matrix of every run.
+    slopes : array, shape (R, Q)
+        Half the gradient of every run's squared residual.
+    """
+
+    def __init__(self, designs: Sequence[RunDesign], calibrated: FloatArray) -> None:
+        self.designs = tuple(designs)
+        self.clean = [design.cleaned(design.shared) for design in designs]
+        pairs = list(zip(designs, self.clean, strict=True))
+        self.grams = np.array([design.shared.T @ columns for design, columns in pairs])
+        self.slopes = np.array([columns.T @ design.residual for design, columns in pairs])
+        self._moved = len(calibrated)
+        self.position = np.pad(calibrated, (0, self.grams.shape[1] - self._moved))
+
+    def without(self, run: int) -> Runs:
+        """Return the positions of all runs but one."""
+        return np.delete(np.arange(len(self.designs)), run)
+
+    def normal(self, runs: Runs | None = None) -> FloatArray:
+        """Return the normal matrix of some runs, or of all, with the prior, (Q, Q)."""
+        grams = self.grams if runs is None else self.grams[runs]
+        return np.asarray(grams.sum(axis=0) + np.eye(len(self.position)))
+
+    def recalibrated(self, runs: Runs) -> tuple[Any, FloatArray]:
+        """Return the factored normal matrix of some runs, and the step to their best fit, (Q,)."""
+        factor = cho_factor(self.normal(runs))
+        return factor, -cho_solve(factor, self.slopes[runs].sum(axis=0) + self.position)
+
+    def left(self, channels: int) -> FloatArray:
+        """Return the squared error of each run and channel, predicted from the others, (R, C)."""
+        squares = []
+        for run, design in enumerate(self.designs):
+            missed = design.residual + design.shared @ self.recalibrated(self.without(run))[1]
+            left = missed * design.cleaned(missed[:, None])[:, 0]
+            squares.append(left.reshape(-1, channels).sum(axis=0))
+        return np.array(squares)
+
+    def other_position(self) -> FloatArray:
+        """Return estimates of the unknowns that calibration does not move, shape (Q - P,)."""
+        inner, slopes = self.normal()[self._moved :, self._moved :], self.slopes.sum(axis=0)
+        return np.asarray(-np.linalg.solve(inner, slopes[self._moved :]))
+
+    def spread(self, unit: float) -> FloatArray:
+        """Return the parameters' standard deviations in the fitting scale, shape (P,).
+
+        Parameters
+        ----------
+        unit : float
+            Squared error per run and channel: by how much the variance grows if the error exceeds
+            the tolerance [tolerances squared].
+        """
+        covariance: FloatArray = np.asarray(np.linalg.inv(self.normal()))
+        spread = np.sqrt(np.diag(covariance))[: self._moved]
+        for design in self.designs:
+            spread[list(design.alone)] = design.deviations_alone(covariance)
+        return np.asarray(np.minimum(spread * np.sqrt(unit), 1.0))
