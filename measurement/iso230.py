@@ -191,15 +191,17 @@ def _running_period(segments: list[Segment]) -> tuple[float, float] | None:
 def _is_standard_test(segments: list[Segment], time: FloatArray) -> bool:
     """Return whether at least 4 h of running are followed by at least 1 h of standstill.
 
-    A log may start one sample late and end one early.
+    A shorter standstill is part of the running. A log may start one sample late and end one early.
     """
-    period = _running_period(segments)
-    if period is None:
-        return False
-    stops = [segment.end_s for segment in segments if segment.state == "stopped"]
-    after = max(stops, default=period[1]) - period[1]
-    late = 2.0 * float(np.median(np.diff(time)))
-    return period[1] - period[0] + late >= RUNNING_S and after + late >= STOPPED_S
+    late, start = 2.0 * float(np.median(np.diff(time))) if time.size > 1 else 0.0, None
+    for segment in segments:
+        if segment.state == "running":
+            start, end = segment.start_s if start is None else start, segment.end_s
+        elif start is not None and segment.duration_s + late >= STOPPED_S:
+            if end - start + late >= RUNNING_S:
+                return True
+            start = None
+    return False
 
 
 def _ranges(time: FloatArray, values: FloatArray, period: tuple[float, float] | None) -> Ranges:

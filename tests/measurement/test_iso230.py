@@ -92,6 +92,21 @@ def test_which_test_of_the_standard_a_run_is(speed, feed, test):
     assert (summary.running_period_s is not None) == bool(speed)
 
 
+@pytest.mark.parametrize(
+    ("minutes", "is_standard"),
+    [
+        ((200, 10, 30, 60), True),
+        ((10, 300, 10, 60), False),
+        ((240, 60, 10, 0), True),
+        ((200, 60, 40, 60), False),
+    ],
+)
+def test_an_hour_of_standing_ends_the_running(minutes, is_standard):
+    speed = np.repeat([6000.0, 0.0, 6000.0, 0.0], minutes)
+    run = Run("r", pd.DataFrame({"time_s": 60.0 * np.arange(len(speed)), "speed_rpm": speed}))
+    assert summarise(run).is_standard_spindle_test == is_standard
+
+
 def test_only_what_a_run_has_is_stated():
     bare = summarise(Run("bare", pd.DataFrame({"time_s": [5.0]})))
     assert (bare.displacements, bare.pose, bare.temperatures, bare.ambient) == ({}, {}, {}, None)
