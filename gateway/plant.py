@@ -21,7 +21,7 @@ from scenarios.fmu import Port
 from scenarios.probe_cycle import ProbeSource
 from scenarios.scenario import Case
 from scenarios.views import rig_of
-from scenarios.wiring import PROBED, TOOL_LENGTH
+from scenarios.wiring import PROBED, TOOL_LENGTH, check_ranges, shared_starts
 
 
 class MachinePlant:
@@ -86,7 +86,11 @@ class MachinePlant:
                 problem = f"is not an input to drive: {', '.join(inputs)}"
                 raise BadInput(source, f"signals.{name}", problem)
             found[name] = signal.values(time, self.case.setting.inside(name))
-        return found
+        plant = self.slave.variables
+        check_ranges(plant, found, time, self.case.setting.source)
+        # The compensator must get the plant's value of an input that no signal drives.
+        starts = shared_starts(plant, plant, [*found, *OFFSETS])
+        return found | {name: np.full(len(time), value) for name, value in starts.items()}
 
     def _fault_names(self) -> list[str]:
         names = [*self._out.names, *self._signals]
