@@ -168,12 +168,20 @@ class Gaussian:
 
     def updated(self, samples: Sequence[Sample]) -> Gaussian:
         """Return the model after further runs; scales are kept, earlier runs are not needed."""
+        sizes = np.ones(len(samples))
+        for _ in range(ROUNDS):
+            found = self._conditioned(samples, sizes)
+            sizes = np.array([found.size_of(sample) for sample in samples])
+        return found
+
+    def _conditioned(self, samples: Sequence[Sample], sizes: Array) -> Gaussian:
+        """Return the model after further runs whose random walks have these sizes."""
         precision = np.linalg.inv(self.covariance)
         total, inside = precision @ self.weights, precision
         floor = SMALLEST_NOISE**2 * np.eye(len(self.spread))  # in addition to what the runs show
         squares, rows = self.rows * (self.spread - floor), self.rows
-        for sample in samples:
-            features, measured, mean, _ = sample.whitened(self.walk * self.size_of(sample))
+        for sample, size in zip(samples, sizes, strict=True):
+            features, measured, mean, _ = sample.whitened(self.walk * size)
             missed = measured - self.share * mean
             inside, total = inside + features.T @ features, total + features.T @ missed
             squares, rows = squares + missed.T @ missed, rows + len(missed)

@@ -105,6 +105,16 @@ def test_a_run_that_wanders_teaches_less(monkeypatch):
     assert off(careful) < 0.7 * off(Gaussian.fit(runs))
 
 
+def test_an_update_sizes_a_walk_by_what_it_has_learnt_as_a_fit_does():
+    model, after = known(), known().updated(FURTHER)
+    inside = np.linalg.inv(model.covariance)
+    total = inside @ model.weights
+    for one in FURTHER:
+        features, measured, _, _ = one.whitened(model.walk * after.size_of(one))
+        inside, total = inside + features.T @ features, total + features.T @ measured
+    assert after.weights == pytest.approx(np.linalg.solve(inside, total), abs=1e-4)
+
+
 @pytest.mark.usefixtures("walks_alike")
 def test_an_update_needs_no_old_run_and_no_order():
     model = known()
