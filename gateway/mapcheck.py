@@ -164,9 +164,11 @@ def _check_offsets(mapping: Mapping, outputs: Collection[str], limit_um: float) 
             mapping.say(f"outputs.{name}", "is missing: the compensator sends it; see axes")
         elif sent and not wanted:
             mapping.say(f"outputs.{name}", f"is sent, and axes has no {axis}")
-        signal = mapping.database.named.get(name)
-        if signal is not None and (signal.low > -limit_um or signal.high < limit_um):
-            span = f"{signal.low:g} to {signal.high:g} um"
+        carrying = [s for _, s in mapping.database.signals(COMPENSATOR) if s.name == name]
+        low = max((signal.low for signal in carrying), default=-inf)
+        high = min((signal.high for signal in carrying), default=inf)
+        if low > -limit_um or high < limit_um:
+            span = f"{low:g} to {high:g} um"
             text = f"carries {span}; the compensator sends up to {limit_um:g} um either way"
             mapping.say(f"outputs.{name}", text)
 

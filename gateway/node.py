@@ -158,7 +158,8 @@ class GatewayNode:
         self._usable_at = now
         self._restored = warm  # until it has been compared with the machine's time
         self._lost_track = False
-        self._own_offsets = [database.signal(name) for name in OFFSETS if database.has(name)]
+        sent = (signal for _, signal in database.signals(COMPENSATOR))
+        self._own_offsets = [signal for signal in sent if signal.name in OFFSETS]
         self.begun = warm is not None
         self.state = STARTING
         self.machine_off = False

@@ -314,6 +314,11 @@ WRONG = [
         'OfsX", factor = -1, when_invalid = 4000',
         "outputs.dX: when_invalid = 4000 is not allowed: -3276.7 to 3276.8 um",
     ),
+    (
+        'signal = "CMP_OFFSET.OfsX", factor = -1, missing_raw = -32768',
+        'signal = ["CMP_OFFSET.OfsX", "CMP_STATUS.CmpTrust"], unit = "um"',
+        "outputs.dX: carries",
+    ),
     ("valid = 1 }", "valid = 0 }", "outputs.valid: values: invalid and valid are all 0"),
     (
         'signal = "TOOL_DATA.ToolLength", when_missing = "hold", hold_s = 60',
