@@ -316,7 +316,7 @@ WRONG = [
     ),
     (
         'signal = "CMP_OFFSET.OfsX", factor = -1, missing_raw = -32768',
-        'signal = ["CMP_OFFSET.OfsX", "CMP_STATUS.CmpTrust"], unit = "um"',
+        'signal = ["CMP_OFFSET.OfsX", "CMP_STATUS.CmpTrust"], unit = "mm"',
         "outputs.dX: carries",
     ),
     ("valid = 1 }", "valid = 0 }", "outputs.valid: values: invalid and valid are all 0"),
