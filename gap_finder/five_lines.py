@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from gap_finder.reference import START
-from plant_model.effect_names import name_of
 
 KINDS = {
     "level_jump": "wrong level",
@@ -57,12 +56,13 @@ def _what(table: Mapping[str, Any]) -> str:
     look = f" Check: {table['look_at'][0]}." if table["look_at"] else ""
     left = _left(table)
     if table["effects"]:
-        titles = " and ".join(_title(entry) for entry in table["effects"])
+        titles = "; and ".join(_title(entry) for entry in table["effects"])
         evidence = table["effects"][0]["evidence"]
         if not table["in_doubt"]:
             return f"What is missing: {titles}; {evidence}."
-        others = [*_rivals_named(table), *map(_runner_up, table["runners_up"][:2])]
-        instead = f"{', '.join(dict.fromkeys(others))}, " if others else ""
+        told = _rivals_named(table)
+        others = [said for said in map(_in_words, table["runners_up"]) if said not in told][:2]
+        instead = f"{', '.join(others)}, " if others else ""
         return (
             f"What may be missing: {titles}. In doubt: {_doubt(table)}, so the cause may instead, "
             f"or also, be {instead}or something not in the catalogue; {left}. "
@@ -70,7 +70,7 @@ def _what(table: Mapping[str, Any]) -> str:
         )
     if table["verdict"] == "unknown":
         best = table["runners_up"][:1]
-        tried = f"; the closest is {_runner_up(best[0])}" if best else ""
+        tried = f"; the closest is {_in_words(best[0])}" if best else ""
         return (
             f"What is missing: something that nothing in the catalogue explains{tried}. "
             f"{left[:1].upper()}{left[1:]}.{look}"
@@ -95,29 +95,24 @@ def _title(entry: Mapping[str, Any]) -> str:
         + _place_in_words(entry)
         + (f" from {entry['runs'][0]} on" if "runs" in entry else "")
         + (", larger than usual" if entry["larger_than_usual"] else "")
-        + "".join(f", or {_in_words(key)}" for key in entry["one_of"][1:] if _is_other(entry, key))
+        + "".join(f", or {_in_words(other)}" for other in _others(entry))
     )
 
 
-def _is_other(entry: Mapping[str, Any], key: str) -> bool:
-    """Whether a rival is more than another driver or place, which the title already tells."""
-    return "channel" in entry or name_of(key) != entry["name"]
+def _others(entry: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Return the rivals that are more than another driver or place, which the title tells."""
+    rivals: list[Mapping[str, Any]] = entry["rivals"]
+    return [other for other in rivals if "channel" in entry or other["name"] != entry["name"]]
 
 
 def _rivals_named(table: Mapping[str, Any]) -> list[str]:
-    """Return the rivals of all that is named, in words."""
-    rivals = dict.fromkeys(key for entry in table["effects"] for key in entry["one_of"][1:])
-    return [_in_words(key) for key in rivals]
+    """Return the rivals of all that is named, in words, each once."""
+    rivals = (_in_words(other) for entry in table["effects"] for other in entry["rivals"])
+    return list(dict.fromkeys(rivals))
 
 
-def _in_words(key: str) -> str:
-    """Return the key of a rival in words: its name, and its sensor, driver or place."""
-    name, _, where = key.partition(":")
-    return f"{name} ({where.replace('+', ' and ')})" if where else name
-
-
-def _runner_up(entry: Mapping[str, Any]) -> str:
-    """Return a runner-up in words."""
+def _in_words(entry: Mapping[str, Any]) -> str:
+    """Return a rival or runner-up in words."""
     place = f" ({' and '.join(entry['place'])})" if "place" in entry else ""
     channel = f" on {entry['channel']}" if "channel" in entry else ""
     driver = f" by {entry['driver']}" if "driver" in entry else ""
@@ -129,7 +124,7 @@ def _rivals(table: Mapping[str, Any]) -> str:
     if others:
         return f"Rivals: {', '.join(others)}. To tell: {table['separate_by']}."
     best = table["runners_up"][:2]
-    said = ", ".join(f"{_runner_up(entry)} ({entry['probability']:.0%})" for entry in best)
+    said = ", ".join(f"{_in_words(entry)} ({entry['probability']:.0%})" for entry in best)
     return f"Rivals: none; next best: {said or 'none'}."
 
 

@@ -173,6 +173,7 @@ def _entry(judged: Judged, place: int) -> dict[str, Any]:
     entry: dict[str, Any] = {
         **named(key, machine),
         "one_of": [key, *others],
+        "rivals": [named(other, machine) for other in others],
         "larger_than_usual": [],
         "probability": _probability(judged, place),
         "evidence": _evidence(judged),

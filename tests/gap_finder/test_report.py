@@ -59,7 +59,7 @@ def test_the_first_line_of_a_name_in_doubt_says_what_it_may_be_instead(in_doubt,
     named = {
         "name": "windage",
         "title": "Windage",
-        "one_of": ["windage"],
+        "rivals": [],
         "parameters": {},
         "larger_than_usual": [],
         "evidence": "it explains 74 %",
@@ -86,21 +86,18 @@ def test_the_first_line_of_a_name_in_doubt_says_what_it_may_be_instead(in_doubt,
 
 
 def test_what_the_runs_do_not_exclude_is_told_beside_each_name():
-    def entry(name: str, *rivals: str, **more: Any) -> dict[str, Any]:
-        told = {"name": name, "title": name.title(), "one_of": [name, *rivals], "parameters": {}}
+    def entry(name: str, *rivals: dict[str, Any], **more: Any) -> dict[str, Any]:
+        told = {"name": name, "title": name, "rivals": rivals, "parameters": {}}
         return told | {"larger_than_usual": [], "evidence": "it explains 74 %"} | more
 
-    lag = entry("sensor_lag", "sensor_place:T1+head", "sensor_lag:T2", channel="T1")
-    table = answer(
-        verdict="one_of",
-        effects=[entry("windage"), lag],
-        one_of_keys=lag["one_of"],
-        separate_by="a second thermometer",
-    )
+    place = {"name": "sensor_place", "place": ["T1", "head"]}
+    lag = entry("sensor_lag", place, {"name": "sensor_lag", "channel": "T2"}, channel="T1")
+    effects = [entry("windage"), lag]
+    table = answer(verdict="one_of", effects=effects, separate_by="a second thermometer")
     missing, _, rivals, *_ = five_lines(table)
-    others = "sensor_place (T1 and head), {}sensor_lag (T2)"
-    assert f"Windage and Sensor_Lag on T1, or {others.format('or ')};" in missing
-    assert rivals.startswith(f"Rivals: {others.format('')}. To tell: a second thermometer")
+    others = "sensor_place (T1 and head), {}sensor_lag on T2"
+    assert f"windage; and sensor_lag on T1, or {others.format('or ')};" in missing
+    assert rivals == f"Rivals: {others.format('')}. To tell: a second thermometer."
 
 
 def test_channels_that_got_worse_are_told():
@@ -135,7 +132,7 @@ def test_the_setting_of_what_a_part_switches_is_told():
         "title": "Chiller switching on and off",
         "driver": "rear_outer",
         "driver_in_words": "rear outer",
-        "one_of": ["coolant_thermostat:rear_outer"],
+        "rivals": [],
         "parameters": {"band": band},
         "switched_at": {
             "on_above": {"value": 25.5, "unit": "degC"},
