@@ -125,6 +125,11 @@ def disagreeing(machine: Machine, observed: Sequence[Observations]) -> list[Advi
     return _worst_first(found)
 
 
+def unit_after(unit: str) -> str:
+    """Return a unit as it stands behind a number; nothing for a number without one."""
+    return "" if unit == "1" else f" {unit}"
+
+
 def _far(parameters: Sequence[ParameterEstimate]) -> list[Advice]:
     """Return the parameters that calibration moved out of their expected range."""
     found = []
@@ -132,11 +137,10 @@ def _far(parameters: Sequence[ParameterEstimate]) -> list[Advice]:
         if not estimate.is_far:
             continue
         name, value, prior = estimate.name, estimate.value, estimate.prior
-        unit = "" if estimate.unit == "1" else f" {estimate.unit}"
         source = f" ({estimate.source})" if estimate.source else ""
         deviations = abs(estimate.deviations)
         text = (
-            f"{name}: {value:.3g}{unit}, {deviations:.1f} deviations "
+            f"{name}: {value:.3g}{unit_after(estimate.unit)}, {deviations:.1f} deviations "
             f"{'below' if value < prior else 'above'} {prior:.3g}{source}: "
             "check it, or whatever has a similar effect"
         )

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from gap_finder.advice import unit_after
 from gap_finder.reference import START
 
 KINDS = {
@@ -132,11 +133,11 @@ def _added(table: Mapping[str, Any]) -> str:
     return "; ".join(
         f"{entry['name']}: "
         + ", ".join(
-            f"{name} = {p['value']:.3g} ({p['low']:.3g} to {p['high']:.3g}) {p['unit']}"
+            f"{name} = {p['value']:.3g} ({p['low']:.3g} to {p['high']:.3g}){unit_after(p['unit'])}"
             for name, p in entry["parameters"].items()
         )
         + "".join(
-            f", {name} = {p['value']:.3g} {p['unit']}"
+            f", {name} = {p['value']:.3g}{unit_after(p['unit'])}"
             for name, p in entry.get("switched_at", {}).items()
         )
         for entry in table["effects"]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gap_finder.comparison import GapComparison
-from gap_finder.five_lines import _left_out, five_lines
+from gap_finder.five_lines import _added, _left_out, five_lines
 from gap_finder.observations import observe
 from measurement.runs import Run
 from tests.gap_finder.conftest import runs_of
@@ -31,6 +31,12 @@ def test_each_broken_channel_is_told_once():
     told = " Left out as broken: T1 (wrong level in r0 and 4 more); x (frozen in r1)."
     assert _left_out(faults) == told
     assert _left_out([]) == ""
+
+
+def test_a_number_without_a_unit_stands_alone():
+    emissivity = {"value": 0.6, "low": 0.1, "high": 1.0, "unit": "1"}
+    effect = {"name": "radiation", "parameters": {"emissivity": emissivity}}
+    assert _added({"effects": [effect]}) == "radiation: emissivity = 0.6 (0.1 to 1)"
 
 
 def answer(**more: Any) -> dict[str, Any]:
