@@ -23,7 +23,10 @@ up() {{ ip link set lo up multicast on && ip route add 224.0.0.0/4 dev lo; }}
 up || exit
 bus=$1; shift
 if [ -p "$bus" ]; then
-    while read -r word <"$bus"; do [ "$word" = up ] && up || ip link set lo down; done &
+    # Opened both ways: a reader that met the same slow writer twice would end with it.
+    while read -r word; do
+        if [ "$word" = up ]; then up; else ip link set lo down; fi
+    done <>"$bus" &
 fi
 exec unshare --user --map-user={USER} --map-group={USER} -- "$@"
 """
