@@ -15,7 +15,7 @@ from gateway.protection import PROFILE_1
 from measurement.errors import BadInput
 from measurement.rig import AXES
 from scenarios.fmu_file import compensator_file, read_description
-from scenarios.wiring import PROBED
+from scenarios.wiring import PROBED, range_of
 
 if TYPE_CHECKING:
     from gateway.mapping import Mapping
@@ -150,7 +150,7 @@ def _check_constants(mapping: Mapping, variables: dict[str, Any]) -> None:
         value, taken = substitute.value, variables.get(name)
         if value is None or taken is None:
             continue
-        low, high = float(taken.min or -inf), float(taken.max or inf)
+        low, high = range_of(taken)
         if not low <= value <= high:
             span = f"{low:g} to {high:g} {taken.unit or ''}".rstrip()
             mapping.say(f"inputs.{name}", f"{value:g} is not allowed: {span}")

@@ -151,10 +151,15 @@ def parameter_kind(
     return kind
 
 
+def range_of(variable: Any) -> tuple[float, float]:
+    """Return the least and the greatest value of an FMU's variable, in its unit."""
+    low, high = variable.min, variable.max
+    return -np.inf if low is None else float(low), np.inf if high is None else float(high)
+
+
 def _outside(variable: Any, values: npt.ArrayLike) -> npt.NDArray[np.bool_]:
     """Return which values, in the variable's unit, are outside its range."""
-    low = -np.inf if variable.min is None else float(variable.min)
-    high = np.inf if variable.max is None else float(variable.max)
+    low, high = range_of(variable)
     return (np.asarray(values) < low) | (np.asarray(values) > high)
 
 
