@@ -43,10 +43,12 @@ class LeaveOneOut:
         Normal matrix of every run.
     slopes : array, shape (R, Q)
         Half the gradient of every run's squared residual.
+    every : array, shape (R,)
+        The positions of all runs.
     """
 
     def __init__(self, designs: Sequence[RunDesign], calibrated: FloatArray) -> None:
-        self.designs = tuple(designs)
+        self.designs, self.every = tuple(designs), np.arange(len(designs))
         self.clean = [design.cleaned(design.shared) for design in designs]
         pairs = list(zip(designs, self.clean, strict=True))
         self.grams = np.array([design.shared.T @ columns for design, columns in pairs])
@@ -56,12 +58,11 @@ class LeaveOneOut:
 
     def without(self, run: int) -> Runs:
         """Return the positions of all runs but one."""
-        return np.delete(np.arange(len(self.designs)), run)
+        return np.delete(self.every, run)
 
-    def normal(self, runs: Runs | None = None) -> FloatArray:
-        """Return the normal matrix of some runs, or of all, with the prior, (Q, Q)."""
-        grams = self.grams if runs is None else self.grams[runs]
-        return np.asarray(grams.sum(axis=0) + np.eye(len(self.position)))
+    def normal(self, runs: Runs) -> FloatArray:
+        """Return the normal matrix of some runs with the prior, (Q, Q)."""
+        return np.asarray(self.grams[runs].sum(axis=0) + np.eye(len(self.position)))
 
     def recalibrated(self, runs: Runs) -> tuple[Any, FloatArray]:
         """Return the factored normal matrix of some runs, and the step to their best fit, (Q,)."""
@@ -79,8 +80,8 @@ class LeaveOneOut:
 
     def other_position(self) -> FloatArray:
         """Return estimates of the unknowns that calibration does not move, shape (Q - P,)."""
-        inner, slopes = self.normal()[self._moved :, self._moved :], self.slopes.sum(axis=0)
-        return np.asarray(-np.linalg.solve(inner, slopes[self._moved :]))
+        inner = self.normal(self.every)[self._moved :, self._moved :]
+        return np.asarray(-np.linalg.solve(inner, self.slopes.sum(axis=0)[self._moved :]))
 
     def spread(self, unit: float) -> FloatArray:
         """Return the parameters' standard deviations in the fitting scale, shape (P,).
@@ -91,7 +92,7 @@ class LeaveOneOut:
             Squared error per run and channel: by how much the variance grows if the error exceeds
             the tolerance [tolerances squared].
         """
-        covariance: FloatArray = np.asarray(np.linalg.inv(self.normal()))
+        covariance: FloatArray = np.asarray(np.linalg.inv(self.normal(self.every)))
         spread = np.sqrt(np.diag(covariance))[: self._moved]
         for design in self.designs:
             spread[list(design.alone)] = design.deviations_alone(covariance)

@@ -78,11 +78,11 @@ class Screen:
     def scores(self) -> Scores:
         """Score every candidate."""
         runs = self._runs
-        step, follow, scale = self._recalibrated(np.arange(len(runs.designs)))
+        step, follow, scale = self._recalibrated(runs.every)
         prior_gain = 2.0 * scale * ((runs.position + step) @ follow)
         prior_gain -= scale**2 * np.sum(follow**2, axis=0)
         gain, cost = np.zeros_like(scale), 0.0
-        for run in range(len(runs.designs)):
+        for run in runs.every.tolist():
             with_it, without = self._predicted(run)
             gain += without - with_it
             cost += without
