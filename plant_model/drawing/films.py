@@ -33,7 +33,7 @@ def channel_film(fluid: Coolant, flow_lpm: float, width_mm: float, depth_mm: flo
 def still_air(diameter_mm: float, emissivity: float) -> float:
     """Return free convection and radiation of a cylinder in still air [W/(m2 K)].
 
-    ``ht.Nu_horizontal_cylinder`` (Churchill and Chu) at a rise of 5 K; 4 eps sigma T^3 at 22 degC.
+    ``ht.Nu_horizontal_cylinder`` (Morgan) at a rise of 5 K; 4 eps sigma T^3 at 22 degC.
     """
     import ht
 

@@ -51,7 +51,9 @@ def _bends(sheet: Sheet, cell: Cell) -> None:
     """Add the bending of a ring between the mounting face and the locating bearing.
 
     A ring of n sectors at the temperatures T_k bends by 2 / (n r) sum T_k cos(phi_k), which is
-    exact for a cosine around the axis. Each pair of opposite sectors becomes one item.
+    exact for a cosine around the axis. Each pair of opposite sectors becomes one item. The nose
+    moves away from the warm side, but towards it if the locating bearing is behind the face: the
+    ring's free end then points to the rear.
     """
     at = sheet.drawing.located.form.at
     length = overlap(cell, min(0.0, at), max(0.0, at))
@@ -63,11 +65,12 @@ def _bends(sheet: Sheet, cell: Cell) -> None:
     radius = (stretch.outer + stretch.inner) / 4.0
     half = len(sectors) // 2
     for warm, cold in zip(sectors[:half], sectors[half:], strict=True):
+        towards, away = (cold, warm) if at > 0.0 else (warm, cold)
         sheet.member(
             "bend",
             f"bend_{warm.node}",
-            towards=[cold.node],
-            away=[warm.node],
+            towards=[towards.node],
+            away=[away.node],
             width=exact(len(sectors) * radius / 2.0, "mm"),
             length=exact(length, "mm"),
             lever=exact(sheet.form.shaft.gauge_line - middle, "mm"),

@@ -7,7 +7,9 @@ import pytest
 
 from plant_model.drawing.form import PatchForm, degrees
 from plant_model.drawing.mesh import NAMED, Sector
+from plant_model.effects.housing_bending import HousingBending
 from plant_model.machine import Machine
+from plant_model.parameters import Values
 from plant_model.simulate import simulate
 from plant_model.warm_up import warm_up
 from tests.plant_model.drawing.pages import changed, machine_of, refusal, small_page
@@ -160,3 +162,31 @@ def test_refusals(key, value, problem):
     """A problem that begins with a point or a colon goes on from the key."""
     said = key + problem if problem[0] in ".:" else problem
     assert said in refusal(changed(small_page(), key, value))
+
+
+@pytest.mark.parametrize("face", [0.0, 170.0])
+def test_the_nose_follows_the_housing_from_the_face_to_the_locating_bearing(face):
+    """A ring that is a cosine warmer towards Y+ bends by that over its radius, away from Y+."""
+    page = small_page()
+    for part in (*page["shaft"]["stretches"], *page["housing"]["stretches"], page["jackets"][0]):
+        part["from"], part["to"] = part["from"] - face, part["to"] - face
+    page["motor"] |= {"from": 50 - face, "to": 100 - face}
+    page["thermometers"][0]["at"] -= face
+    page["carriers"][0] |= {"holds": {"from": -face, "to": 60 - face}, "bends": []}
+    page["shaft"]["gauge_line"] -= face
+    for bearing in page["bearings"]:
+        bearing["at"] -= face
+    machine = machine_of(page)
+    rise = np.zeros((1, 1, len(machine.nodes)))
+    for name, at in machine.node_index.items():
+        if name.startswith("housing"):
+            rise[..., at] = {"yp": 1.0, "ym": -1.0}.get(name.rpartition("_")[2], 0.0)
+    out = np.zeros((1, 1, 6))
+    HousingBending(machine, Values(machine.parameters)).displacement({}, rise, np.zeros(0), out)
+    # Slope and deflection along the housing, clamped at 0, in steps from the face to the bearing.
+    bearing, gauge = 150.0 - face, 260.0 - face
+    along = np.linspace(0.0, bearing, 10001)
+    slope = -11.5 / 70.0 * along
+    moved = np.sum((slope[1:] + slope[:-1]) / 2.0 * np.diff(along)) * 1e-3
+    assert out[0, 0, 4] == pytest.approx(slope[-1])
+    assert out[0, 0, 1] == pytest.approx(moved + slope[-1] * (gauge - bearing) * 1e-3)
