@@ -23,6 +23,17 @@ def test_it_waits_for_the_first_complete_sample(five_point_table, as_model):
     assert bench.step([20.4, nan, nan, 20.0]).elongation == pytest.approx(0.4)
 
 
+def test_waiting_for_the_first_complete_sample_makes_nothing_less_certain(
+    five_point_table, as_model
+):
+    at_once, later = (Bench(as_model(learnt(five_point_table))) for _ in range(2))
+    later.step([20.0, nan, nan, nan], count=600)
+    later.time += 4 * 3600.0  # without any sample
+    for rise in (0.0, 2.0, 3.0):
+        expected, found = (one.step([20.0, nan, nan, 20.0 + rise]) for one in (at_once, later))
+        assert found[:9] == pytest.approx(expected[:9], abs=1e-9)
+
+
 def fault_story(bench: Bench, bad: list[float], cause: int, tool: float = 100.0) -> None:
     """Hold 20 s, ramp, zero, recover 5 s, slew back, valid: with limits of the small file."""
     held = bench.step()

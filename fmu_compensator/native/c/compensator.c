@@ -304,7 +304,10 @@ void compensator_step(
     }
     set_tool(self, input->tool_length);
     struct reason fault = look(self, elapsed_s, input->tool_length);
-    content->unmodelled += elapsed_s;
+    /* Rises, lags and walk begin with the first complete sample: waiting for it does not count. */
+    if (content->started || fault.cause == 0) {
+        content->unmodelled += content->started ? elapsed_s : step_s;
+    }
     if (fault.cause == 0) {
         predict(self, input);
         content->recovering = content->recovering || !content->started;
