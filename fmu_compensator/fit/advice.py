@@ -9,7 +9,7 @@ import numpy as np
 from fmu_compensator.driving import begins_late, drive
 from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.gaussian import Gaussian, Sample
-from fmu_compensator.fit.promise import by_axis, left_of
+from fmu_compensator.fit.promise import FEWEST_JUDGED_ROWS, by_axis, left_of
 from fmu_compensator.fit.run_conditions import conditions_of, values_of
 from fmu_compensator.fit.updating import gaussian_of, sample_of_run
 from fmu_compensator.runtime.compensator import UNTRAINED
@@ -67,7 +67,7 @@ def advice(
 
 
 def _most_telling(model: Model, runs: Sequence[Run], rig: Rig) -> str | None:
-    """Return the run that would reduce the uncertainty of the others most if used for training."""
+    """Return the new run that would reduce the uncertainty of the others most if learnt from."""
     if len(runs) < 2:
         return None
     names = [sensor.name for sensor in model.sensors]
@@ -76,34 +76,36 @@ def _most_telling(model: Model, runs: Sequence[Run], rig: Rig) -> str | None:
     if any(name not in prepared.sensors for name in used):
         return None
     chosen = [prepared.sensors.index(name) for name in used]
-    samples = [sample_of_run(model, run, chosen) for run in prepared.runs]
-    known = gaussian_of(model.table["gaussian"])
-    width = [
-        _uncertainty([*samples[:at], *samples[at + 1 :]], known.updated([sample]))
-        if len(sample.hours)
-        else np.inf
-        for at, sample in enumerate(samples)
+    # The runs that `update` would not refuse.
+    pairs = [
+        (run, sample_of_run(model, rows, chosen))
+        for run, rows in zip(runs, prepared.runs, strict=True)
+        if rows.complete(chosen).known.sum() >= FEWEST_JUDGED_ROWS
     ]
-    best = int(np.argmin(width))
-    others = [*samples[:best], *samples[best + 1 :]]
-    now = _uncertainty(others, known)
-    if not np.isfinite(width[best]) or now <= 0.0:
+    known = gaussian_of(model.table["gaussian"])
+    learnt = {run["sha256"] for run in model.provenance["runs"]}
+    best, gain, now = runs[0], 0.0, 0.0
+    for run, sample in pairs:
+        if run.sha256 in learnt:
+            continue
+        others = [other for _, other in pairs if other is not sample]
+        before = _uncertainty(others, known)
+        gained = before - _uncertainty(others, known.updated([sample]))
+        if gained > gain:
+            best, gain, now = run, gained, before
+    if not gain:
         return None
     ranges = model.provenance["figures"].get("conditions") or ()
-    new = [
-        condition.text for condition in conditions_of(runs[best], used, ranges) if condition.is_new
-    ]
-    start = values_of(runs[best], used)[0]
+    new = [condition.text for condition in conditions_of(best, used, ranges) if condition.is_new]
+    start = values_of(best, used)[0]
     what = "; ".join(new) or f"temperature at the start {start:.1f} degC"
     return (
-        f"Best run to learn from next: {runs[best].name} ({what}). An `update` with it reduces "
-        f"the weights' share of the uncertainty in the others by {1.0 - width[best] / now:.0%}."
+        f"Best run to learn from next: {best.name} ({what}). An `update` with it reduces "
+        f"the weights' share of the uncertainty in the others by {gain / now:.0%}."
     )
 
 
 def _uncertainty(samples: Sequence[Sample], model: Gaussian) -> float:
     """Return the mean standard deviation due to the weights, over that of the noise [1]."""
-    parts = [
-        np.sqrt(model.novelty(sample.features)).mean() for sample in samples if len(sample.hours)
-    ]
+    parts = [np.sqrt(model.novelty(sample.features)).mean() for sample in samples]
     return float(np.mean(parts)) if parts else 0.0
