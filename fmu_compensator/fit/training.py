@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from measurement.resampling import GAP_INTERVALS
+
 Array = NDArray[np.float64]
 GRID_S = 60.0
 """Rows closer together add no information about drift [s]: set on no data."""
@@ -81,7 +83,7 @@ def row_weights(time_s: Array) -> Array:
     """Return the time that each row represents [s]: half the interval to either neighbour.
 
     These weights make a run count by its duration, not by its sampling. A gap counts as at most
-    five usual intervals, so that the rows next to it do not represent it.
+    `GAP_INTERVALS` usual ones, so that the rows next to it do not represent it.
 
     Parameters
     ----------
@@ -96,7 +98,7 @@ def row_weights(time_s: Array) -> Array:
     if len(time_s) < 2:
         return np.ones(len(time_s))
     gaps = np.diff(time_s)
-    gaps = np.minimum(gaps, 5 * np.median(gaps))
+    gaps = np.minimum(gaps, GAP_INTERVALS * np.median(gaps))
     weights = np.zeros(len(time_s))
     weights[:-1] += gaps / 2
     weights[1:] += gaps / 2

@@ -7,6 +7,10 @@ from math import expm1, isfinite
 
 from fmu_compensator.runtime.fields import LARGEST, Fields
 
+STILL_RPM, SAME_SPEED_SHARE = 1.0, 0.01
+"""Below the first speed the spindle is at a standstill [rpm]; speeds closer than the second are
+equal [1]: given by `measurement.spectrum`, which is not part of an FMU."""
+
 
 def share(elapsed_s: float, tau_s: float) -> float:
     r"""Return the fraction of the way to its input that a lag moves: 1 - exp(-elapsed / tau) [1].

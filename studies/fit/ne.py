@@ -11,12 +11,11 @@ from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, whole, within
 from fmu_compensator.fit.training import Array, TrainingRun, row_weights
 from measurement.errors import BadInput, shown
+from measurement.spectrum import SAME_SPEED_SHARE, STILL_RPM
 from plant_model.parameters import ROOM_DEGC
 from studies.finite_elements import FiniteElementSpindle, read_description
 from studies.fit.by_run import RIDGE
 from studies.fit.lagged import THIN_S, held_speed, lagged, needed
-from studies.runtime.ne import STILL_RPM
-from studies.runtime.vac import SAME_SPEED_SHARE
 
 SHORTEST_TAU_S, LONGEST_TAU_S = 60.0, 36_000.0
 """A minute to ten hours: a judgement, set on no data [s]."""
@@ -194,7 +193,7 @@ def _time_constants(
     if tau_s == "fem":
         assert spindle is not None
         speed = np.concatenate([np.abs(run.speed) for run in task.runs])
-        mean = float(speed[np.isfinite(speed) & (speed > 1.0)].mean())
+        mean = float(speed[np.isfinite(speed) & (speed > STILL_RPM)].mean())
         warm = spindle.steady(mean)
         return (
             _step_response(spindle, mean, np.full(len(warm), ROOM_DEGC)),

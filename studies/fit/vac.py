@@ -19,8 +19,9 @@ from fmu_compensator.fit.error_models.options import (
 )
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput, shown
+from measurement.spectrum import SAME_SPEED_SHARE, STILL_RPM
 from studies.fit.by_run import FEWEST_TO_LEAVE_OUT
-from studies.runtime.vac import CONDITIONS, SAME_SPEED_SHARE, STILL_RPM
+from studies.runtime.vac import CONDITIONS
 
 COMBINATIONS = ("cosine", "least_squares", "adaptive")
 STUDY = ("mlr", "ne", "fem")

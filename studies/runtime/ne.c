@@ -60,7 +60,7 @@ static void predict(
         const double *steady = self->steady + target * self->speeds;
         double below = knot(steady, place);
         double goal = below + part * (knot(steady, place + 1) - below);
-        double tau = *speed >= NE_STILL_RPM ? self->tau_s[target] : self->tau_stopped_s[target];
+        double tau = *speed >= LAGS_STILL_RPM ? self->tau_s[target] : self->tau_stopped_s[target];
         drift[target] += lag_share(sample->elapsed_s, tau) * (goal - drift[target]);
         targets[target] = drift[target];
     }

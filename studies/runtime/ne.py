@@ -6,11 +6,7 @@ from collections.abc import Sequence
 
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields
-from fmu_compensator.runtime.lags import known_speed, share, taus
-
-STILL_RPM = 1.0
-"""Below this the spindle is at a standstill [rpm]: given by `measurement.spectrum`, which is not
-part of an FMU."""
+from fmu_compensator.runtime.lags import STILL_RPM, known_speed, share, taus
 
 
 class NaturalExponential(ErrorModel):

@@ -104,13 +104,13 @@ static void follow(const struct vac *self, double *started, struct memory *memor
     double now = known_speed(sample->speed, *memory->speed);
     double larger = now < *memory->speed ? *memory->speed : now;
     *memory->since += sample->elapsed_s;
-    if (fabs(now - *memory->speed) > VAC_SAME_SPEED_SHARE * larger) {
+    if (fabs(now - *memory->speed) > LAGS_SAME_SPEED_SHARE * larger) {
         *memory->since = 0.0;
     }
     *memory->speed = now;
     *memory->since = *memory->since > 1e9 ? 1e9 : *memory->since;
     const double *wanted = self->steady;
-    if (now < VAC_STILL_RPM) {
+    if (now < LAGS_STILL_RPM) {
         wanted = self->stopped;
     } else if (*memory->since < self->settle_s) {
         wanted = self->changing;

@@ -7,12 +7,9 @@ from collections.abc import Sequence
 from fmu_compensator.runtime.error_models import error_models
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields
-from fmu_compensator.runtime.lags import known_speed, share
+from fmu_compensator.runtime.lags import SAME_SPEED_SHARE, STILL_RPM, known_speed, share
 
 CONDITIONS = ("stopped", "changing", "steady")
-SAME_SPEED_SHARE, STILL_RPM = 0.01, 1.0
-"""Speeds closer than this are equal [1]; below this the spindle is at a standstill [rpm]: given by
-`measurement.spectrum`, which is not part of an FMU."""
 Weights = list[list[float]]
 
 
