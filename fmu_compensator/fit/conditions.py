@@ -12,7 +12,8 @@ from fmu_compensator.fit.run_conditions import conditions_in
 
 LIKE, UNLIKE = "like", "unlike"
 FOLDS = 5
-"""Number of like folds, left out in turn: the usual number, set on no data."""
+"""Number of like folds, left out in turn: given by Hastie, Tibshirani and Friedman, The Elements of
+Statistical Learning, 2nd ed., 7.10.1, which recommends five or ten."""
 THIRDS = 3
 """Parts of the runs along a condition; the first and the last are left out in turn. Fewer runs do
 not suffice for training and judging: given by two ends and a middle."""

@@ -13,6 +13,7 @@ from fmu_compensator.fit.training import Array, TrainingRun
 from fmu_compensator.runtime.checks import SPAN_S
 from fmu_compensator.runtime.geometry import LONGEST_TOOL_MM, FivePoint, Geometry
 from measurement.errors import BadInput
+from measurement.faults.checks.standing import FROZEN_S
 from measurement.faults.series import UNUSUALLY, longest_unchanged
 from measurement.resampling import GAP_INTERVALS
 from measurement.units import UNITS
@@ -23,9 +24,9 @@ Set on no data."""
 RATE_QUANTILE = 0.999
 """The fastest one in a thousand changes in the training data are taken for faults [1]: set on no
 data."""
-LOWEST_RATE, LOWEST_NOISE_K, SHORTEST_STALE_S = 0.05, 0.5, 900.0
+LOWEST_RATE, LOWEST_NOISE_K = 0.05, 0.5
 """Lower bounds of the limits, whatever training saw: 3 K a minute, which a cooler switching on or a
-door opening can cause at any thermometer [K/s]; then [K] and [s]. Set on no data."""
+door opening can cause at any thermometer [K/s]; then [K]. Set on no data."""
 DEFAULT_LIMITS = {"slew_um_per_s": 1.0, "hold_s": 300.0, "recover_s": 10.0, "share": 1.0}
 """1 um/s is the rate at which a well-known control tracks thermal offsets."""
 
@@ -58,7 +59,7 @@ def sensor_table(name: str, runs: Sequence[PreparedRun], index: int) -> dict[str
         "noise": _rounded(max(UNUSUALLY * _largest_jump(readings), LOWEST_NOISE_K)),
         # At 3 intervals, thermometers in four sound runs of the lathe were stale for 1 to 8 % of
         # the time.
-        "stale_after_s": math.ceil(max(GAP_INTERVALS * still, SHORTEST_STALE_S)),
+        "stale_after_s": math.ceil(max(GAP_INTERVALS * still, FROZEN_S)),
         "trained_low": _rounded(trained_low),
         "trained_high": _rounded(trained_high),
     }

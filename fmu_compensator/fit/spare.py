@@ -13,9 +13,10 @@ from fmu_compensator.fit.data import PreparedRun
 from fmu_compensator.fit.gaussian import LAGS_S, spread_rows
 from fmu_compensator.fit.installed import Installed, listed
 from fmu_compensator.fit.training import Array, TrainingRun
+from measurement.resampling import FINEST_K
 
-NOISE_K = 0.05
-"""Lower limit of a thermometer's deviation from the others [K]: set on no data."""
+NOISE_K = FINEST_K / 2.0
+"""Lower limit of a thermometer's deviation from the others [K]: rounding makes as much."""
 STRENGTHS = np.logspace(-6.0, 1.0, 22)
 """Shares of the mean variance to try as the variance of each sensor that is independent of the
 others [1]."""

@@ -16,8 +16,6 @@ Name = Annotated[str, Field(min_length=1, max_length=60)]
 Number = Annotated[float, Field(allow_inf_nan=False)]
 MOST_ELEMENTS = 40_000
 """Most elements, because more would take too long: set on no data."""
-LINE_GAP_MM = 0.05
-"""Edges closer than this are taken for a typing error [mm]: set on no data."""
 
 
 class _Table(BaseModel):

@@ -5,13 +5,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.constants import g
 
+from plant_model.drawing.films import USUAL_RISE
 from studies.finite_elements.description import Bearings
 
 AIR_CONDUCTIVITY, AIR_VISCOSITY, AIR_PRANDTL, MEAN_KELVIN = 0.026, 16e-6, 0.701, 298.0
 """Properties of air and its temperature, given by the study [W/(m K), m2/s, 1, K]."""
-USUAL_RISE = 5.0
-"""Temperature rise of a spindle's surface at which natural convection is linearised [K]: set on no
-data."""
 RADIATION = 5.0
 """Radiation of a painted surface near room temperature [W/(m2 K)], given by the VDI Heat Atlas,
 part K."""
