@@ -14,7 +14,6 @@
 | ``lathe_x`` | what the measured lathe's X depends on | gap |
 | ``gateway_latency``, ``gateway_faults`` | how fast and how safe the gateway is | results |
 | ``peers``, ``native_plant_steps``, ``controller`` | how long a step of an FMU takes | results |
-| ``native_agreement`` | whether Python and C agree | native |
 | ``bad_inputs.run`` | how each command reports bad input | results |
 | ``house`` | how large the project is | results |
 

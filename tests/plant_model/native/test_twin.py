@@ -1,7 +1,6 @@
 """The plant in C beside the plant in Python: every effect, random numbers, random inputs."""
 
 import ctypes
-from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -92,21 +91,10 @@ def compared(
     steps: int,
     seed: int = 0,
 ) -> tuple[float, PlantStepper]:
-    """Return the largest difference of any output over a run, and the plant in Python."""
-    python, core, inputs = started(machine, library, values, rng, seed)
-    worst = difference(python, core)
-    worst = max(worst, *differences(machine, python, core, rng, inputs, steps))
-    return worst, python
+    """Return the largest difference of any output over a run, and the plant in Python.
 
-
-def started(
-    machine: Machine,
-    library: ctypes.CDLL,
-    values: dict[str, float],
-    rng: np.random.Generator,
-    seed: int = 0,
-) -> tuple[PlantStepper, Core, dict[str, float]]:
-    """Return the plant in Python and in C at their start, and the inputs that they have there."""
+    Where a bearing runs away Python gives up; C must then, too, and that is the end.
+    """
     python = PlantStepper(machine, values, noise_seed=seed or None)
     core = Core(library, machine, values, seed)
     assert core.linear == python.network.linear
@@ -116,36 +104,22 @@ def started(
     readings = {name: first + rise for name, rise in zip(sensors, rises, strict=True)}
     python.reset(inputs | {"tool_length": 150.0}, readings)
     core.start(list(inputs.values()), rises, 150.0)
-    return python, core, inputs
-
-
-def differences(
-    machine: Machine,
-    python: PlantStepper,
-    core: Core,
-    rng: np.random.Generator,
-    inputs: dict[str, float],
-    steps: int,
-    lengths_s: Sequence[float] = STEPS_S,
-) -> Iterator[float]:
-    """Step both with random inputs and yield the largest difference of any output each time.
-
-    Where a bearing runs away Python gives up; C must then, too, and that is the end.
-    """
+    worst = difference(python, core)
     for k in range(steps):
         # Speeds that stay, and speeds that are another in every step.
         if k % 15 == 0 or 40 < k % 100 < 50:
             inputs = inputs_of(machine, rng)
-        step_s = lengths_s[(k // 7) % len(lengths_s)]
+        step_s = STEPS_S[(k // 7) % len(STEPS_S)]
         tool, offsets = rng.uniform(0.0, 300.0), rng.uniform(-400.0, 400.0, 3).tolist()
         told = inputs | {"tool_length": tool} | dict(zip(OFFSETS, offsets, strict=True))
         try:
             python.step(step_s, told)
         except IntegrationError:
             assert core.step(step_s, list(inputs.values()), tool, offsets) != ""
-            return
+            break
         assert core.step(step_s, list(inputs.values()), tool, offsets) == ""
-        yield difference(python, core)
+        worst = max(worst, difference(python, core))
+    return worst, python
 
 
 def difference(python: PlantStepper, core: Core) -> float:
