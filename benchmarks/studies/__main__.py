@@ -20,7 +20,6 @@ from tqdm import tqdm
 
 from benchmarks.results_page import parser_of
 from benchmarks.studies.claims import convergence_claim, goal_claim, network_claim, tau_claim
-from benchmarks.studies.four_runs import MODELS, interval_rows, interval_table
 from benchmarks.studies.groupings import (
     GREY,
     TREE,
@@ -57,7 +56,7 @@ TEMPLATE = Path(__file__).with_name("page.md")
 SEEDS = 6
 FIVE_POINT = ("study_size", "jig_borer")
 PARTS: Mapping[str, Callable[..., list[Any]]] = {
-    job.__name__: job for job in (judge_all, interval_rows, grouped, experiment)
+    job.__name__: job for job in (judge_all, grouped, experiment)
 }
 KEPT = DOCS.parent / "results" / "studies"
 
@@ -67,7 +66,6 @@ def page_of(done: list[Any], seeds: int) -> str:
     found = by_place(one for one in done if isinstance(one, Score))
     hybrids = [one for one in done if isinstance(one, Hybrid)]
     groups = [one for one in done if isinstance(one, Grouped)]
-    intervals = sorted(one for one in done if isinstance(one, list))
     return page_from(
         {
             "compensation": compensation_table(found, FIVE_POINT),
@@ -81,7 +79,6 @@ def page_of(done: list[Any], seeds: int) -> str:
             "hybrid": hybrid_table(hybrids),
             "taus": tau_table(hybrids),
             "workpieces": workpiece_table(hybrids),
-            "intervals": interval_table(intervals),
         },
         seeds,
     )
@@ -101,7 +98,7 @@ def page_from(tables: Mapping[str, str], seeds: int) -> str:
 
 
 def measured(parts: Sequence[str], seeds: int, count: int | None) -> list[Any]:
-    """Return what all jobs give: scores, groups, hybrids and rows of the last table.
+    """Return what all jobs give: scores, groups and hybrids.
 
     Parameters
     ----------
@@ -117,7 +114,6 @@ def measured(parts: Sequence[str], seeds: int, count: int | None) -> list[Any]:
     # The longest first, so that no worker ends up with one alone.
     given: Mapping[str, list[tuple[Any, ...]]] = {
         "judge_all": [(machine, seed) for machine in TRUTHS for seed in every_seed],
-        "interval_rows": [(model,) for model in MODELS],
         "grouped": [(machine, seed) for machine in FIVE_POINT for seed in every_seed],
         "experiment": [(machine, seed) for machine in MACHINES for seed in every_seed],
     }

@@ -12,15 +12,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import repeat
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from benchmarks.results_page import as_table
-from benchmarks.studies.four_runs import sent
 from benchmarks.studies.machines import Pair, truth
 from benchmarks.studies.tables import shown_range
+from fmu_compensator.driving import answers, inputs_of
 from fmu_compensator.fit.columns import MeasuredColumns
 from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.error_models.base import FittedModel
@@ -201,7 +202,9 @@ def _workpieces(machine: str, seed: int) -> tuple[Any, ...]:
         scenario = _scenario(((0.0, speed), STOP), hall)
         pair = truth(machine).record(scenario, False, 1000 * seed + 20 + number)
         drift = measured_drift(pair.exact, rig, TOOL_MM, "rise").to_numpy()
-        left = drift + sent(model, pair.measured, TOOL_MM)[:, :3]
+        readings, turning = inputs_of(model, pair.measured)
+        inputs = zip(pair.measured.time_s, readings, turning, repeat(None))
+        left = drift + [output[:3] for output in answers(model, inputs, TOOL_MM)]
         rows = np.searchsorted(pair.exact.time_s, 60.0 * np.array(CUT_MIN) - 1e-6)
         # The first workpiece of a group is the reference.
         sizes = [errors[rows][1:] - errors[rows][0] for errors in (drift, left)]

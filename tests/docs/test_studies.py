@@ -249,7 +249,6 @@ def test_the_page_is_made_of_what_all_jobs_give():
         for seed in (1, 2)
     ]
     done += [hybrid(1, 1.0), replace(hybrid(1, 1.0), machine="elements", pieces=())]
-    done += [["`mlr`", "100", *["1.00"] * 9]]
     done += [
         Grouped(machine, study, place, seed, TS_GROUPS, GA_POINTS)
         for machine in ("study_size", "jig_borer")
