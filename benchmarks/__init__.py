@@ -3,7 +3,7 @@
 | NAME | question | page in docs |
 | --- | --- | --- |
 | ``trust.run`` | how far to trust a compensator on runs unlike its training | results |
-| ``lathe``, ``electric_spindle`` | how accurate error models are on measured runs | results |
+| ``lathe`` | how accurate error models are on measured runs | results |
 | ``probing`` | how much probe cycles help | results |
 | ``monitoring`` | false alarms of `monitor`, and what it finds | results |
 | ``broken_sensor``, ``sensor_faults.run`` | how broken sensors are detected and handled | results |
