@@ -11,7 +11,6 @@
 | ``gap.run``, ``gap.table`` | whether the gap finder names hidden effects | gap_benchmark |
 | ``gap.mistakes``, ``gap.agree`` | smaller questions of the same kind | gap_benchmark |
 | ``drawing`` | how accurate a machine from a drawing page is | results |
-| ``lathe_x`` | what the measured lathe's X depends on | gap |
 | ``gateway_latency``, ``gateway_faults`` | how fast and how safe the gateway is | results |
 | ``peers``, ``native_plant_steps``, ``controller`` | how long a step of an FMU takes | results |
 | ``bad_inputs.run`` | how each command reports bad input | results |
