@@ -10,7 +10,7 @@ import numpy.typing as npt
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 
 GAP_INTERVALS = 5.0
-"""Gaps of more than this many median intervals are not bridged by default. Set on observed loggers,
+"""Gaps of more than this many median intervals are not bridged. Set on observed loggers,
 which drop one to three samples at a time (the longest pause of a good run was 3.2 intervals)."""
 FINEST_K = 0.1
 """Finest difference at which thermometers are read or distinguished [K]: a usual resolution, set on
@@ -35,13 +35,14 @@ def resample(
     step_s: float,
     *,
     holds: bool = False,
-    max_gap_s: float | None = None,
 ) -> FloatArray:
     """Return a signal at the grid's times.
 
     With ``holds`` the last valid sample holds. Otherwise the samples are interpolated linearly: a
     grid time with two or more valid samples within half a step gets the interpolant's mean over
-    that step (exact for a straight line with any sample spacing), others its value.
+    that step (exact for a straight line with any sample spacing), others its value. There is no
+    value in a gap of more than ``GAP_INTERVALS`` times the median interval of the valid samples, or
+    ``step_s`` if that is longer, nor later than this after the last sample of a signal that holds.
 
     Parameters
     ----------
@@ -55,10 +56,6 @@ def resample(
         Averaging time [s].
     holds : bool
         Whether the signal switches and then stays.
-    max_gap_s : float, optional
-        No value is given inside a longer gap between valid samples, nor later than this after the
-        last sample of a signal that holds. Default: ``GAP_INTERVALS`` times the median interval of
-        the valid samples, or ``step_s`` if longer [s].
 
     Returns
     -------
@@ -70,9 +67,8 @@ def resample(
     result = np.full(grid_s.shape, np.nan)
     if not time.size:
         return result
-    if max_gap_s is None:
-        interval = float(np.median(np.diff(time))) if time.size > 1 else 0.0
-        max_gap_s = max(GAP_INTERVALS * interval, step_s)
+    interval = float(np.median(np.diff(time))) if time.size > 1 else 0.0
+    max_gap_s = max(GAP_INTERVALS * interval, step_s)
     if holds:
         last = np.searchsorted(time, grid_s, side="right") - 1
         known = (last >= 0) & (grid_s - time[np.maximum(last, 0)] <= max_gap_s)

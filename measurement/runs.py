@@ -123,29 +123,18 @@ class Run:
             return sha256_of(self.path)
         return hashlib.sha256(_csv_text(self.frame).encode("utf-8")).hexdigest()
 
-    def resampled(
-        self,
-        step_s: float,
-        *,
-        start_s: float | None = None,
-        end_s: float | None = None,
-        max_gap_s: float | None = None,
-    ) -> Run:
+    def resampled(self, step_s: float) -> Run:
         """Return the run resampled to an even time grid.
 
         Measured quantities are averaged over one step where the grid is coarser than the samples
         and interpolated linearly where it is finer; quantities that switch (speed, feed, torque,
-        flow, tool length, flags) hold their last value. Missing values stay missing.
+        flow, tool length, flags) hold their last value. Missing values stay missing, and so do gaps
+        of more than five of a column's median intervals, or one step if that is longer.
 
         Parameters
         ----------
         step_s : float
-            Step of the grid, more than 0 [s].
-        start_s, end_s : float, optional
-            First time and last allowed time of the grid; the run's own by default [s].
-        max_gap_s : float, optional
-            Longer gaps between valid samples stay missing. By default, for each column, five times
-            its median interval, or one step if that is longer [s].
+            Step of the grid, which begins with the run; more than 0 [s].
 
         Returns
         -------
@@ -155,12 +144,9 @@ class Run:
         Raises
         ------
         ValueError
-            If the step is not positive, the end is before the start, or the grid has more than
-            10 million rows.
+            If the step is not positive, or the grid has more than 10 million rows.
         """
-        start = float(self.time_s[0]) if start_s is None else start_s
-        end = float(self.time_s[-1]) if end_s is None else end_s
-        grid = _grid(start, end, step_s)
+        grid = _grid(float(self.time_s[0]), float(self.time_s[-1]), step_s)
         columns: dict[str, FloatArray] = {TIME: grid}
         for name in [str(name) for name in self.frame.columns[1:]]:
             columns[name] = resample(
@@ -169,7 +155,6 @@ class Run:
                 grid,
                 step_s,
                 holds=UNITS[split_column(name)[1]].switches,
-                max_gap_s=max_gap_s,
             )
         return Run(self.name, pd.DataFrame(columns))
 
@@ -233,8 +218,6 @@ def _csv_text(frame: pd.DataFrame) -> str:
 def _grid(start: float, end: float, step: float) -> FloatArray:
     if not (math.isfinite(step) and step > 0.0):
         raise ValueError(f"step_s is {step:g}; it must be more than 0")
-    if not end >= start:
-        raise ValueError(f"the grid's end {end:g} s lies before its start {start:g} s")
     # Slightly more than the quotient, so that rounding never drops the last step.
     steps = (end - start) / step * (1.0 + 1e-12)
     if not steps < 1e7:

@@ -271,11 +271,11 @@ def _paths(look: _Look) -> dict[tuple[str, str], float]:
     return dict(conductances)
 
 
-def _modes(look: _Look, most: int = 4) -> tuple[tuple[float, str], ...]:
+def _modes(look: _Look) -> tuple[tuple[float, str], ...]:
     """Return the longest time constants of the linear part and where they are strongest."""
     root = np.sqrt(look.capacity)
     rates, shapes = np.linalg.eig(look.matrix / np.outer(root, root))
-    order = np.argsort(rates.real)[:most]
+    order = np.argsort(rates.real)[:4]
     slowest = []
     for k in order:
         where = part_of(look.names[int(np.argmax(np.abs(shapes[:, k].real)))])

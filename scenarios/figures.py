@@ -41,20 +41,18 @@ def settle(figure: Figure) -> None:
         axes.set_position((round(left, 4), round(bottom, 4), round(width, 4), round(height, 4)))
 
 
-def png_bytes(figure: Figure, dpi: int = 110) -> bytes:
+def png_bytes(figure: Figure) -> bytes:
     """Return a figure as a PNG; the same figure gives the same bytes.
 
     Parameters
     ----------
     figure : Figure
         Its layout is settled with `settle`.
-    dpi : int
-        Pixels per inch.
     """
     stream = io.BytesIO()
     settle(figure)
     # Without the library's version in the file.
-    figure.savefig(stream, format="png", dpi=dpi, metadata={"Software": None})
+    figure.savefig(stream, format="png", dpi=110, metadata={"Software": None})
     return stream.getvalue()
 
 

@@ -76,17 +76,16 @@ class FuzzyClusters:
         return grouped(self.membership.argmax(axis=1))
 
 
-def fuzzy_c_means(
-    series: Array, clusters: int, *, fuzziness: float = 2.0, rounds: int = 300
-) -> FuzzyClusters:
-    r"""Return the fuzzy partition of the columns with the smallest sum of u^m d^2.
+def fuzzy_c_means(series: Array, clusters: int) -> FuzzyClusters:
+    r"""Return the fuzzy partition of the columns with the smallest sum of u^2 d^2.
 
     .. math::
-        u_{ic} = \Big( \sum_k (d_{ic} / d_{ik})^{2/(m-1)} \Big)^{-1}, \quad
-        v_c = \frac{\sum_i u_{ic}^m x_i}{\sum_i u_{ic}^m}
+        u_{ic} = \Big( \sum_k (d_{ic} / d_{ik})^2 \Big)^{-1}, \quad
+        v_c = \frac{\sum_i u_{ic}^2 x_i}{\sum_i u_{ic}^2}
 
-    After Bezdek (1981), doi:10.1007/978-1-4757-0450-1. These equations have several solutions;
-    the result is the best of those reached with each series as the first centre.
+    After Bezdek (1981), doi:10.1007/978-1-4757-0450-1, with the usual exponent 2. These equations
+    have several solutions; the result is the best of those reached with each series as the first
+    centre.
 
     Parameters
     ----------
@@ -94,23 +93,16 @@ def fuzzy_c_means(
         m series of n samples.
     clusters : int
         From 1 to the number of series.
-    fuzziness : float
-        m in the equation, above 1; near 1 the partition becomes hard.
-    rounds : int
-        Maximum number of iterations; stops earlier when nothing changes.
     """
     if not 1 <= clusters <= series.shape[1]:
         raise ValueError(f"{clusters} clusters are not allowed: 1 to {series.shape[1]}")
-    if not fuzziness > 1.0:
-        raise ValueError(f"fuzziness {fuzziness:g} is not allowed: above 1")
     # Rotating them into as many coordinates as there are series keeps all distances.
     points = np.asarray(np.linalg.qr(series, mode="r")).T
     solutions = [
-        _solution(points, _far_apart(points, first, clusters), fuzziness, rounds)
-        for first in range(len(points))
+        _solution(points, _far_apart(points, first, clusters)) for first in range(len(points))
     ]
     _, membership = min(solutions, key=lambda solution: solution[0])
-    return FuzzyClusters(membership, _centres(series.T, membership**fuzziness))
+    return FuzzyClusters(membership, _centres(series.T, membership**2))
 
 
 def _far_apart(points: Array, first: int, clusters: int) -> Array:
@@ -122,15 +114,15 @@ def _far_apart(points: Array, first: int, clusters: int) -> Array:
     return points[chosen]
 
 
-def _solution(points: Array, centres: Array, fuzziness: float, rounds: int) -> tuple[float, Array]:
-    """Return the sum of u^m d^2, and u, after iterating from some centres."""
+def _solution(points: Array, centres: Array) -> tuple[float, Array]:
+    """Return the sum of u^2 d^2, and u, after iterating from some centres."""
     membership = np.zeros((len(points), len(centres)))
-    for _ in range(rounds):
+    for _ in range(300):
         distance = np.linalg.norm(points[:, None, :] - centres[None, :, :], axis=2)
         # A point on a centre belongs only to it; the floor keeps the quotients finite.
-        closeness = np.maximum(distance, 1e-12) ** (-2.0 / (fuzziness - 1.0))
+        closeness = np.maximum(distance, 1e-12) ** -2.0
         updated = closeness / closeness.sum(axis=1, keepdims=True)
-        weights = updated**fuzziness
+        weights = updated**2
         centres = _centres(points, weights)
         settled, membership = np.allclose(updated, membership), updated
         if settled:

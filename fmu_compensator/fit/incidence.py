@@ -158,17 +158,16 @@ def groups(degree: Array, threshold: float = 0.9) -> list[list[int]]:
     return grouped(label)
 
 
-def relational_degree(
-    reference: Array, series: Array, rho: float = 0.5, image: str = "interval"
-) -> Array:
+def relational_degree(reference: Array, series: Array) -> Array:
     r"""Return Deng's grey relational degree of each column to a reference, such as the error.
 
     .. math::
-        \xi_i(k) = \frac{\Delta_{min} + \rho \Delta_{max}}{\Delta_i(k) + \rho \Delta_{max}}, \quad
+        \xi_i(k) = \frac{\Delta_{min} + 0.5 \Delta_{max}}{\Delta_i(k) + 0.5 \Delta_{max}}, \quad
         \Delta_i(k) = |x_0(k) - x_i(k)|
 
     The degree is the mean of the coefficient xi over k; the minimum and maximum are over all
-    columns and samples.
+    columns and samples. Both are interval images, because an error starts at 0, where its
+    initial-value image does not exist.
 
     Parameters
     ----------
@@ -176,22 +175,16 @@ def relational_degree(
         The error.
     series : array (n, m)
         The temperatures.
-    rho : float
-        Distinguishing coefficient, above 0 to 1.
-    image : {"interval", "initial", "mean"}
-        Dimensionless form. An error starts at 0, so that its initial-value image does not exist.
 
     Returns
     -------
     array (m,)
         Above 0 to 1 [1].
     """
-    if not 0 < rho <= 1:
-        raise ValueError(f"rho {rho:g} is not above 0 and at most 1")
-    images = IMAGES[image](np.column_stack([reference, series]))
+    images = interval_image(np.column_stack([reference, series]))
     distance = np.abs(images[:, 1:] - images[:, :1])
     largest = distance.max()
     if largest == 0:
         return np.ones(series.shape[1])
-    coefficient = (distance.min() + rho * largest) / (distance + rho * largest)
+    coefficient = (distance.min() + 0.5 * largest) / (distance + 0.5 * largest)
     return np.asarray(coefficient.mean(axis=0))

@@ -11,10 +11,10 @@ from scipy.stats import t as student
 from measurement.resampling import WRONG
 
 
-def upper_bound(values: Sequence[float], risk: float = WRONG) -> float:
+def upper_bound(values: Sequence[float]) -> float:
     r"""Return the largest figure expected of a further run like these.
 
-    .. math:: \exp(m + t_{1 - r,\,n - 1}\, s \sqrt{1 + 1/n})
+    .. math:: \exp(m + t_{0.99,\,n - 1}\, s \sqrt{1 + 1/n})
 
     with m and s the mean and the standard deviation of the logarithms: the one-sided prediction
     bound of a log-normal figure, but at least the largest given figure. With fewer than two
@@ -24,7 +24,7 @@ def upper_bound(values: Sequence[float], risk: float = WRONG) -> float:
     if len(logs) < 2:
         return float("inf")
     mean, spread = _predictive(logs)
-    beyond = float(student.ppf(1.0 - risk, len(logs) - 1)) * spread
+    beyond = float(student.ppf(1.0 - WRONG, len(logs) - 1)) * spread
     return float(np.exp(max(mean + beyond, logs.max())))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from fmu_compensator.native.generate import constants, data_sources, program
@@ -18,17 +18,13 @@ NO_OTHER_FILE = (
 )
 
 
-def native_compensator(
-    recipe: Recipe, exchanged: Mapping[str, str] | None = None, *, twin_of: str = ""
-) -> Native:
+def native_compensator(recipe: Recipe, *, twin_of: str = "") -> Native:
     """Return the parts of the C twin of a compensator FMU.
 
     Parameters
     ----------
     recipe : Recipe
         Recipe of the Python FMU.
-    exchanged : dict of str to str, optional
-        Sources that replace the program's, by path.
     twin_of : str
         GUID of the Python FMU whose results it reproduces.
 
@@ -49,7 +45,7 @@ def native_compensator(
         return {"model_data.c": data_sources(model, variables, recipe.identity.name, guid)}
 
     return Native(
-        {**program(), "constants.h": constants(), **(exchanged or {})},
+        {**program(), "constants.h": constants()},
         data,
         MODEL_FILE,
         {other.name: replace(other, description=NO_OTHER_FILE)} | derived,

@@ -70,8 +70,6 @@ def test_relational_degree_by_hand():
     wanted = [1.0, (0.5 / 1.5 + 1.0 + 0.5 / 1.5) / 3]
     assert relational_degree(error, series) == pytest.approx(wanted)
     assert relational_degree(error, series[:, :1]) == pytest.approx([1.0])
-    with pytest.raises(ValueError, match="rho"):
-        relational_degree(error, series, rho=0.0)
 
 
 def test_groups_are_closed_under_likeness():

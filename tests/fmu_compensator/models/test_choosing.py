@@ -41,8 +41,6 @@ def test_fuzzy_memberships_sum_to_one_and_find_the_families():
     assert found.membership.sum(axis=1) == pytest.approx(np.ones(5))
     assert found.groups == [[0, 2], [1, 3, 4]]
     assert found.membership.max(axis=1).min() > 0.8
-    harder = fuzzy_c_means(two_families(), 2, fuzziness=1.3)
-    assert harder.membership.max(axis=1).min() > found.membership.max(axis=1).min()
 
 
 def test_fuzzy_centres_solve_their_own_equation():
@@ -58,10 +56,10 @@ def test_fuzzy_partition_is_the_best_of_its_solutions():
     assert fuzzy_c_means(series, 3).groups == [[0, 1, 4], [2, 3, 5], [6]]
 
 
-@pytest.mark.parametrize(("clusters", "fuzziness"), [(0, 2.0), (6, 2.0), (2, 1.0)])
-def test_impossible_partitions_are_refused(clusters, fuzziness):
+@pytest.mark.parametrize("clusters", [0, 6])
+def test_impossible_partitions_are_refused(clusters):
     with pytest.raises(ValueError, match="not allowed"):
-        fuzzy_c_means(two_families(), clusters, fuzziness=fuzziness)
+        fuzzy_c_means(two_families(), clusters)
 
 
 def test_pearson_is_numpys_and_undefined_for_a_constant():
