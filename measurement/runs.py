@@ -223,7 +223,7 @@ def _grid(start: float, end: float, step: float) -> FloatArray:
     if not steps < 1e7:
         raise ValueError(f"step_s is {step:g}: more than 10 million rows from {start:g} to {end:g}")
     grid: FloatArray = start + step * np.arange(int(steps) + 1, dtype=np.float64)
-    return grid
+    return np.minimum(grid, end)  # rounding must not take the last row out of the run
 
 
 def _decoded(data: bytes, path: Path) -> str:

@@ -84,7 +84,8 @@ def test_nothing_is_made_up_before_the_first_or_after_the_last_sample():
 
 def test_the_grid_covers_the_run():
     run = Run("r", pd.DataFrame({"time_s": [0.0, 0.7], "a_um": [0.0, 7.0]}))
-    assert run.resampled(0.1).time_s.size == 8  # 0.7/0.1 falls just short of 7 in binary
+    # In binary 0.7/0.1 falls just short of 7, and 7 * 0.1 lies just beyond 0.7.
+    npt.assert_allclose(run.resampled(0.1).frame["a_um"], np.arange(8.0), atol=1e-12)
 
 
 @pytest.mark.parametrize("step", [0.0, -1.0, math.nan, math.inf, 1e-9])
