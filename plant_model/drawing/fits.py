@@ -17,10 +17,6 @@ no data."""
 LIGHT, HEAVY = 20.0, 1500.0
 """Plausible range of mass over surface of castings and plates [kg/m2]: set on no data."""
 
-FAST = 2.5e6
-"""Highest speed times mean diameter of a rolling bearing [mm/min]: set on no data."""
-
-
 CHECK = re.compile(r"#\s*CHECK\b")
 """Start of a remark that a number is not yet from the machine's own drawing."""
 
@@ -131,12 +127,6 @@ def _seat(drawing: Drawing, seat: Seat) -> list[str]:
                 f" {there:g} mm there."
                 + (" In a sleeve? Say sleeve = { from, to, outer }." if loose else "")
             )
-    product = bearing.mean_diameter * drawing.highest_speed
-    if product > FAST:
-        found.append(
-            f"The bearing {form.name} would run at {product / 1e6:.1f} million mm/min, mean"
-            " diameter times speed: no rolling bearing does."
-        )
     scale = bearing.mean_diameter / USUAL_DIAMETER
     found += _far(f"f0 of {form.name}", form.f0, f0_of(bearing.kind, form.lubrication))
     found += _far(
