@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 
 from fmu_packaging.variables import Variable
+from plant_model.axis import MOST_ALLOWANCE
 from plant_model.fmi_slave import start_sensors
+from plant_model.integrate import MOST_PARTS, ROUNDING, SMALLEST_S, SMALLEST_SPLIT, TOLERANCE
 from plant_model.machine import Machine
 from plant_model.native.continuous import derivatives_of, is_continuous, nominals
 from plant_model.native.emit import Stage, function, stage_function
@@ -73,6 +75,12 @@ def machine_sources(machine: Machine, equations: Equations | None = None) -> dic
         "KEPT_OF_PARAMETERS": of_parameters,
         "KEPT_OF_INPUTS": of_inputs,
         "CONTINUOUS": int(is_continuous(equations)),
+        "TOLERANCE": TOLERANCE,
+        "SMALLEST_SPLIT": SMALLEST_SPLIT,
+        "SMALLEST_S": SMALLEST_S,
+        "ROUNDING": ROUNDING,
+        "MOST_PARTS": MOST_PARTS,
+        "MOST_ALLOWANCE": MOST_ALLOWANCE,
     }
     head = HEAD.format(name=machine.name)
     defines = "\n".join(f"#define {name} {size}" for name, size in sizes.items())

@@ -6,11 +6,6 @@
 #include "formulas.h"
 #include "plant.h"
 
-#define TOLERANCE 1e-2               /* [K] */
-#define SMALLEST_SPLIT 0x1p-15       /* smallest fraction of a step, or */
-#define SMALLEST_S 5e-4              /* smallest length, whichever is less [s] */
-#define ROUNDING 1e-6                /* a smaller fraction of a part is ignored */
-#define MOST_PARTS 100000            /* of a step, so that it ends */
 #define NO_STEP "error control cannot reach its tolerance: the model changes too fast"
 
 enum { OF_HALF, OF_FULL, HALF_GAIN, GAIN, SLOPE_GAIN, BEND_GAIN };

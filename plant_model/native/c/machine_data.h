@@ -1,4 +1,5 @@
-/* Data of one machine: the generated machine_data.c defines them, machine_sizes.h their sizes. */
+/* Data of one machine: the generated machine_data.c defines them, machine_sizes.h their sizes and
+   the numbers of the Python twins. */
 #ifndef MACHINE_DATA_H
 #define MACHINE_DATA_H
 

@@ -8,10 +8,8 @@
 
 #define NOT_FINITE "the thermal network is not finite"
 #define TOO_LONG "the step is too long: temperatures would go on changing"
-#define MOST_PARTS 100000.0
-#define STEADY 1e-14         /* a smaller relative change in a part is a steady state */
-#define MOST_ALLOWANCE 1e15  /* see the Python twin, axis.py */
-#define FINEST 1e-12         /* rounding to a resolution this fine changes nothing */
+#define STEADY 1e-14 /* a smaller relative change in a part is a steady state */
+#define FINEST 1e-12 /* rounding to a resolution this fine changes nothing */
 
 void plant_prepare(struct plant *self, const double *parameters, uint32_t seed)
 {
