@@ -11,7 +11,8 @@ import numpy as np
 from fmu_compensator.fit.data import PreparedRun
 from fmu_compensator.fit.training import Array, TrainingRun
 from fmu_compensator.runtime.checks import SPAN_S
-from fmu_compensator.runtime.geometry import LONGEST_TOOL_MM, FivePoint, Geometry
+from fmu_compensator.runtime.geometry import FivePoint, Geometry
+from fmu_packaging.variables import LONGEST_TOOL_MM
 from measurement.errors import BadInput
 from measurement.faults.checks.standing import FROZEN_S
 from measurement.faults.series import UNUSUALLY, longest_unchanged

@@ -7,11 +7,10 @@ from dataclasses import replace
 from typing import Any, ClassVar
 
 from fmu_compensator.runtime.compensator import HOLDING, STATUS_TEXTS, WAITING, RunningCompensator
-from fmu_compensator.runtime.geometry import LONGEST_TOOL_MM
 from fmu_compensator.runtime.modelfile import Model, ModelFileError, load_model, parse_model
 from fmu_compensator.runtime.prediction import NOT_KNOWN
 from fmu_packaging.slave import DriftSlave, FmuError
-from fmu_packaging.variables import START_DEGC, START_TOOL_MM, Kind, Variable
+from fmu_packaging.variables import LONGEST_TOOL_MM, START_DEGC, START_TOOL_MM, Kind, Variable
 
 MODEL_FILE = "compensator.json"
 """Name of the bundled compensator file in the FMU's resources."""

@@ -17,8 +17,6 @@ RAD_PER_URAD = 1e-6
 FIVE_POINT_TARGETS = ("elongation", "yaw", "pitch", "near_x", "near_y")
 FORMS = ("rigid", "pure_rotation")
 AXES = ("X", "Y", "Z")
-LONGEST_TOOL_MM = 2000.0
-"""Longest tool allowed [mm]: set on no data."""
 
 
 class Geometry(ABC):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fmu_compensator.runtime.fields import Fields
-from fmu_compensator.runtime.geometry import LONGEST_TOOL_MM
+from fmu_packaging.variables import LONGEST_TOOL_MM
 
 JUDGED_TOOL_MM = 100.0
 """Runs are judged at this tool length, or the nearest allowed one [mm]: set on no data."""
