@@ -28,10 +28,11 @@ from fmu_compensator.fit.contestants import contestants, held
 from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.training import TrainingRun
 from measurement.faults import faults_text, find_faults, looked_over
+from measurement.resampling import SLOW_S
 from measurement.runs import Run
 from measurement.workers import workers
 from studies.fit.by_run import Block, NormalEquations
-from studies.fit.lagged import THIN_S, thinned
+from studies.fit.lagged import thinned
 
 GIVEN = 100
 PLAIN = "plain_ridge"
@@ -91,7 +92,7 @@ class PlainRidge:
     uses_measured = False
 
     def __init__(self, runs: list[TrainingRun]) -> None:
-        kept = [thinned(run, THIN_S) for run in runs]
+        kept = [thinned(run, SLOW_S) for run in runs]
         blocks = [
             Block(run.time_s[rows] / 3600.0, run.inputs[rows], run.targets[rows])
             for run, rows in zip(runs, kept, strict=True)

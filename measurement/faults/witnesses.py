@@ -9,12 +9,10 @@ import numpy as np
 from scipy.stats import norm
 
 from measurement.faults.series import valid
-from measurement.resampling import FINEST_K, LAG_S, WRONG
+from measurement.resampling import FINEST_K, LAG_S, SLOW_S, WRONG
 from measurement.runs import FloatArray, Run
 
-WITNESS_GRID_S = 300.0
-"""Readings are compared on a grid of this step [s]: set on no data."""
-WINDOW = int(LAG_S / WITNESS_GRID_S)
+WINDOW = int(LAG_S / SLOW_S)
 """Number of grid rows over which changes are compared."""
 
 
@@ -33,7 +31,7 @@ class Witnesses:
     def _grids(self) -> list[tuple[FloatArray, dict[str, FloatArray]]]:
         grids = []
         for run in self._runs:
-            grid = np.arange(run.time_s[0], run.time_s[-1], WITNESS_GRID_S)
+            grid = np.arange(run.time_s[0], run.time_s[-1], SLOW_S)
             grids.append((grid, {name: _on(grid, run, name) for name in run.temperatures}))
         return grids
 

@@ -12,8 +12,9 @@ from sklearn.kernel_approximation import Nystroem
 from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, whole
 from fmu_compensator.fit.training import Array, TrainingRun
+from measurement.resampling import SLOW_S
 from studies.fit.evidence import Posterior, posterior
-from studies.fit.lagged import THIN_S, lagged, thinned
+from studies.fit.lagged import lagged, thinned
 from studies.fit.thermal_states import LAG_SETS_S
 
 LENGTHS = (0.5, 1.0, 2.0)
@@ -89,7 +90,7 @@ class GaussianProcess(FittedModel):
         lags = LAG_SETS_S[0]
         rows, targets = [], []
         for run in task.runs:
-            kept = thinned(run, THIN_S)
+            kept = thinned(run, SLOW_S)
             if len(kept):
                 rows.append(_features(run, lags)[kept])
                 targets.append(run.targets[kept])

@@ -11,12 +11,10 @@ from numpy.typing import NDArray
 
 from fmu_compensator.fit.error_models.base import Task
 from fmu_compensator.fit.training import Array, TrainingRun
+from measurement.resampling import SLOW_S
 from studies.fit.by_run import Block
 from studies.runtime.thermal_states import SPEED_UNIT
 
-THIN_S = 300.0
-"""Rows are thinned to this spacing for fitting, because closer ones are redundant [s]: set on no
-data."""
 START_MARGIN, SMALLEST_START_MARGIN_K = 0.5, 2.0
 """Widening of the range of levels at the start: share of the range [1] and minimum [K]: set on no
 data."""
@@ -174,7 +172,7 @@ def blocks_of(
     """
     return [
         Block(
-            (run.time_s[row := thinned(run, THIN_S)] - run.time_s[0]) / 3600.0,
+            (run.time_s[row := thinned(run, SLOW_S)] - run.time_s[0]) / 3600.0,
             features(run, lags_s, uses_speed=uses_speed, uses_levels=uses_levels)[row],
             run.targets[row],
         )
@@ -184,4 +182,4 @@ def blocks_of(
 
 def learnt_from(task: Task) -> list[TrainingRun]:
     """Return the runs with at least two thinned rows, which form blocks."""
-    return [run for run in task.runs if len(thinned(run, THIN_S)) > 1]
+    return [run for run in task.runs if len(thinned(run, SLOW_S)) > 1]

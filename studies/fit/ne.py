@@ -11,11 +11,12 @@ from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, whole, within
 from fmu_compensator.fit.training import Array, TrainingRun, row_weights
 from measurement.errors import BadInput, shown
+from measurement.resampling import SLOW_S
 from measurement.spectrum import SAME_SPEED_SHARE, STILL_RPM
 from plant_model.parameters import ROOM_DEGC
 from studies.finite_elements import FiniteElementSpindle, read_description
 from studies.fit.by_run import RIDGE
-from studies.fit.lagged import THIN_S, held_speed, lagged, needed
+from studies.fit.lagged import held_speed, lagged, needed
 
 SHORTEST_TAU_S, LONGEST_TAU_S = 60.0, 36_000.0
 """A minute to ten hours: a judgement, set on no data [s]."""
@@ -102,7 +103,7 @@ class NaturalExponential(FittedModel):
             if not np.isfinite(run.speed).any():
                 raise BadInput(run.name, "speed_rpm", "is missing: the model ne needs the speed")
         speeds = _knots(task, whole("ne", "knots", knots, 1, 20))
-        runs = [run.at(needed(run, THIN_S)) for run in task.runs]
+        runs = [run.at(needed(run, SLOW_S)) for run in task.runs]
         spindle = None
         if steady == "fem" or tau_s == "fem":
             spindle = FiniteElementSpindle(read_description(description))

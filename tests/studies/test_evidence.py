@@ -8,9 +8,10 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, DotProduct
 from sklearn.linear_model import Ridge
 
+from measurement.resampling import SLOW_S
 from studies.fit.evidence import SAMPLES_PER_RUN, posterior
 from studies.fit.gp import GaussianProcess, _features
-from studies.fit.lagged import THIN_S, thinned
+from studies.fit.lagged import thinned
 from tests.fmu_compensator.models.made import run_of, task_of
 
 RUNS, ROWS = 3, 40
@@ -56,11 +57,11 @@ def test_the_process_is_scikit_learns_where_every_sample_has_a_bump():
     runs = []
     for turns in (1.0, 2.0, 3.0):
         x = 5.0 * np.sin(np.linspace(0.0, 2.0 * np.pi * turns, ROWS))[:, None]
-        runs.append(run_of(x, x**2, step_s=THIN_S))
+        runs.append(run_of(x, x**2, step_s=SLOW_S))
     fitted = GaussianProcess.fit(task_of(runs), centres=500)
     found = fitted.report()
-    rows = [_features(run, fitted.lags_s)[thinned(run, THIN_S)] for run in runs]
-    targets = [run.targets[thinned(run, THIN_S)] for run in runs]
+    rows = [_features(run, fitted.lags_s)[thinned(run, SLOW_S)] for run in runs]
+    targets = [run.targets[thinned(run, SLOW_S)] for run in runs]
     everything = np.concatenate(rows)
     bump = found["bump_size"] * float(np.median(cdist(everything[::7], everything[::7])))
     kernel = DotProduct(0.0, "fixed") + ConstantKernel(bump**2, "fixed") * RBF(
