@@ -140,6 +140,11 @@ def part_of(node: str) -> str:
     return cell[1] if cell else node
 
 
+def _network_of(machine: Machine) -> Network:
+    values = Values(machine.parameters)
+    return Network(machine, values, effects_in_force(machine, values))
+
+
 class _Look:
     """A machine at the end of the warm-up."""
 
@@ -153,8 +158,7 @@ class _Look:
         self.inputs = {
             name: values[self.at : self.at + 1] for name, values in self.shown.inputs.items()
         }
-        values = Values(machine.parameters)
-        self.network = Network(machine, values, effects_in_force(machine, values))
+        self.network = _network_of(machine)
         self.matrix, self.boundary = (part[0] for part in self.network.conductances(self.inputs))
         # Coolant in series brings heat, and takes none back.
         self.carried = 0.0
@@ -162,7 +166,10 @@ class _Look:
             g = float(entry.conductance[0, 0])
             self.matrix[entry.node, entry.other] -= g
             self.carried += g * float(self.warm[entry.node] - self.warm[entry.other])
-        self.heat: FloatArray = self.network.heat(self.inputs)[0, 0]
+        self.heat = self.heat_in(self.network)
+        # Without sources, heat that depends on temperature is exchanged and not generated.
+        others = tuple(item for item in machine.items if item.family != "sources")
+        self.made = self.heat - self.dependent_in(_network_of(replace(machine, items=others)))
         groups: dict[str, list[int]] = defaultdict(list)
         for i, name in enumerate(self.names):
             groups[part_of(name)].append(i)
@@ -171,6 +178,20 @@ class _Look:
         self.read = [
             name for name in self.groups if name in {part_of(s.of) for s in machine.sensors}
         ]
+
+    def heat_in(self, network: Network) -> FloatArray:
+        """Return the heat of sources and effects in a network's nodes now [W], (nodes,)."""
+        return np.asarray(network.heat(self.inputs)[0, 0] + self.dependent_in(network))
+
+    def dependent_in(self, network: Network) -> FloatArray:
+        """Return the part of that heat that depends on temperature [W], (nodes,)."""
+        now = slice(self.at, self.at + 1)
+        warm, states = self.shown.temperatures[:, now], self.shown.states[:, now]
+        outside = np.stack([self.inputs[name] for name in network.machine.boundary_index], axis=-1)
+        heat = network.dependent(self.inputs, outside, warm, states)[0]
+        for entry in network.one_way:
+            heat[..., entry.node] -= entry.conductance * warm[..., entry.other]
+        return np.asarray(heat[0, 0])
 
     @property
     def capacity(self) -> FloatArray:
@@ -250,7 +271,7 @@ def _part(look: _Look, name: str, which: list[int]) -> Part:
         conductance,
         float(hours),
         float(look.warm[which].max()),
-        float(look.heat[which].sum()),
+        float(look.made[which].sum()),
         seen,
     )
 
@@ -292,9 +313,7 @@ def _sources(look: _Look) -> dict[str, float]:
         if item.family != "sources":
             continue
         without = replace(machine, items=tuple(o for o in machine.items if o is not item))
-        values = Values(without.parameters)
-        network = Network(without, values, effects_in_force(without, values))
-        heats[item.name] = float(look.heat.sum() - network.heat(look.inputs)[0, 0].sum())
+        heats[item.name] = float(look.heat.sum() - look.heat_in(_network_of(without)).sum())
     left = round(float(look.heat.sum()) - sum(heats.values()), 6)
     return heats | ({"other effects": left} if left else {})
 

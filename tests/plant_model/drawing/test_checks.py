@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from plant_model.checks import check_sheet
+from plant_model.checks import MachineFacts, check_sheet
 from plant_model.drawing.fits import odd_fits, odd_of_page
 from plant_model.drawing.layout import Drawing
 from plant_model.machine import Machine
@@ -37,6 +37,11 @@ def said_of_the_sound_one() -> list[str]:
     return said_of(small_page())
 
 
+@cache
+def as_shipped() -> MachineFacts:
+    return check_sheet(read_machine("jig_borer_lumps"))
+
+
 def test_a_machine_is_looked_at_after_four_hours_at_full_speed(jig_borer_lumps):
     sheet = check_sheet(jig_borer_lumps)
     assert sheet.shown.time_s[sheet.at] == 4 * 3600.0
@@ -60,6 +65,26 @@ def test_heat_of_no_source_counts_once(jig_borer_lumps):
     plain = check_sheet(jig_borer_lumps).sources
     sources = check_sheet(with_effects(jig_borer_lumps, "windage")).sources
     assert sources == pytest.approx(plain | {"other effects": 120.0})
+
+
+@pytest.mark.parametrize(
+    ("key", "name"),
+    [
+        ("viscosity_temperature", "front_bearing"),
+        ("thermal_preload:shaft_housing", "rear_bearing"),
+        ("natural_convection", "other effects"),
+        ("tool_heating", "other effects"),
+    ],
+)
+def test_heat_that_depends_on_temperature_is_accounted_for(key, name, jig_borer_lumps):
+    sheet = check_sheet(with_effects(jig_borer_lumps, key))
+    assert abs(sheet.sources[name] - as_shipped().sources.get(name, 0.0)) > 0.5
+    made = sum(sheet.sources.values())
+    assert sum(sheet.given_off.values()) + sheet.stored == pytest.approx(made, rel=2e-3)
+    # What is exchanged is generated nowhere.
+    made -= sheet.sources.get("other effects", 0.0)
+    assert sum(part.heat for part in sheet.parts) == pytest.approx(made)
+    assert not any("heat is generated" in line for line in sheet.wrong)
 
 
 def test_coolant_from_jacket_to_jacket_is_accounted_for(jig_borer_lumps):
