@@ -156,11 +156,14 @@ class Gaussian:
 
     def size_of(self, sample: Sample) -> float:
         """Return the size of a run's random walk over the usual: the mode for Student's t [1]."""
-        left = self.missed(sample) / np.sqrt(np.diag(self.spread))
-        grid = np.arange(0.0, sample.hours[-1] + 0.25, 0.5)
-        steps = np.diff([np.interp(grid, sample.hours, column) for column in left.T], prepend=0.0)
-        squares = float((steps**2).sum(axis=1).mean()) / (0.5 * self.walk**2 + 1.0)
-        return float(np.sqrt((DEGREES + squares) / (DEGREES + len(grid))))
+        hours = sample.hours
+        wanted = np.arange(0.5, hours[-1] + 0.25, 0.5)
+        rows = np.unique(np.searchsorted(hours[:-1], wanted))
+        left = self.missed(sample)[rows] / np.sqrt(np.diag(self.spread))
+        # A step holds the noise of both of its ends; the first one, that of the reading at 0.
+        variance = self.walk**2 * np.diff(hours[rows], prepend=0.0) + 2.0
+        steps = (np.diff(left, axis=0, prepend=0.0) ** 2).mean(axis=1) / variance
+        return float(np.sqrt((DEGREES + steps.sum()) / (DEGREES + len(rows))))
 
     def novelty(self, features: Array) -> Array:
         """Return each row's variance due to the weights, over that of the noise [1]."""

@@ -105,6 +105,13 @@ def test_a_run_that_wanders_teaches_less(monkeypatch):
     assert off(careful) < 0.7 * off(Gaussian.fit(runs))
 
 
+@pytest.mark.parametrize(("rows", "step_s"), [(150, 120.0), (60, 600.0), (20, 3600.0)])
+def test_the_size_of_a_walk_does_not_depend_on_how_often_it_is_measured(rows, step_s):
+    told = replace(known(), weights=WEIGHTS, spread=np.eye(2), walk=WALK, share=np.zeros(2))
+    walks = [drawn(s, WEIGHTS, walk=WALK, rows=rows, step_s=step_s) for s in range(200)]
+    assert np.mean([told.size_of(one) ** 2 for one in walks]) == pytest.approx(1.0, abs=0.05)
+
+
 def test_an_update_sizes_a_walk_by_what_it_has_learnt_as_a_fit_does():
     model, after = known(), known().updated(FURTHER)
     inside = np.linalg.inv(model.covariance)
