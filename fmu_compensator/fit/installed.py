@@ -199,7 +199,7 @@ class Installed:
             "scale": listed(model.scale, digits=12),
             "seen": listed(self.seen, digits=12),
             "walk_per_h": listed(model.walk**2),
-            "spread": listed(np.sqrt(np.diag(model.spread))),
+            "noise": listed(np.linalg.cholesky(model.spread)),
             "rows": listed(model.rows),
             "deviations": listed(DEVIATIONS),
             "coverage": COVERAGE,

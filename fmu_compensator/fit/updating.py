@@ -204,13 +204,13 @@ def gaussian_of(table: Mapping[str, Any]) -> Gaussian:
     ----------
     table : mapping
     """
-    seen, scale = _seen(table), np.array(table["scale"])
+    seen, scale, noise = _seen(table), np.array(table["scale"]), np.array(table["noise"])
     return Gaussian(
         np.array(table["weights"]).T,
         np.diag(by_feature(scale, seen.shape[1])) - seen.T @ seen,
         scale,
         float(np.sqrt(table["walk_per_h"])),
-        np.diag(np.square(table["spread"])),
+        noise @ noise.T,
         table["rows"],
         np.array(table.get("mean_share", [1.0] * len(table["constant"]))),
     )
@@ -225,7 +225,7 @@ def _condition(table: dict[str, Any], samples: Sequence[Sample]) -> None:
     after = gaussian_of(table).updated([sample for sample in samples if len(sample.hours)])
     table["weights"] = listed(after.weights.T)
     table["seen"] = listed(directions(after, samples, _seen(table)), digits=12)
-    table["spread"] = listed(np.sqrt(np.diag(after.spread)))
+    table["noise"] = listed(np.linalg.cholesky(after.spread))
     table["rows"] = after.rows
 
 

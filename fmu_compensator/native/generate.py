@@ -15,6 +15,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from importlib import import_module
 from itertools import chain
+from math import sqrt
+from operator import mul
 from pathlib import Path
 from typing import Any
 
@@ -239,7 +241,8 @@ def _gaussian(table: Mapping[str, Any], tree: _Tree) -> str:
         "usual": table["usual"] if table["reference"] == OF_FIXED else [],
         "lags_s": table["lags_s"],
         "prior": [value for value in table["scale"] for _ in range(inputs)],
-        "spread": table["spread"],
+        "noise": chain(*table["noise"]),
+        "spread": [sqrt(sum(map(mul, row, row))) for row in table["noise"]],
         "mean_share": table.get("mean_share", [1.0] * len(constant)),
         "weights": _in_lanes([[*row, constant] for row, constant in weights]),
         "seen": [number for some in tables for number in _in_lanes(some)],

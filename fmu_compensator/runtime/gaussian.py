@@ -57,8 +57,8 @@ class Gaussian:
         d from training [1/K].
     walk_per_h : float
         rho^2 [1/h].
-    spread : list of float, one per target
-        Standard deviation of the noise: square root of Sigma's diagonal [um, urad].
+    noise : list of list of float, a row per target
+        Lower triangular root of Sigma, the covariance of the noise [um, urad].
     deviations : float
         Half width of the interval in standard deviations [1].
     coverage : float
@@ -77,12 +77,13 @@ class Gaussian:
         scale: list[float],
         seen: list[list[float]],
         walk_per_h: float,
-        spread: list[float],
+        noise: list[list[float]],
         deviations: float,
         coverage: float,
     ) -> None:
         self.fixed = reference == OF_FIXED
-        self.usual, self.spread, self.mean_share = usual, spread, mean_share
+        self.usual, self.noise, self.mean_share = usual, noise, mean_share
+        self.spread = [sqrt(sum(map(mul, row, row))) for row in noise]  # of each target
         self.deviations, self.coverage = deviations, coverage
         self._constant, self._settled_h = constant, settled_h
         self._lags_s, self._learnt, self._seen = lags_s, weights, seen
@@ -109,10 +110,12 @@ class Gaussian:
         width = inputs * (1 + len(lags_s))
         rows = len(fields.items("seen", "lists of numbers"))
         reference = fields.choice("reference", (OF_START, OF_FIXED))
-        spread = fields.numbers("spread", targets)
-        for place, value in enumerate(spread):
-            if not value > 0.0:
-                raise fields.refusal(f"spread.{place}", f"{value:g} is not allowed: above 0")
+        noise = fields.matrix("noise", targets, targets)
+        for place, row in enumerate(noise):
+            if not row[place] > 0.0:
+                raise fields.refusal(
+                    f"noise.{place}.{place}", f"{row[place]:g} is not allowed: above 0"
+                )
         model = cls(
             reference,
             fields.numbers("usual", inputs, 1e4) if reference == OF_FIXED else [0.0] * inputs,
@@ -126,7 +129,7 @@ class Gaussian:
             fields.numbers("scale", 1 + len(lags_s), LARGEST, low=0.0),
             fields.matrix("seen", rows, width) if rows else [],
             fields.number("walk_per_h", 0.0, LARGEST),
-            spread,
+            noise,
             fields.number("deviations", 0.0, 1e3),
             fields.number("coverage", 0.01, 0.9999),
         )

@@ -29,9 +29,9 @@ __all__ = [
     "parse_model",
 ]
 
-FORMAT = 3
-"""Given by the form of the file: 1 and 2 held an error model and layers around it, 3 holds one
-Gaussian."""
+FORMAT = 4
+"""Given by the form of the file: 1 and 2 held an error model and layers around it, 3 one Gaussian,
+4 also how the errors of its targets are correlated."""
 KIND = "spindle-drift compensator"
 INPUT_FORMS = ("rise", "absolute", "level")
 

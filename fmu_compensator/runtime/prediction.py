@@ -132,13 +132,9 @@ class Prediction:
         if tool_length != self._tool_length:
             self._tool_length = tool_length
             self._axes = self.model.geometry.weights(tool_length)
-            # Errors of tilt and radial drift are correlated, with unknown sign.
-            self._spread = [
-                sum(
-                    abs(weight) * one for weight, one in zip(row, self.gaussian.spread, strict=True)
-                )
-                for row in self._axes
-            ]
+            columns = list(zip(*self.gaussian.noise, strict=True))
+            along = [[sum(map(mul, row, column)) for column in columns] for row in self._axes]
+            self._spread = [sqrt(sum(map(mul, row, row))) for row in along]
         return self._axes
 
     def state(self) -> dict[str, Any]:

@@ -1,6 +1,15 @@
 """Tables of the Gaussian for compensator files written by hand."""
 
+from collections.abc import Sequence
 from typing import Any
+
+
+def apart(spread: Sequence[float]) -> list[list[float]]:
+    """Return the root of the covariance of noise that is not correlated."""
+    return [
+        [one if row == column else 0.0 for column in range(len(spread))]
+        for row, one in enumerate(spread)
+    ]
 
 
 def knows_nothing(targets: int, inputs: int = 2) -> dict[str, Any]:
@@ -14,7 +23,7 @@ def knows_nothing(targets: int, inputs: int = 2) -> dict[str, Any]:
         "scale": [0.0],
         "seen": [],
         "walk_per_h": 0.0,
-        "spread": [1.0] * targets,
+        "noise": apart([1.0] * targets),
         "rows": 100.0,
         "deviations": 2.0,
         "coverage": 0.9,
@@ -37,6 +46,6 @@ def learnt(table: dict[str, Any], lags_s: tuple[float, ...] = (600.0,)) -> dict[
             "scale": [0.5] * (1 + len(lags_s)),
             "seen": [[0.495**0.5 / 2**0.5, 0.495**0.5 / 2**0.5, *behind]],
             "walk_per_h": 0.25,
-            "spread": [1.0, 4.0, 3.0, 2.0, 0.5][:targets],
+            "noise": apart([1.0, 4.0, 3.0, 2.0, 0.5][:targets]),
         }
     }

@@ -9,6 +9,7 @@ from fmu_compensator.fit.fitting import compensator_text
 from fmu_compensator.runtime.modelfile import Model, parse_model
 from measurement.runs import Run
 from tests.fmu_compensator.conftest import DIRECT_RIG
+from tests.fmu_compensator.gaussians import apart
 from tests.fmu_compensator.test_installed import RUNS, direct, fitted
 
 
@@ -16,7 +17,7 @@ from tests.fmu_compensator.test_installed import RUNS, direct, fitted
 def model() -> Model:
     """Return a compensator that has learnt little: one weight tells nothing about another."""
     table = fitted("gaussian")
-    little = {"scale": [0.01] * 4, "seen": [], "walk_per_h": 0.25, "spread": [1.0, 1.0]}
+    little = {"scale": [0.01] * 4, "seen": [], "walk_per_h": 0.25, "noise": apart([1.0, 1.0])}
     table = table | {"gaussian": table["gaussian"] | little}
     return parse_model(compensator_text(table), "made")
 

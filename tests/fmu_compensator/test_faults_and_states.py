@@ -185,7 +185,7 @@ def test_a_foreign_state_is_refused(five_point_table, as_model):
     for compensator, other in ((plain, knowing), (knowing, plain)):
         state, foreign = compensator.state(), other.state()
         gaussian = {"gaussian": foreign["gaussian"]}
-        for damage in ({"format": 1}, {"format": 4}, {"reference": [1.0]}, gaussian):
+        for damage in ({"format": 1}, {"format": 5}, {"reference": [1.0]}, gaussian):
             with pytest.raises(ValueError, match="state"):
                 compensator.restore(state | damage)
         for name in ({*state} - {"gaussian"}, ()):

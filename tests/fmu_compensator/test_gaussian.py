@@ -167,7 +167,7 @@ def installed(model: Gaussian) -> Installed:
         model.scale.tolist(),
         directions(model, SAMPLES).tolist(),
         model.walk**2,
-        np.sqrt(np.diag(model.spread)).tolist(),
+        np.linalg.cholesky(model.spread).tolist(),
         2.35,
         0.9,
     )
@@ -323,7 +323,7 @@ def read(table: dict[str, Any]) -> Installed:
         ({"reference": "end"}, "gaussian.reference"),
         ({"reference": "fixed"}, "gaussian.usual"),
         ({"usual": [20.0, 20.0]}, "not a known field"),
-        ({"spread": [1.0, 0.0]}, "gaussian.spread.1: 0 is not allowed: above 0"),
+        ({"noise": [[1.0, 0.0], [2.0, 0.0]]}, "gaussian.noise.1.1: 0 is not allowed: above 0"),
         ({"weights": [[0.0] * 2] * 3}, "gaussian.weights"),
         ({"lags_s": [600.0]}, "gaussian.weights.0"),
         ({"seen": [[1.0]]}, "gaussian.seen.0"),

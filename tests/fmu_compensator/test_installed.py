@@ -75,6 +75,8 @@ def test_the_file_does_what_was_fitted(kind, form):
     found = np.array([[one.dX_uncertainty, one.dZ_uncertainty] for one in told])
     # Nine digits of a difference of large numbers: what the weights leave open.
     assert found == pytest.approx(width[1:], rel=1e-3)
+    noise = np.array(table["gaussian"]["noise"])
+    assert noise @ noise.T == pytest.approx(twin.gaussian.spread, rel=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -108,7 +108,7 @@ def test_any_damaged_bytes_give_a_model_or_one_line(five_point_table, tmp_path, 
 @pytest.mark.parametrize(
     ("field", "value", "told"),
     [
-        ("format", 4, "newer version"),
+        ("format", 5, "newer version"),
         ("format", 0, "whole number"),
         ("kind", "other", "spindle-drift compensator"),
         ("extra", 1, "not a known field"),

@@ -42,7 +42,7 @@ def test_one_by_one_is_all_at_once(kind, monkeypatch):
     for run in reversed(runs(2, 3, 4)):
         in_turn = updated(in_turn, [run])
     found = in_turn.table["gaussian"]
-    for name in ("weights", "spread"):
+    for name in ("weights", "noise"):
         size = np.abs(whole[name]).max()
         assert np.array(found[name]) == pytest.approx(np.array(whole[name]), abs=1e-4 * size)
     one, other = (np.array(table["seen"]) for table in (whole, found))

@@ -17,7 +17,7 @@ def five_point_table(sensors: int = 11, gain: float = 1.0) -> dict[str, Any]:
     """
     weights = [[2.0, 1.0], [1.5, -0.5], [0.5, 0.25], [0.4, 0.1], [-0.3, 0.2]]
     return {
-        "format": 3,
+        "format": 4,
         "kind": "spindle-drift compensator",
         "name": f"by_hand_{gain:g}".replace(".", "_"),
         "title": "Numbers made by hand",

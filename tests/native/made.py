@@ -23,6 +23,14 @@ def matrix(random: Random, rows: int, columns: int, size: float = 1.0) -> list[l
     return [row(random, columns, -size, size) for _ in range(rows)]
 
 
+def root(random: Random, size: int) -> list[list[float]]:
+    """Return a lower triangular root of a covariance."""
+    return [
+        [*row(random, place, -4.0, 4.0), random.uniform(0.5, 9.0), *[0.0] * (size - place - 1)]
+        for place in range(size)
+    ]
+
+
 def mlr(random: Random, inputs: int, targets: int) -> Table:
     return {"intercept": row(random, targets), "coefficients": matrix(random, targets, inputs, 3.0)}
 
@@ -243,7 +251,7 @@ def gaussian(random: Random, inputs: int, targets: int, fixed: bool) -> Table:
         "scale": scale,
         "seen": matrix(random, count, width, size),
         "walk_per_h": random.choice([0.0, 0.3, 4.0]),
-        "spread": row(random, targets, 0.5, 9.0),
+        "noise": root(random, targets),
         "rows": 100.0,
         "deviations": 2.35,
         "coverage": 0.9,

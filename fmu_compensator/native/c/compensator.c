@@ -74,6 +74,16 @@ static double elapsed_since(struct content *now, double time_s, double step_s)
     return time_s >= last && isfinite(time_s) ? fmin(time_s - last, FIELDS_LARGEST) : step_s;
 }
 
+double compensator_noise(const struct compensator *self, size_t axis, size_t column)
+{
+    const double *weights = self->axes + axis * model_target_count;
+    double along = 0.0;
+    for (size_t target = 0; target < model_target_count; target++) {
+        along += weights[target] * model_gaussian.noise[target * model_target_count + column];
+    }
+    return along;
+}
+
 /* Computes what depends on the tool length; the nearest allowed one is used if it is invalid. */
 static void set_tool(struct compensator *self, double tool_length)
 {
@@ -85,11 +95,12 @@ static void set_tool(struct compensator *self, double tool_length)
     self->tool_length = nearest;
     geometry_weights(nearest, self->axes);
     for (size_t axis = 0; axis < 3; axis++) {
-        self->spread[axis] = 0.0;
-        for (size_t target = 0; target < model_target_count; target++) {
-            double weight = fabs(self->axes[axis * model_target_count + target]);
-            self->spread[axis] += weight * model_gaussian.spread[target];
+        double squares = 0.0;
+        for (size_t column = 0; column < model_target_count; column++) {
+            double along = compensator_noise(self, axis, column);
+            squares += along * along;
         }
+        self->spread[axis] = sqrt(squares);
     }
 }
 

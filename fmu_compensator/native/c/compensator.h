@@ -66,6 +66,9 @@ void compensator_make(struct setup *setup, struct compensator *self);
 /* Starts over: no reference, no offsets; the output is that before the first sample. */
 void compensator_reset(struct compensator *self, struct content *content);
 
+/* Returns an axis' weight of a column of the root of the noise's covariance [um]. */
+double compensator_noise(const struct compensator *self, size_t axis, size_t column);
+
 /* Computes the error model's weighted prediction for a sample [um, urad]. */
 void compensator_mean(struct compensator *self, const struct sample *sample, double *mean);
 

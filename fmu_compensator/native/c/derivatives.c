@@ -27,9 +27,12 @@ static double spread_moved(const struct compensator *self, size_t axis, double t
     if (!model_geometry.needs_tool_length || axis == 2) {
         return 0.0;
     }
-    double turn = tool_seed * GEOMETRY_UM_PER_MM * GEOMETRY_RAD_PER_URAD;
-    double weight = self->axes[axis * model_target_count + 1 + axis];
-    return (weight < 0.0 ? -turn : turn) * model_gaussian.spread[1 + axis];
+    const double *noise = model_gaussian.noise + (1 + axis) * model_target_count;
+    double turned = 0.0;
+    for (size_t column = 0; column < model_target_count; column++) {
+        turned += compensator_noise(self, axis, column) * noise[column];
+    }
+    return tool_seed * GEOMETRY_UM_PER_MM * GEOMETRY_RAD_PER_URAD * turned / self->spread[axis];
 }
 
 void compensator_derive(
