@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import hypot
+
 import numpy as np
 
 from plant_model.anatomy import bearings
@@ -21,8 +23,8 @@ class UnevenBearingHeating(Effect):
 
     If the housing around a bearing is described in sectors, the ring's warm side also conducts more
     heat: g D / 2 more into the sector whose warming tilts that way and as much less into the
-    opposite one, with the conductance g from the bearing to the sector. This part follows P at
-    once.
+    opposite one, with the conductance g from the bearing to the sector; into the others in
+    proportion to the cosine of the angle. This part follows P at once.
     """
 
     title = "Uneven heat around the bearing"
@@ -84,7 +86,7 @@ class UnevenBearingHeating(Effect):
                 sector = index.get(other)
                 if sector is None or not any(leaning.get(sector, ())):
                     continue
-                yaw, pitch = (float((turn > 0.0) - (turn < 0.0)) for turn in leaning[sector])
+                yaw, pitch = (turn / hypot(*leaning[sector]) for turn in leaning[sector])
                 side = yaw * np.cos(angle) + pitch * np.sin(angle)
                 unit = np.zeros(len(machine.nodes))
                 unit[sector] = 1.0

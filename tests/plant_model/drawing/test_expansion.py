@@ -16,6 +16,7 @@ from plant_model.machine_writer import write_machine
 from plant_model.parameters import ParameterError
 from plant_model.simulate import Simulation, simulate
 from plant_model.warm_up import warm_up
+from tests.plant_model.conftest import with_effects
 from tests.plant_model.drawing.by_hand import lumps
 from tests.plant_model.drawing.pages import changed, machine_of, shipped_page, small_page
 
@@ -98,6 +99,24 @@ def test_one_sidedness_does_not_depend_on_the_sectors():
     np.testing.assert_allclose(tilts[1:], tilts[-1], rtol=0.001)
     even = machine_of(small_page(), sectors=1)
     assert simulate(even, warm_up(even)).pose[0, WARM, 3] == 0.0
+
+
+def test_a_bearing_warmer_on_one_side_tilts_alike_in_all_sectors():
+    page = changed(
+        changed(small_page(), "jackets.0.inlet_side", None), "jackets.0.unevenness", None
+    )
+    tilts = []
+    for sectors, degrees in ((4, 0.0), (8, 0.0), (8, 30.0), (16, 90.0)):
+        machine = with_effects(machine_of(page, sectors=sectors), "uneven_bearing_heating")
+        machine = machine.with_values({"effects.uneven_bearing_heating.direction": degrees})
+        found = simulate(machine, warm_up(machine))
+        # The ring's own tilt, without that of the housing: 11.5 urad/K, 0.8 and 1.5 K.
+        ring = 11.5 * 0.8 * 1.5 * found.states[0, WARM, 0]
+        plain = simulate(machine_of(page, sectors=sectors), warm_up(machine))
+        tilt = (found.pose - plain.pose)[0, WARM, 3:5]
+        tilts.append(np.hypot(*tilt) - ring)
+    assert tilts[0] > 3.0
+    np.testing.assert_allclose(tilts, tilts[-1], rtol=0.03)
 
 
 @pytest.mark.parametrize(
