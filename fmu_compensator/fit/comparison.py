@@ -274,8 +274,8 @@ class _Bench:
                 raise BadInput("judged runs", "", problem)
             for run in validate.runs:
                 if run.history([]).known.sum() < FEWEST_JUDGED_ROWS:
-                    problem = f"has fewer than {FEWEST_JUDGED_ROWS} rows with all displacements"
-                    raise BadInput("judged runs", run.name, f"{problem}: leave it out")
+                    few = f"has fewer than {FEWEST_JUDGED_ROWS} rows with all displacements"
+                    raise BadInput("judged runs", run.name, f"{run.lost or few}: leave it out")
             self._prepared[form] = train, validate
         return self._prepared[form]
 

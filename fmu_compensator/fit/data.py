@@ -58,6 +58,8 @@ class PreparedRun:
         The temperatures without interpolation: NaN between the readings of a slow sensor.
     late_s : float
         Time from the start until its drift begins to count [s].
+    lost : str
+        Which displacements have fewer than two usable readings, and why; empty if none.
     """
 
     name: str
@@ -69,6 +71,7 @@ class PreparedRun:
     usable: NDArray[np.bool_]
     readings: Array
     late_s: float
+    lost: str
 
     def complete(self, columns: Sequence[int]) -> TrainingRun:
         """Return the rows in which the targets and the given inputs are complete."""
@@ -180,11 +183,12 @@ def prepare(
     left = cleaned(runs, faults, left_out(leave_out_frozen))
     common = _common_sensors(runs, left, sensors, notes)
     targets: tuple[str, ...] = ()
-    prepared = []
+    prepared: list[PreparedRun] = []
     for run in left:
         frame = counted(_targets(rig, run), input_form)
         targets = tuple(split_column(str(name))[0] for name in frame.columns)
-        prepared.append(_prepared_run(run, frame.to_numpy(float), common, input_form))
+        lost = _lost(runs[len(prepared)], run, rig)
+        prepared.append(_prepared_run(run, frame.to_numpy(float), common, input_form, lost))
     for place, prepared_run in enumerate(prepared):
         prepared_run.usable[:] = _live(runs[place], left[place], rig)
     notes += [
@@ -298,7 +302,23 @@ def moved_by(rises: Array) -> Array:
     return np.asarray(np.ptp(median_filter(rises, size=(rows, 1), mode="nearest"), axis=0))
 
 
-def _prepared_run(run: Run, targets: Array, sensors: Sequence[str], input_form: str) -> PreparedRun:
+def _lost(run: Run, left: Run, rig: Rig | MeasuredColumns) -> str:
+    """Return which displacements have fewer than two readings left, and why."""
+    reasons = []
+    for name in rig.columns:
+        readings = run.frame[name].dropna().unique()
+        if len(readings) == 1 and run.frame[name].count() > 1:
+            why = f"reads exactly {readings[0]:g} um in every row"
+        else:
+            why = "is broken or missing in almost every row"
+        if left.frame[name].count() < 2 <= len(run.frame):
+            reasons.append(f"{name} {why}")
+    return "; ".join(reasons)
+
+
+def _prepared_run(
+    run: Run, targets: Array, sensors: Sequence[str], input_form: str, lost: str
+) -> PreparedRun:
     columns = [run.frame[column(name, "degC")].to_numpy(float) for name in sensors]
     temperatures = np.column_stack([bridged(run.time_s, values) for values in columns])
     rows = len(temperatures)
@@ -315,6 +335,7 @@ def _prepared_run(run: Run, targets: Array, sensors: Sequence[str], input_form: 
         np.ones(rows, dtype=bool),
         np.column_stack(columns),
         late_by(run.time_s, targets, input_form),
+        lost,
     )
 
 

@@ -253,7 +253,7 @@ def on_grid(run: PreparedRun, candidates: Sequence[int]) -> tuple[Array, Array]:
     """
     rows = run.usable & np.isfinite(run.targets).all(axis=1)
     if rows.sum() < 2:
-        raise BadInput(run.name, "", "has fewer than 2 rows with all displacements")
+        raise BadInput(run.name, "", run.lost or "has fewer than 2 rows with all displacements")
     time = np.arange(run.time_s[rows][0], run.time_s[rows][-1], GRID_S)
     if len(time) < 3:
         raise BadInput(run.name, "", f"is shorter than {3 * GRID_S:g} s: too short to choose from")

@@ -67,6 +67,8 @@ class Recipe:
 
     def choose(self, prepared: Prepared, runs: Sequence[PreparedRun]) -> tuple[list[int], Any]:
         """Return the indices of the chosen sensors, and the choice for the provenance."""
+        if all(run.lost for run in runs):
+            raise BadInput("training runs", runs[0].name, f"{runs[0].lost}: leave out either")
         candidates = [index for index in prepared.candidates if moves(runs, index)]
         if self.points in ("all", *GROUPINGS) and not candidates:
             problem = "no temperature moves in most runs and is sound in all"

@@ -130,11 +130,11 @@ def _places(model: Model, prepared: Prepared) -> list[int]:
     chosen = [prepared.sensors.index(name) for name in used]
     for run in prepared.runs:
         if run.complete(chosen).known.sum() < FEWEST_JUDGED_ROWS:
-            problem = (
+            problem = run.lost or (
                 f"has fewer than {FEWEST_JUDGED_ROWS} rows with all displacements and all "
-                "thermometers in use: nothing can be learnt from it"
+                "thermometers in use"
             )
-            raise BadInput("update", run.name, problem)
+            raise BadInput("update", run.name, f"{problem}: nothing can be learnt from it")
     return chosen
 
 

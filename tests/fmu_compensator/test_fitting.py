@@ -280,12 +280,19 @@ def test_runs_that_cannot_be_used_are_refused(rig):
         ([Run("x", RUNS[0].frame.head(2))], "x: is shorter than"),
         ([changed(RUNS[0], **{f"T{k}_degC": 20.0 for k in (1, 2, 3, 4)})], "no temperature moves"),
         ([Run("x", RUNS[0].frame.rename(columns={"T1_degC": "T 1_degC"}))], "signal's name"),
-        ([changed(RUNS[0], S1_um=np.nan)], "fewer than 2 rows"),
+        ([changed(RUNS[0], S1_um=np.nan)], "S1_um is broken or missing in almost every row"),
+        ([changed(run, S5_um=3.25) for run in RUNS], "a: S5_um reads exactly 3.25 um in every row"),
     ]
     for runs, told in cases:
         with pytest.raises(BadInput, match=told) as caught:
-            fit_compensator(runs, rig, "mlr")
+            fit_compensator(runs, rig, "mlr", judge=False)
         assert len(str(caught.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("model", [None, "ridge"])
+def test_a_displacement_that_stands_in_every_run_is_named(rig, model):
+    with pytest.raises(BadInput, match=r"S5_um reads exactly 3.25 um in every row"):
+        fit_compensator([changed(run, S5_um=3.25) for run in RUNS], rig, model)
 
 
 @pytest.mark.long
