@@ -168,6 +168,7 @@ def fit_compensator(
             *doubt_lines(runs),
             *prepared.notes,
             *_dropped(prepared, rows),
+            *installed.fitted.notes,
             *(_beyond(prepared, rig) if geometry_form == "pure_rotation" else ()),
             *([warm] if warm else []),
         ],

@@ -31,6 +31,8 @@ SIGNIFICANCE = 0.05
 LARGEST_ORDER = 3
 """Largest p and q, which the option ``order`` may lower: a judgement, set on no data. The study's
 own orders are missing from its text."""
+GAP_STEPS, FEWEST_IN_STRETCH = 3.0, 10
+"""A series ends at a longer gap, and has at least this many rows: a judgement, set on no data."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,10 @@ class AutoregressiveMovingAverage(FittedModel):
         Length of a step [s].
     series : list of Series
         One per target.
+    names : list of str
+        Of the targets.
+    notes : tuple of str
+        Which runs were left out.
     """
 
     title = "Time series (ARMA)"
@@ -73,8 +79,10 @@ class AutoregressiveMovingAverage(FittedModel):
     history = True
     uses_measured = True
 
-    def __init__(self, step_s: float, series: list[Series], names: list[str]) -> None:
-        self.step_s, self.series, self._names = step_s, series, names
+    def __init__(
+        self, step_s: float, series: list[Series], names: list[str], notes: tuple[str, ...] = ()
+    ) -> None:
+        self.step_s, self.series, self._names, self.notes = step_s, series, names, notes
 
     @classmethod
     def fit(
@@ -105,12 +113,19 @@ class AutoregressiveMovingAverage(FittedModel):
         refuse_poor(task)
         step = usual_step(task) if step_s is None else within("arma", "step_s", step_s, 0.1, 1e5)
         largest = whole("arma", "order", order, 1, LARGEST_ORDER)
-        pieces = [piece for run in task.runs for piece in _even(run, step)]
+        of_runs = [(run.name, _even(run, step)) for run in task.runs]
+        pieces = [piece for _, parts in of_runs for piece in parts]
         if sum(len(piece) for piece in pieces) < FEWEST_ROWS:
             raise BadInput("training runs", "", "no stretch of drift is long enough for a series")
         targets = range(len(task.target_names))
         series = [_fit_series([piece[:, t] for piece in pieces], largest) for t in targets]
-        return cls(step, series, list(task.target_names))
+        short = f"no {FEWEST_IN_STRETCH} rows in it follow each other within {GAP_STEPS * step:g} s"
+        notes = tuple(
+            f"{name} is left out of the time series: {short}"
+            for name, parts in of_runs
+            if not parts
+        )
+        return cls(step, series, list(task.target_names), notes)
 
     def table(self) -> dict[str, Any]:
         """Return the numbers for the compensator file."""
@@ -143,10 +158,10 @@ class AutoregressiveMovingAverage(FittedModel):
 def _even(run: TrainingRun, step_s: float) -> list[Array]:
     """Return the run's drift on the even clock, split where it was not measured for a while."""
     time, targets = run.time_s[run.known], run.targets[run.known]
-    cuts = np.flatnonzero(np.diff(time) > 3.0 * step_s) + 1
+    cuts = np.flatnonzero(np.diff(time) > GAP_STEPS * step_s) + 1
     pieces = []
     for part, values in zip(np.split(time, cuts), np.split(targets, cuts), strict=True):
-        if len(part) < 10:
+        if len(part) < FEWEST_IN_STRETCH:
             continue
         grid = np.arange(part[0], part[-1], step_s)
         pieces.append(np.column_stack([np.interp(grid, part, column) for column in values.T]))

@@ -9,10 +9,12 @@ from statsmodels.tsa.arima.model import ARIMA
 from statsmodels.tsa.statespace.mlemodel import MLEModel
 
 from fmu_compensator.fit.error_models.mlr import MultipleLinearRegression
+from fmu_compensator.fit.fitting import fit_compensator
 from fmu_compensator.fit.training import TrainingRun
 from measurement.errors import BadInput
 from studies.fit.arma import AutoregressiveMovingAverage
 from studies.fit.arx import AutoregressiveExogenous
+from tests.fmu_compensator.conftest import RIG, make_run
 from tests.fmu_compensator.models.made import lag, rms, run_of, steps, task_of
 
 # ARX
@@ -144,6 +146,16 @@ def test_arma_differences_once_and_finds_the_coefficient():
         impulse[k] = sum(a * impulse[k - 1 - i] for i, a in enumerate(series.ar[:k]))
         impulse[k] += series.ma[k - 1] if k <= len(series.ma) else 0.0
     assert impulse[:4] == pytest.approx([1.0, 0.7, 0.49, 0.343], abs=0.1)
+
+
+def test_a_run_that_is_sampled_too_coarsely_for_arma_is_named():
+    runs = [make_run(name, seed, step_s=60.0) for seed, name in enumerate("ab")]
+    runs.append(make_run("coarse", 2, step_s=600.0))
+    table = fit_compensator(runs, RIG, "arma", judge=False)
+    notes = [note for note in table["provenance"]["notes"] if "time series" in note]
+    assert notes == [
+        "coarse is left out of the time series: no 10 rows in it follow each other within 180 s"
+    ]
 
 
 def test_arma_is_that_of_the_largest_of_several_likelihoods():

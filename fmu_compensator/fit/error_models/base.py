@@ -54,6 +54,8 @@ class FittedModel(ABC):
         Whether it uses temperatures.
     usual_form, usual_points : str
         The default input form and points.
+    notes : tuple of str
+        What the fit left out, one line each.
     variants : mapping of str to (title, options)
         The same model with other options, as further rows of a comparison.
     """
@@ -61,6 +63,7 @@ class FittedModel(ABC):
     title: ClassVar[str] = ""
     history: ClassVar[bool] = False
     uses_measured: bool = False
+    notes: tuple[str, ...] = ()
     by_temperature: ClassVar[bool] = True
     usual_form: ClassVar[str] = "rise"
     usual_points: ClassVar[str] = "grey"
