@@ -287,9 +287,7 @@ class _Ridge:
     """
 
     def __init__(self, predictors: Sequence[FloatArray], left: Sequence[FloatArray]) -> None:
-        self._runs = [
-            (x.T @ x, x.T @ np.nan_to_num(y), len(x)) for x, y in zip(predictors, left, strict=True)
-        ]
+        self._runs = [_equations(x, y) for x, y in zip(predictors, left, strict=True)]
         runs = range(len(predictors))
         costs, made = [], []
         for penalty in PENALTIES:
@@ -302,11 +300,28 @@ class _Ridge:
         self._weight = _chosen(best, weights)
 
     def _fit(self, runs: Sequence[int], penalty: float) -> FloatArray:
-        matrix = np.sum([self._runs[k][0] for k in runs], axis=0)
-        right = np.sum([self._runs[k][1] for k in runs], axis=0)
-        count = sum(self._runs[k][2] for k in runs)
-        return np.asarray(np.linalg.solve(matrix + penalty * count * np.eye(len(right)), right))
+        matrix, right, count = (
+            np.sum([self._runs[k][part] for k in runs], axis=0) for part in range(3)
+        )
+        # A channel without a reading has zero weights.
+        pull = penalty * np.maximum(count, 1)[:, None, None] * np.eye(matrix.shape[-1])
+        return np.asarray(np.linalg.solve(matrix + pull, right[:, :, None])[:, :, 0].T)
 
     def of(self, predictors: FloatArray) -> FloatArray:
         """Return the prediction for another run, shape (K, C) [tolerances]."""
         return np.asarray(predictors @ self._weight)
+
+
+def _equations(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the normal equations of each channel on the rows in which it was measured.
+
+    Returns
+    -------
+    matrix : array (C, P, P)
+    right : array (C, P)
+    count : array (C,)
+        Rows.
+    """
+    measured = np.isfinite(y)
+    matrix = np.stack([x[rows].T @ x[rows] for rows in measured.T])
+    return matrix, np.nan_to_num(y).T @ x, measured.sum(axis=0)

@@ -66,6 +66,17 @@ def test_a_channel_that_is_missing_in_a_run_is_no_obstacle(jig_borer_lumps, obse
     assert np.isfinite(reference.reducible)
 
 
+def test_rows_without_a_reading_do_not_weaken_the_regression(jig_borer_lumps, observed):
+    found = [residuals(jig_borer_lumps, one) for one in observed]
+    at = observed[0].channels.index("T8")
+    for one in found:
+        one.values[:, at] += 1.5 * behind(one.observed, 45.0) / 10000.0
+        one.values[np.arange(len(one.values)) % 3 > 0, at] = np.nan
+    sources = ReferenceModel(jig_borer_lumps, found).sources_of("T8")
+    assert (sources[0].input, sources[0].lag_min) == ("speed", 45.0)
+    assert sources[0].share > 0.9
+
+
 def test_how_warm_it_started_is_a_source(jig_borer_lumps, observed):
     found = []
     for one, warm in zip(observed, (6.0, -3.0, 0.5, 4.0), strict=True):
