@@ -414,4 +414,9 @@ def _words(signal: str) -> set[str]:
 def _has(frame: pd.DataFrame) -> str:
     names = [str(name) for name in frame.columns if str(name).endswith("_um")]
     listed = ", ".join(names[:8]) + (", ..." if len(names) > 8 else "")
-    return f" (its displacement columns: {listed})" if names else " (it has no displacement column)"
+    if names:
+        return f" (its displacement columns: {listed})"
+    lengths = [str(name) for name in frame.columns if str(name).endswith("_mm")]
+    drifts = [name for name in lengths if axis_of(name.removesuffix("_mm"))]
+    in_mm = f"; a drift must be in um, not mm: {', '.join(drifts)}" if drifts else ""
+    return f" (it has no displacement column{in_mm})"

@@ -14,7 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from measurement.resampling import WARMS_K, WRONG, FloatArray
+from measurement.rig import axis_of
 from measurement.runs import TIME, Run
+from measurement.units import UM_PER_MM, split_column
 
 
 class Usual(NamedTuple):
@@ -72,6 +74,7 @@ def unlikely_units(runs: Sequence[Run], warm: Sequence[FloatArray]) -> list[tupl
         *_temperatures(runs),
         *_clock(runs, warm),
         *_displacements(runs, warm),
+        *_lengths(runs, warm),
         *_speeds(runs, warm),
     ]
 
@@ -135,11 +138,7 @@ def _displacements(runs: Sequence[Run], warm: Sequence[FloatArray]) -> Iterator[
     usual = USUAL["drift for each kelvin [um]"].median
     for name in runs[0].displacements:
         doubted = []
-        for run, rise in zip(runs, warm, strict=True):
-            if name not in run.frame or not run.frame[name].notna().any():
-                continue
-            ends = np.quantile(run.frame[name].dropna(), (0.02, 0.98))  # no single reading decides
-            span, kelvin = float(np.ptp(ends)), float(np.ptp(rise))
+        for run, span, kelvin in _spans(runs, warm, name):
             ratio = span / max(kelvin, WARMS_K)
             # A machine that does not warm may be at rest; it cannot move by metres.
             if span == 0.0 or (kelvin < WARMS_K and ratio < usual):
@@ -149,6 +148,40 @@ def _displacements(runs: Sequence[Run], warm: Sequence[FloatArray]) -> Iterator[
                 text = f"{text}: {other[0]}? then its unit is {other[1]}"
                 doubted.append((run.name, text))
         yield from _told(name, doubted, len(runs))
+
+
+def _lengths(runs: Sequence[Run], warm: Sequence[FloatArray]) -> Iterator[tuple[str, str]]:
+    """Doubt lengths in mm that move like the drift of an axis without a displacement.
+
+    Such a name may also belong to the position of an axis, which moves by much more.
+    """
+    measured = {_axis(name) for name in runs[0].displacements}
+    for name in runs[0].of_unit("mm"):
+        if _axis(name) in {None, *measured}:
+            continue
+        doubted = []
+        for run, span, kelvin in _spans(runs, warm, name):
+            drift = UM_PER_MM * span / max(kelvin, WARMS_K)
+            usual = USUAL["drift for each kelvin [um]"]
+            if drift > 0.0 and usual.log_likelihood(drift) > math.log(WRONG):
+                text = f"moves by {span:.2g} mm while the machine warms by {kelvin:.0f} K: a drift?"
+                doubted.append((run.name, f"{text} only one in um is used: convert it"))
+        yield from _told(name, doubted, len(runs))
+
+
+def _axis(name: str) -> str | None:
+    found = axis_of(split_column(name)[0])
+    return found[0] if found else None
+
+
+def _spans(
+    runs: Sequence[Run], warm: Sequence[FloatArray], name: str
+) -> Iterator[tuple[Run, float, float]]:
+    """Give the span of a column in each run that has it, and of the warming [K]."""
+    for run, rise in zip(runs, warm, strict=True):
+        if name in run.frame and run.frame[name].notna().any():
+            ends = np.quantile(run.frame[name].dropna(), (0.02, 0.98))  # no single reading decides
+            yield run, float(np.ptp(ends)), float(np.ptp(rise))
 
 
 def _speeds(runs: Sequence[Run], warm: Sequence[FloatArray]) -> Iterator[tuple[str, str]]:

@@ -64,6 +64,15 @@ def test_millimetres_called_micrometres_and_the_other_way_round(tmp_path):
     assert "micrometres taken for millimetres?" in found["z_um"]
 
 
+def test_a_drift_in_millimetres_is_doubted_and_the_position_of_an_axis_is_not():
+    frame = run_of_day(1).frame
+    drift = frame["z_um"] / 1000.0
+    lengths = {"disp_z_mm": drift, "x_pos_mm": 5000.0 * drift, "tool_mm": drift}
+    run = Run("day", frame.drop(columns="z_um").assign(**lengths))
+    assert dict(doubts([run])).keys() == {"disp_z_mm"}
+    assert doubts([Run("day", frame.assign(**lengths))]) == []  # Z is measured in um
+
+
 def test_one_run_among_others_in_another_unit():
     runs = [run_of_day(number) for number in (1, 2, 3)]
     frame = runs[1].frame
