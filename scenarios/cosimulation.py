@@ -339,9 +339,10 @@ class _Loop:
 
     def _compensator_columns(self, compensator: Slave) -> Iterator[tuple[str, FloatArray]]:
         disturbed = {fault.sensor for fault in self.case.settings.faults}
+        if self.case.settings.compensator.tool_length_mm is not None:
+            disturbed.add(TOOL_LENGTH)
         for name, values in self._table(self.seen_in):
-            blind = name == TOOL_LENGTH and self.case.settings.compensator.tool_length_mm
-            if name in disturbed or blind:
+            if name in disturbed:
                 source = self.plant if name in self.plant.variables else compensator
                 signal, _, unit = source.column(name).rpartition("_")
                 yield f"{signal}_seen_{unit}", values

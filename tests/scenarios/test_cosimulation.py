@@ -82,12 +82,13 @@ def test_parameters_and_the_noise_seed_reach_the_plant(tiny_scenario, tiny_plant
     assert set(frame["T1_degC"]) == {20.0}
 
 
+@pytest.mark.parametrize("told", [30.0, 0.0])
 def test_a_length_blind_compensator_is_told_another_length(
-    tiny_scenario, tiny_plant, tiny_compensator
+    told, tiny_scenario, tiny_plant, tiny_compensator
 ):
-    override = ("compensator.tool_length_mm", 30.0)
+    override = ("compensator.tool_length_mm", told)
     frame = run(tiny_scenario, tiny_plant, tiny_compensator, override).frame
-    assert set(frame["tool_length_seen_mm"]) == {30.0}
+    assert set(frame["tool_length_seen_mm"]) == {told}
     assert set(frame["tool_length_mm"]) == {100.0}
 
 
