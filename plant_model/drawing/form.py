@@ -237,7 +237,7 @@ class MotorForm(_Span):
     rotor_share: Annotated[Quantity, _between(0.0, 1.0, "")] | None = None
     """Class value."""
     joint: Annotated[Quantity, _between(50.0, 50000.0, "W/(m2 K)")] | None = None
-    """Stator to housing; class value."""
+    """On shaft and in housing; class value."""
     pulley_outer: Diameter | None = None
     """Of a belt."""
     into: str | None = None
@@ -268,9 +268,9 @@ class JacketForm(PatchForm):
     wall: Conductance | None = None
     """By default from the channel."""
     inlet_side: Side | None = None
-    """Coldest side."""
+    """Coldest side; if left out, all sides alike."""
     unevenness: Annotated[Quantity, _between(0.0, 1.0, "(share)")] | None = None
-    """How much less the far side is cooled; if left out, it is the same all around."""
+    """How much less the far side is cooled; class value."""
 
 
 class HoldForm(PatchForm):

@@ -96,6 +96,19 @@ def test_a_face_that_is_blown_on_is_cooler():
     assert ends["yp"] == pytest.approx(ends["ym"])
 
 
+@pytest.mark.parametrize(("side", "share"), [("X+", 0.3), (None, 0.0)])
+def test_only_a_jacket_with_an_inlet_side_cools_unevenly(side, share):
+    page = changed(small_page(), "jackets.0.unevenness", None)
+    machine = machine_of(changed(page, "jackets.0.inlet_side", side))
+    wall = machine.parameters["numbers.jacket_one_wall"].value
+    more = [
+        item.parameters["difference"].value
+        for item in machine.of_kind("links", "coolant_unevenness")
+    ]
+    # Of four sides one is cooled better and one worse, each a quarter of the wall.
+    assert sum(map(abs, more)) == pytest.approx(share * wall / 2.0)
+
+
 def test_a_jacket_on_one_side_has_so_much_less_channel():
     page = changed(
         changed(small_page(), "jackets.0.inlet_side", None), "jackets.0.unevenness", None
