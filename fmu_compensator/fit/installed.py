@@ -114,6 +114,8 @@ class Installed:
             If the runs do not suffice for the error model.
         """
         chosen, choice = recipe.choose(prepared, runs)
+        # A run in which no row has all of them teaches nothing; fitting notes its lost rows.
+        runs = [run for run in runs if len(run.history(chosen).time_s)]
         fitted = recipe.fit(prepared, _from_start(runs), chosen)
         rows = [run.history(chosen) for run in runs]
         # Predictions by fits to the other runs show the Gaussian how good the error model is on

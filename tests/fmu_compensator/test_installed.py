@@ -13,6 +13,7 @@ from fmu_compensator.fit.installed import COVERAGE, DEVIATIONS, Installed
 from fmu_compensator.fit.recipe import Recipe
 from fmu_compensator.runtime.compensator import RunningCompensator
 from fmu_compensator.runtime.modelfile import parse_model
+from measurement.errors import BadInput
 from measurement.runs import Run
 from tests.fmu_compensator.conftest import DIRECT_RIG, make_run
 from tests.fmu_compensator.dense import LAGS_S, drawn
@@ -124,3 +125,24 @@ def test_the_interval_holds_what_it_promises_of_runs_drawn_from_the_model():
         inside.append(np.mean(np.abs(model.missed(one)) <= half))
     # A few runs tell the size of the walk within a factor; the interval is rather too wide.
     assert COVERAGE - 0.05 < np.mean(inside) < COVERAGE + 0.08
+
+
+def with_a_third_missing(run: Run, *names: str) -> Run:
+    """Return a run that lacks one of three thermometers in each third and a little beyond."""
+    frame, place = run.frame.copy(), np.linspace(0.0, 1.0, len(run.frame))
+    for part, name in enumerate(names):
+        frame.loc[np.abs(place - (0.5 + part) / 3.0) < 0.2, f"{name}_degC"] = np.nan
+    return Run(run.name, frame)
+
+
+def test_a_run_without_one_complete_row_teaches_nothing():
+    lacking = [with_a_third_missing(run, "T1", "T2", "T4") for run in (*RUNS, NEW)]
+    points = ["T1", "T2", "T4"]
+    table = fit_compensator([*RUNS, lacking[-1]], DIRECT_RIG, points=points, judge=False)
+    assert (
+        table["gaussian"]
+        == (fit_compensator(RUNS, DIRECT_RIG, points=points, judge=False)["gaussian"])
+    )
+    assert "new: 121 rows left out, a value is missing in them" in table["provenance"]["notes"]
+    with pytest.raises(BadInput, match="no row has all temperatures and displacements"):
+        fit_compensator(lacking[:2], DIRECT_RIG, points=points, judge=False)
