@@ -38,6 +38,7 @@ def parameter_rows(
             "high": parameter.high,
             "range": parameter.range,
             "contraction": parameter.prior_contraction,
+            "is_loose": parameter.prior_contraction < DETERMINED,
             "deviations": parameter.deviations,
             "is_far": parameter.is_far,
             "is_told": is_determined(parameter),
