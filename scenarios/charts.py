@@ -13,6 +13,7 @@ from itertools import cycle
 import numpy as np
 import numpy.typing as npt
 
+from measurement.resampling import GAP_INTERVALS
 from scenarios.signals.base import FloatArray
 
 SHOWN = 4
@@ -128,6 +129,27 @@ def convergence_chart(curves: Mapping[str, Sequence[float]]) -> Chart:
     label = "iteration of Levenberg-Marquardt"
     title = next(iter(curves)) if len(curves) == 1 else "How the networks converged"
     return Chart("convergence", title, "", (panel,), label, 1.0)
+
+
+def with_gaps(time_s: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return a curve that is broken where samples are missing, so that no line bridges them.
+
+    Parameters
+    ----------
+    time_s : array, shape (samples,)
+        [s]
+    values : array, shape (samples,)
+        None of them missing.
+
+    Returns
+    -------
+    time_s, values : array, shape (samples + gaps,)
+    """
+    steps = np.diff(time_s)
+    if not len(steps):
+        return time_s, values
+    cuts = np.flatnonzero(steps > GAP_INTERVALS * np.median(steps)) + 1
+    return np.insert(time_s, cuts, time_s[cuts - 1]), np.insert(values, cuts, np.nan)
 
 
 def kept(values: FloatArray, most: int = CHART_WIDTH) -> npt.NDArray[np.intp]:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from fmu_compensator.fit.comparison import Comparison, Judged, Row
 from measurement.faults import Fault, by_column, group_line
 from measurement.units import UNITS
-from scenarios.charts import BEFORE, LINES, SHOWN, Chart, Line, Panel, convergence_chart
+from scenarios.charts import BEFORE, LINES, SHOWN, Chart, Line, Panel, convergence_chart, with_gaps
 from scenarios.figures import draw, saved
 from scenarios.report import short, write_page
 
@@ -156,22 +156,13 @@ def charts_of(comparison: Comparison) -> list[Chart]:
 
 
 def _lines(best: Sequence[Row], number: int, place: int, judged: Judged) -> tuple[Line, ...]:
-    time, measured = _with_gaps(judged.time_s, judged.measured[:, place])
+    time, measured = with_gaps(judged.time_s, judged.measured[:, place])
     lines = [Line("Measured", time, measured, BEFORE, rank=0)]
     for rank, row in enumerate(best):
         same = next(run for run in row.validate[number:] if run.run == judged.run)
-        time, predicted = _with_gaps(same.time_s, same.predicted[:, place])
+        time, predicted = with_gaps(same.time_s, same.predicted[:, place])
         lines.append(Line(row.title, time, predicted, LINES[rank % len(LINES)], rank=SHOWN - rank))
     return tuple(lines)
-
-
-def _with_gaps(time_s: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Break a curve where samples are missing, so that no straight line bridges them."""
-    steps = np.diff(time_s)
-    if not len(steps):
-        return time_s, values
-    cuts = np.flatnonzero(steps > 5.0 * np.median(steps)) + 1
-    return np.insert(time_s, cuts, time_s[cuts - 1]), np.insert(values, cuts, np.nan)
 
 
 def write_figures(comparison: Comparison, folder: Path) -> list[Path]:

@@ -13,10 +13,10 @@ from matplotlib.lines import Line2D
 
 from measurement.faults.fault import STANDING
 from measurement.iso230 import FIRST_S, Summary
-from measurement.resampling import GAP_INTERVALS
 from measurement.rig import FivePointRig, Rig, axis_of
 from measurement.runs import FloatArray, Run
 from measurement.units import UNITS, split_column
+from scenarios.charts import with_gaps
 
 AXIS_COLOURS = {"X": "#0072b2", "Y": "#009e73", "Z": "#d55e00"}
 """One colour per machine axis in every figure; also distinct for colour-blind readers."""
@@ -92,11 +92,8 @@ def draw_overview(
 def _line(axes: Axes, run: Run, values: FloatArray, **style: Any) -> None:
     """Draw a signal; the line bridges single missing samples, but not pauses or longer gaps."""
     there = ~np.isnan(values)
-    time, drawn, shown = run.time_s[there], values[there], run.time_s[there] / 60.0
-    if time.size > 1:
-        cuts = np.flatnonzero(np.diff(time) > GAP_INTERVALS * np.median(np.diff(time))) + 1
-        shown, drawn = np.insert(shown, cuts, np.nan), np.insert(drawn, cuts, np.nan)
-    axes.plot(shown, drawn, marker="." if time.size < 3 else None, **style)
+    time, drawn = with_gaps(run.time_s[there], values[there])
+    axes.plot(time / 60.0, drawn, marker="." if there.sum() < 3 else None, **style)
 
 
 def _draw_speed(axes: Axes, run: Run) -> None:

@@ -59,7 +59,7 @@ def _speeds(run: Run) -> str:
     if not names:
         return "speed not recorded"
     speeds = np.unique(np.round(run.frame[names[0]].dropna().abs().to_numpy(), -1))
-    turning = [f"{speed:g}" for speed in speeds if speed > 1.0]
+    turning = [f"{speed:g}" for speed in speeds if speed]
     if len(turning) > 6:
         return f"{len(turning)} speeds up to {turning[-1]} rpm"
     return (" and ".join(turning) or "0") + " rpm"
