@@ -64,6 +64,11 @@ class Quantity(Form):
             raise ValueError(f"low {low:g}, value {self.value:g}, high {high:g} must ascend")
         return self
 
+    @property
+    def is_known(self) -> bool:
+        """Whether the page says how well it is known, or whether calibration may move it."""
+        return not (self.low is self.high is self.calibrate is None)
+
     def known(self, unit: str, share: float = BY_DATA_SHEET, *, free: bool = True) -> Known:
         """Return it with a range, by default *share* to both sides; *free* holds if not given."""
         usual = within(share, self.value, unit, self.source or "page")

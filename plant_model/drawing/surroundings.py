@@ -69,7 +69,7 @@ def _jacket(sheet: Sheet, jacket: JacketForm) -> None:
     given = jacket.flow.known("l/min")
     said = "1 as the page says; data sheet of the cooling unit"
     known = Known(1.0, given.low / given.value, given.high / given.value, "1", said, given.free)
-    flow = sheet.number("coolant_flow", known)
+    flow = sheet.number(f"{node}_flow" if jacket.flow.is_known else "coolant_flow", known)
     sheet.link(
         "coolant_flow",
         node,

@@ -237,6 +237,17 @@ def test_how_far_a_carrier_moves_the_nose_is_calibrated(length, name, ends):
     assert not machine_of(held).parameters["structure.head_y.length"].calibrate
 
 
+def test_every_jacket_has_the_range_that_the_page_gives_its_flow():
+    page = small_page()
+    page["jackets"].append(page["jackets"][0] | {"name": "two", "from": 0, "to": 50})
+    flow = {"value": 8.0, "low": 7.6, "high": 8.8, "calibrate": False}
+    parameters = machine_of(changed(page, "jackets.1.flow", flow)).parameters
+    own = parameters["numbers.jacket_two_flow"]
+    assert (own.low, own.high, own.calibrate) == (pytest.approx(0.95), pytest.approx(1.1), False)
+    common = parameters["numbers.coolant_flow"]
+    assert (common.low, common.high, common.calibrate) == (0.85, 1.15, True)
+
+
 def test_a_designation_gives_the_bearings_sizes():
     parameters = machine_of(changed(small_page(), "bearings.1.designation", "NN3012")).parameters
     assert parameters["sources.front.mean_diameter"].value == 77.5
