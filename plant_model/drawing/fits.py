@@ -59,6 +59,11 @@ def odd_fits(drawing: Drawing) -> list[str]:
         usual = CLASS_VALUES["headstock_joint" if carrier.holds else "carrier_joint"]
         found += _far(f"The joint of {carrier.name}", carrier.joint, usual)
         found += _carrier(drawing, carrier)
+    found += [
+        f"The jacket {jacket.name} has an unevenness but no inlet_side: it cools all sides alike."
+        for jacket in drawing.form.jackets
+        if jacket.unevenness is not None and jacket.inlet_side is None
+    ]
     held = any(carrier.holds is not None for carrier in drawing.form.carriers)
     if not held:
         found.append("Nothing holds the housing: no carrier has holds = { from, to }.")

@@ -122,6 +122,7 @@ def test_shipped_pages_fit(name):
         ("jackets", [], "Nothing uses the input coolant_inlet (column inlet_degC): a jacket says"),
         ("inputs.feed", FEED, "Nothing uses the input feed (column feed_mm_min): a carrier says"),
         ("jackets.0.inlet_side", None, "Nothing moves X: disp_x would stay at zero."),
+        ("jackets.0.inlet_side", None, "one has an unevenness but no inlet_side: it cools all"),
         ("thermometers", SPOTS, "T1, T3 and T4 sit on one spot (housing at 150 mm, X+) and would"),
         ("thermometers", SPOTS, "T2 and T5 sit on one spot (head) and would read the same; a car"),
     ],
