@@ -378,16 +378,20 @@ def rises_and_lags(time_s: Array, rises: Array) -> Array:
     time_s : array (n,)
         Increasing [s].
     rises : array (n, k)
-        Rises above the first reading or above fixed temperatures [K]. The lags start at zero.
+        Rises above the first reading or above fixed temperatures [K]. The lags start at zero;
+        between rows a rise moves evenly.
     """
-    tau = np.array(LAGS_S)[:, None]
     lagged = np.zeros((len(rises), len(LAGS_S), rises.shape[1]))
     state = np.zeros((len(LAGS_S), rises.shape[1]))
-    steps = np.diff(time_s, prepend=time_s[:1])
-    for row, (step, rise) in enumerate(zip(steps, rises, strict=True)):
-        state = state + -np.expm1(-step / tau) * (rise - state)
+    # As at run time: `share` and `behind` of every step and lag.
+    steps, tau = np.diff(time_s)[:, None, None], np.array(LAGS_S)[:, None]
+    parts = -np.expm1(-steps / tau)
+    late = tau / steps - (1.0 - parts) / parts
+    seen = rises[1:, None] - late * np.diff(rises, axis=0)[:, None]
+    for row, (part, rise) in enumerate(zip(parts, seen, strict=True), start=1):
+        state = state + part * (rise - state)
         lagged[row] = state
-    return np.hstack([rises, lagged.reshape(len(rises), -1)])
+    return np.hstack([rises, lagged.reshape(len(rises), len(LAGS_S) * rises.shape[1])])
 
 
 def spread_rows(hours: Array, known: NDArray[np.bool_]) -> NDArray[np.int_]:

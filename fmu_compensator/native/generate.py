@@ -241,7 +241,7 @@ def _gaussian(table: Mapping[str, Any], tree: _Tree) -> str:
         "usual": table["usual"] if table["reference"] == OF_FIXED else [],
         "lags_s": table["lags_s"],
         "prior": [value for value in table["scale"] for _ in range(inputs)],
-        "noise": chain(*table["noise"]),
+        "noise": chain(*zip(*table["noise"], strict=True)),
         "spread": [sqrt(sum(map(mul, row, row))) for row in table["noise"]],
         "mean_share": table.get("mean_share", [1.0] * len(constant)),
         "weights": _in_lanes([[*row, constant] for row, constant in weights]),

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import sqrt
-from operator import add, mul
+from operator import add, mul, sub
 
 from fmu_compensator.runtime.fields import LARGEST, Fields
-from fmu_compensator.runtime.lags import checked_state, share, taus
+from fmu_compensator.runtime.lags import behind, checked_state, share, taus
 from fmu_compensator.runtime.sums import written_out
 
 MOST_PROBES = 8
@@ -93,8 +93,8 @@ class Gaussian:
         # The learnt weights are in use until the first measurement.
         rows = [*weights, *seen]
         self._sums = written_out([0.0] * len(rows), rows)
-        # Steps mostly have the same length: keep the lags' shares for it.
-        self._elapsed_s, self._shares = 0.0, [0.0] * (self._inputs * len(lags_s))
+        # Steps mostly have the same length: keep for it how far lags move and inputs are behind.
+        self._elapsed_s, self._paces = 0.0, [(0.0, 0.0)] * (self._inputs * len(lags_s))
         self.reset()
 
     @classmethod
@@ -165,12 +165,14 @@ class Gaussian:
         """
         if elapsed_s != self._elapsed_s:
             self._elapsed_s = elapsed_s
-            shares = [share(elapsed_s, tau_s) for tau_s in self._lags_s]
-            self._shares = [part for part in shares for _ in range(self._inputs)]
+            paces = [(share(elapsed_s, tau), behind(elapsed_s, tau)) for tau in self._lags_s]
+            self._paces = [pace for pace in paces for _ in range(self._inputs)]
         self._hours += elapsed_s / 3600.0
-        lagged, again = self._features[self._inputs :], [*rises] * len(self._lags_s)
-        triples = zip(lagged, self._shares, again, strict=True)
-        features = [*rises, *[value + part * (rise - value) for value, part, rise in triples]]
+        last, lagged = self._features[: self._inputs], self._features[self._inputs :]
+        moves = [*zip(rises, map(sub, rises, last), strict=True)] * len(self._lags_s)
+        features = [*rises]
+        for value, (part, late), (rise, move) in zip(lagged, self._paces, moves, strict=True):
+            features.append(value + part * (rise - late * move - value))
         sums, targets = self._sums(features), len(self._bias)
         self._features, self._along = features, sums[targets:]
         novelty = sum(map(mul, self._prior, map(mul, features, features)))

@@ -25,6 +25,23 @@ def share(elapsed_s: float, tau_s: float) -> float:
     return -expm1(-elapsed_s / tau_s)
 
 
+def behind(elapsed_s: float, tau_s: float) -> float:
+    """Return which share of its last move an input is behind, as a lag sees it [1].
+
+    If the input moved evenly since the last sample, a lag ends where it would if the input had been
+    that much behind all the time: half a move for short steps.
+
+    Parameters
+    ----------
+    elapsed_s : float
+        Time since the last sample [s].
+    tau_s : float
+        Time constant of the lag, above 0 [s].
+    """
+    moved = share(elapsed_s, tau_s)
+    return tau_s / elapsed_s - (1.0 - moved) / moved if moved > 0.0 else 0.0
+
+
 def known_speed(speed: float, last: float) -> float:
     """Return the absolute speed [rpm]; the last known one while it is unknown or absurd.
 

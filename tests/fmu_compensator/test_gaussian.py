@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fmu_compensator.fit import gaussian as fitting
-from fmu_compensator.fit.gaussian import Gaussian, Sample, by_feature, directions
+from fmu_compensator.fit.gaussian import Gaussian, Sample, by_feature, directions, rises_and_lags
 from fmu_compensator.runtime.fields import Fields, ModelFileError
 from fmu_compensator.runtime.gaussian import Gaussian as Installed
 from tests.fmu_compensator.dense import LAGS_S, Array, Dense, drawn
@@ -171,6 +171,19 @@ def installed(model: Gaussian) -> Installed:
         2.35,
         0.9,
     )
+
+
+def test_lags_of_an_even_rise_do_not_depend_on_the_steps():
+    told = []
+    for step_s in (3600.0, 900.0, 10.0):
+        time_s = np.arange(0.0, 7200.1, step_s)
+        works = installed(known())
+        for row, time in enumerate(time_s.tolist()):
+            works.step([time / 720.0, time / -360.0], step_s if row else 0.0)
+        features = rises_and_lags(time_s, time_s[:, None] * [1.0 / 720.0, -1.0 / 360.0])
+        told.append([*features[-1], *works.added, works.variance])
+    assert told[0] == pytest.approx(told[2], rel=1e-9)
+    assert told[1] == pytest.approx(told[2], rel=1e-9)
 
 
 def step(works: Installed, row: int) -> Array:

@@ -76,12 +76,8 @@ static double elapsed_since(struct content *now, double time_s, double step_s)
 
 double compensator_noise(const struct compensator *self, size_t axis, size_t column)
 {
-    const double *weights = self->axes + axis * model_target_count;
-    double along = 0.0;
-    for (size_t target = 0; target < model_target_count; target++) {
-        along += weights[target] * model_gaussian.noise[target * model_target_count + column];
-    }
-    return along;
+    size_t count = model_target_count;
+    return dot(self->axes + axis * count, model_gaussian.noise + column * count, count);
 }
 
 /* Computes what depends on the tool length; the nearest allowed one is used if it is invalid. */

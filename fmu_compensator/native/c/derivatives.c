@@ -27,10 +27,10 @@ static double spread_moved(const struct compensator *self, size_t axis, double t
     if (!model_geometry.needs_tool_length || axis == 2) {
         return 0.0;
     }
-    const double *noise = model_gaussian.noise + (1 + axis) * model_target_count;
+    const double *noise = model_gaussian.noise + 1 + axis;
     double turned = 0.0;
     for (size_t column = 0; column < model_target_count; column++) {
-        turned += compensator_noise(self, axis, column) * noise[column];
+        turned += compensator_noise(self, axis, column) * noise[column * model_target_count];
     }
     return tool_seed * GEOMETRY_UM_PER_MM * GEOMETRY_RAD_PER_URAD * turned / self->spread[axis];
 }

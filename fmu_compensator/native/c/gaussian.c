@@ -29,7 +29,7 @@ void gaussian_make(struct setup *setup, struct gaussian *self)
     self->along = setup_take(setup, model_gaussian.tables * LANES, sizeof(double));
     self->column = setup_take(setup, PLACES, sizeof(double));
     self->direction = setup_take(setup, PLACES, sizeof(double));
-    self->shares = setup_take(setup, model_gaussian.lags + 1, sizeof(double));
+    self->paces = setup_take(setup, 2 * model_gaussian.lags + 1, sizeof(double));
 }
 
 void gaussian_reset(struct gaussian_state *state)
@@ -62,21 +62,23 @@ static void sums(const double *lanes, const double *features, double total[LANES
 static void make_features(
     const struct gaussian *self, double *features, const double *rises, double elapsed_s)
 {
+    double *last = features, *paces = self->paces;
     size_t lags = model_gaussian.lags;
-    if (elapsed_s != self->shares[lags]) {
-        self->shares[lags] = elapsed_s;
+    if (elapsed_s != paces[2 * lags]) {
+        paces[2 * lags] = elapsed_s;
         for (size_t lag = 0; lag < lags; lag++) {
-            self->shares[lag] = lag_share(elapsed_s, model_gaussian.lags_s[lag]);
+            paces[2 * lag] = lag_share(elapsed_s, model_gaussian.lags_s[lag]);
+            paces[2 * lag + 1] = lag_behind(elapsed_s, model_gaussian.lags_s[lag]);
         }
     }
-    memcpy(features, rises, model_chosen_count * sizeof(double));
     for (size_t lag = 0; lag < lags; lag++) {
-        double part = self->shares[lag];
+        double part = paces[2 * lag], late = paces[2 * lag + 1];
         features += model_chosen_count;
         for (size_t i = 0; i < model_chosen_count; i++) {
-            features[i] += part * (rises[i] - features[i]);
+            features[i] += part * (rises[i] - late * (rises[i] - last[i]) - features[i]);
         }
     }
+    memcpy(last, rises, model_chosen_count * sizeof(double));
 }
 
 void gaussian_step(
@@ -141,8 +143,9 @@ double gaussian_derive(
 {
     double along[LANES], total[LANES], *direction = self->direction;
     for (size_t i = 0; i < WIDTH; i++) {
-        size_t lag = i / model_chosen_count;
-        direction[i] = (lag == 0 ? 1.0 : self->shares[lag - 1]) * rises[i % model_chosen_count];
+        const double *pace = self->paces + 2 * (i / model_chosen_count);
+        double moves = i < model_chosen_count ? 1.0 : pace[-2] * (1.0 - pace[-1]);
+        direction[i] = moves * rises[i % model_chosen_count];
     }
     make_column(self, state, 0.0);
     double variance = state->novelty > 0.0 ? dot(self->column, direction, WIDTH) : 0.0;

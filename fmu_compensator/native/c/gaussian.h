@@ -9,7 +9,7 @@
 struct gaussian {
     double *along, *column; /* of the last sample */
     double *direction;      /* of features */
-    double *shares;         /* of the lags, then the elapsed time for which they are valid */
+    double *paces;          /* of each lag: its share, how far inputs are behind; then for which */
 };
 
 struct gaussian_state {

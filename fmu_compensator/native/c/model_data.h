@@ -45,7 +45,7 @@ struct gaussian_data {
     const double *usual; /* NULL: rises count from the first reading */
     const double *lags_s;
     const double *spread;     /* standard deviation of each target's noise */
-    const double *noise;      /* root of its covariance: one row per target */
+    const double *noise;      /* root of its covariance: column by column */
     const double *prior;      /* variance of each feature's weights over the noise's */
     const double *mean_share; /* of the error model's prediction [1] */
     const double *weights, *seen; /* in lanes: of the targets; rows d of training */

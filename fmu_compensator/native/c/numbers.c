@@ -26,6 +26,12 @@ double lag_share(double elapsed_s, double tau_s)
     return -expm1(-elapsed_s / tau_s);
 }
 
+double lag_behind(double elapsed_s, double tau_s)
+{
+    double moved = lag_share(elapsed_s, tau_s);
+    return moved > 0.0 ? tau_s / elapsed_s - (1.0 - moved) / moved : 0.0;
+}
+
 double known_speed(double speed, double last)
 {
     return fabs(speed) <= FIELDS_LARGEST ? fabs(speed) : last;

@@ -16,6 +16,9 @@ double median(const double *values, size_t count, double *kept);
 /* Returns the fraction of the way to its input that a first-order lag moves [1]. */
 double lag_share(double elapsed_s, double tau_s);
 
+/* Returns which share of its last move an input is behind, as a lag sees it [1]. */
+double lag_behind(double elapsed_s, double tau_s);
+
 /* Returns the absolute speed [rpm]; the last known one while it is unknown or absurd. */
 double known_speed(double speed, double last);
 
