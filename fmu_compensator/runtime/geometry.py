@@ -126,8 +126,10 @@ class FivePoint(Geometry):
         elongation, yaw, pitch, near_x, near_y = targets
         slope_x, slope_y = tan(yaw * RAD_PER_URAD), tan(pitch * RAD_PER_URAD)
         length = tool_length_mm * UM_PER_MM
-        cosine = 1.0 / sqrt(1.0 + slope_x * slope_x + slope_y * slope_y)
-        z = length - (length + elongation) * cosine
+        squares = slope_x * slope_x + slope_y * slope_y
+        cosine = 1.0 / sqrt(1.0 + squares)
+        # 1 - cosine, without the small difference of two long lengths.
+        z = length * (squares * cosine * cosine / (1.0 + cosine)) - elongation * cosine
         if self.form == "pure_rotation":
             return length * slope_x, length * slope_y, z
         beyond = length - self.near_to_gauge_mm * UM_PER_MM

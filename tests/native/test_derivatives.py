@@ -68,8 +68,7 @@ for k in range(LAST):  # through a broken sensor, a tool that is too long, and m
         back(state)
         before = stepped(values, time)
         by_differences = np.nan_to_num(np.array(columns).T)
-        # Z is a small difference of lengths in um, so their rounding is 1e-11 um.
-        off = np.abs(found - by_differences) / (5e-3 + np.abs(by_differences))
+        off = np.abs(found - by_differences) / (1e-3 + np.abs(by_differences))
         if code() == 4:
             # The uncertainties' share of broken sensors counts as constant.
             off[6:, knowns.index(refs["tool_length"])] = 0.0

@@ -22,12 +22,13 @@ void geometry_drift(const double *targets, double tool_length_mm, double drift[3
     }
     double slope_x = tan(targets[1] * GEOMETRY_RAD_PER_URAD);
     double slope_y = tan(targets[2] * GEOMETRY_RAD_PER_URAD);
-    double cosine = 1.0 / sqrt(1.0 + slope_x * slope_x + slope_y * slope_y);
+    double squares = slope_x * slope_x + slope_y * slope_y, cosine = 1.0 / sqrt(1.0 + squares);
     double length = tool_length_mm * GEOMETRY_UM_PER_MM;
     double beyond = length - model_geometry.near_mm * GEOMETRY_UM_PER_MM;
     drift[0] = model_geometry.radial * targets[3] + beyond * slope_x;
     drift[1] = model_geometry.radial * targets[4] + beyond * slope_y;
-    drift[2] = length - (length + targets[0]) * cosine;
+    /* 1 - cosine, without the small difference of two long lengths. */
+    drift[2] = length * (squares * cosine * cosine / (1.0 + cosine)) - targets[0] * cosine;
 }
 
 void geometry_derive(
