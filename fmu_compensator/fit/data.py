@@ -183,14 +183,11 @@ def prepare(
     left = cleaned(runs, faults, left_out(leave_out_frozen))
     common = _common_sensors(runs, left, sensors, notes)
     targets: tuple[str, ...] = ()
-    prepared: list[PreparedRun] = []
-    for run in left:
-        frame = counted(_targets(rig, run), input_form)
+    prepared = []
+    for run, kept in zip(runs, left, strict=True):
+        frame = counted(_targets(rig, kept), input_form)
         targets = tuple(split_column(str(name))[0] for name in frame.columns)
-        lost = _lost(runs[len(prepared)], run, rig)
-        prepared.append(_prepared_run(run, frame.to_numpy(float), common, input_form, lost))
-    for place, prepared_run in enumerate(prepared):
-        prepared_run.usable[:] = _live(runs[place], left[place], rig)
+        prepared.append(_prepared_run(run, kept, rig, frame.to_numpy(float), common, input_form))
     notes += [
         f"{run.name}: displacement is first read {run.late_s / 60.0:.0f} min after the start: "
         "drift counts from there"
@@ -306,24 +303,29 @@ def _lost(run: Run, left: Run, rig: Rig | MeasuredColumns) -> str:
     """Return which displacements have fewer than two readings left, and why."""
     reasons = []
     for name in rig.columns:
-        readings = run.frame[name].dropna().unique()
-        if len(readings) == 1 and run.frame[name].count() > 1:
-            why = f"reads exactly {readings[0]:g} um in every row"
+        if left.frame[name].count() >= 2 or len(run.frame) < 2:
+            continue
+        readings = run.frame[name].dropna()
+        if len(readings) > 1 and readings.nunique() == 1:
+            reasons.append(f"{name} reads exactly {readings.iloc[0]:g} um in every row")
         else:
-            why = "is broken or missing in almost every row"
-        if left.frame[name].count() < 2 <= len(run.frame):
-            reasons.append(f"{name} {why}")
+            reasons.append(f"{name} is broken or missing in almost every row")
     return "; ".join(reasons)
 
 
 def _prepared_run(
-    run: Run, targets: Array, sensors: Sequence[str], input_form: str, lost: str
+    run: Run,
+    left: Run,
+    rig: Rig | MeasuredColumns,
+    targets: Array,
+    sensors: Sequence[str],
+    input_form: str,
 ) -> PreparedRun:
-    columns = [run.frame[column(name, "degC")].to_numpy(float) for name in sensors]
+    columns = [left.frame[column(name, "degC")].to_numpy(float) for name in sensors]
     temperatures = np.column_stack([bridged(run.time_s, values) for values in columns])
     rows = len(temperatures)
-    has_speed = "speed_rpm" in run.frame
-    speed = run.frame["speed_rpm"].to_numpy(float) if has_speed else np.full(rows, np.nan)
+    has_speed = "speed_rpm" in left.frame
+    speed = left.frame["speed_rpm"].to_numpy(float) if has_speed else np.full(rows, np.nan)
     rise = input_form == "rise"
     return PreparedRun(
         run.name,
@@ -332,10 +334,10 @@ def _prepared_run(
         temperatures - first_valid(temperatures) if rise else temperatures,
         targets,
         speed,
-        np.ones(rows, dtype=bool),
+        _live(run, left, rig),
         np.column_stack(columns),
         late_by(run.time_s, targets, input_form),
-        lost,
+        _lost(run, left, rig),
     )
 
 

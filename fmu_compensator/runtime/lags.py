@@ -33,10 +33,8 @@ def behind(elapsed_s: float, tau_s: float) -> float:
 
     Parameters
     ----------
-    elapsed_s : float
-        Time since the last sample [s].
-    tau_s : float
-        Time constant of the lag, above 0 [s].
+    elapsed_s, tau_s : float
+        As of `share`.
     """
     moved = share(elapsed_s, tau_s)
     return tau_s / elapsed_s - (1.0 - moved) / moved if moved > 0.0 else 0.0
