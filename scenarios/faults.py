@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from scenarios.signals.base import Duration, Seconds, Value
+from scenarios.signals.base import Duration, Seconds, Value, past_rounding
 
 Kind = Literal["missing", "frozen", "offset", "spike", "drift", "stuck-at"]
 NEEDS_VALUE = ("offset", "spike", "drift", "stuck-at")
@@ -82,6 +82,7 @@ class FaultLine:
         values : array, shape (names,)
             Readings in the order of the names; changed in place.
         """
+        time_s = past_rounding(time_s)
         for number, (place, fault) in enumerate(self._faults):
             end_s = math.inf if fault.end_s is None else fault.end_s
             if not fault.start_s <= time_s < end_s:

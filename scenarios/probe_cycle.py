@@ -14,7 +14,7 @@ from measurement.units import split_column
 from scenarios.fmu import Port, Slave
 from scenarios.probing import is_due
 from scenarios.scenario import Probe
-from scenarios.signals.base import FloatArray
+from scenarios.signals.base import FloatArray, past_rounding
 from scenarios.wiring import PROBED
 
 
@@ -122,7 +122,8 @@ class ProbeSource:
         return np.asarray(shown - self._first)
 
     def _due(self, time_s: float, half_widths: Sequence[float]) -> bool:
-        return is_due(self._probe, time_s - self._last_s, half_widths, is_first=not self._any)
+        since_s = past_rounding(time_s) - self._last_s
+        return is_due(self._probe, since_s, half_widths, is_first=not self._any)
 
     def _pose(self, readings: FloatArray) -> FloatArray:
         if self._rig is None:

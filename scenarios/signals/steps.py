@@ -7,7 +7,15 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from scenarios.signals.base import Duration, FloatArray, Seconds, Setting, Signal, Value
+from scenarios.signals.base import (
+    Duration,
+    FloatArray,
+    Seconds,
+    Setting,
+    Signal,
+    Value,
+    past_rounding,
+)
 
 
 class Steps(Signal):
@@ -39,6 +47,8 @@ class Steps(Signal):
 
     def values(self, time_s: FloatArray, setting: Setting) -> FloatArray:
         """Return the level at each time."""
-        moments = time_s if self.repeat_s is None else np.mod(time_s, self.repeat_s)
+        moments = past_rounding(time_s)
+        if self.repeat_s is not None:
+            moments = np.mod(moments, self.repeat_s)
         index = np.searchsorted(np.asarray(self.times_s), moments, side="right") - 1
         return np.asarray(self.levels, dtype=float)[np.maximum(index, 0)]

@@ -11,7 +11,7 @@ from pydantic import Field
 from measurement.errors import BadInput
 from measurement.runs import read_run
 from measurement.units import UNITS, split_column
-from scenarios.signals.base import FloatArray, Setting, Signal
+from scenarios.signals.base import FloatArray, Setting, Signal, past_rounding
 
 
 class Table(Signal):
@@ -40,11 +40,12 @@ class Table(Signal):
         good = np.isfinite(values)
         if not good.any():
             raise BadInput(path, f"column {self.column}", "holds no value at all")
-        moments, values = (run.time_s - run.time_s[0])[good], values[good]
+        moments, values = run.time_s[good], values[good]
+        asked = run.time_s[0] + time_s
         if UNITS[split_column(self.column)[1]].switches:
             held: FloatArray = values[
-                np.maximum(np.searchsorted(moments, time_s, side="right") - 1, 0)
+                np.maximum(np.searchsorted(moments, past_rounding(asked), side="right") - 1, 0)
             ]
             return held
-        line: FloatArray = np.interp(time_s, moments, values)
+        line: FloatArray = np.interp(asked, moments, values)
         return line

@@ -43,6 +43,19 @@ def test_a_spike_lasts_one_step_whatever_its_length():
     assert seen(spike, RAMP, step_s=0.5) == [0, 1, 12, 3, 4, 5]
 
 
+def test_a_fault_begins_and_ends_at_the_communication_points_that_it_names():
+    # 36 x 0.3 is less than 10.8, and 37 x 0.3 is 11.1.
+    missing = {"kind": "missing", "start_s": 10.8, "end_s": 11.1}
+    found = seen(missing, [0.0] * 40, step_s=0.3)
+    assert np.flatnonzero(np.isnan(found)).tolist() == [36]
+
+
+def test_spikes_repeat_at_the_communication_points_that_they_name():
+    spike = {"kind": "spike", "value": 1.0, "start_s": 5.0, "every_s": 0.3}
+    found = seen(spike, [0.0] * 100, step_s=0.1)
+    assert np.flatnonzero(found).tolist() == list(range(50, 100, 3))
+
+
 def test_faults_act_one_after_the_other():
     faults = [
         SensorFault(sensor="T1", kind="offset", value=1.0, start_s=0),

@@ -1,5 +1,6 @@
 """Signals: values worked out by hand, and refusals."""
 
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -40,6 +41,32 @@ def test_steps_repeat():
     assert values(steps) == [1, 1, 2, 2, 1, 1, 1]
 
 
+STEPS_S = ["0.05", "0.1", "0.3", "0.35", "0.7", "2.5"]
+
+
+@pytest.mark.parametrize("step", STEPS_S)
+def test_steps_jump_at_the_communication_point_that_the_scenario_names(step):
+    # The moments as a scenario file spells them; multiples of the float lie above or below.
+    moments = [float(Fraction(step) * k) for k in range(1, 300)]
+    steps = {"kind": "steps", "times_s": moments, "values": list(range(1, 300))}
+    assert values(steps, np.arange(300) * float(step))[1:] == list(range(1, 300))
+
+
+@pytest.mark.parametrize("step", STEPS_S)
+@pytest.mark.parametrize("count", [2, 3, 7])
+def test_steps_repeat_at_the_communication_points_that_the_scenario_names(step, count):
+    moments = [float(Fraction(step) * k) for k in range(count)]
+    period_s = float(Fraction(step) * count)
+    steps = {
+        "kind": "steps",
+        "times_s": moments,
+        "values": list(range(count)),
+        "repeat_s": period_s,
+    }
+    times = np.arange(3000) * float(step)
+    assert values(steps, times) == [k % count for k in range(3000)]
+
+
 def test_ramp_is_straight_and_level_outside():
     ramp = {"kind": "ramp", "start": 0, "end": 8, "start_s": 1, "end_s": 9}
     assert values(ramp) == [0, 0, 4, 8, 8, 8, 8]
@@ -75,6 +102,14 @@ def test_table_holds_commands_and_interpolates_measurements(tmp_path):
     assert column("T5_degC") == pytest.approx([20, 21, 22, 24, 26])
     with pytest.raises(BadInput, match=r"signals.speed.column: 'T9_degC' is not a column"):
         column("T9_degC")
+
+
+def test_table_changes_a_command_at_its_row_whenever_the_run_began(tmp_path):
+    rows = "".join(f"{100.1 + k * 0.1:.1f},{k}\n" for k in range(300))
+    (tmp_path / "run.csv").write_text(f"time_s,speed_rpm\n{rows}", encoding="utf-8")
+    entry = {"kind": "table", "file": "run.csv", "column": "speed_rpm"}
+    found = build(entry, setting(tmp_path)).values(np.arange(300) * 0.1, setting(tmp_path))
+    assert list(found) == list(range(300))
 
 
 RANDOM = {"kind": "random_steps", "low": 100, "high": 900, "dwell_s": [10, 60], "round_to": 100}
