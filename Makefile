@@ -36,7 +36,7 @@ demo: $(STAMP)
 # A working day at LinuxCNC in eight minutes; it needs linuxcnc-uspace and linuxcnc-uspace-dev.
 control: $(STAMP)
 	$(BIN)/python build_fmu.py
-	$(BIN)/spindle-drift control --out results/control
+	$(BIN)/python -m benchmarks.linuxcnc
 
 # Fits the compensator that ships with the package anew; the result is the same file, byte for byte.
 compensator: $(STAMP)

@@ -170,17 +170,6 @@ class MachinePlant:
         """The thermal state: cold at the start, from which the plant's drift is counted."""
         return "warm" if self.point else "cold"
 
-    def drive(self, values: Mapping[str, float]) -> None:
-        """Replace the scenario's signals at this point.
-
-        Parameters
-        ----------
-        values : mapping of str to float
-            By signal, each in its unit.
-        """
-        for name, value in values.items():
-            self._signals[name][self.point] = value
-
     @property
     def done(self) -> bool:
         """Whether the scenario has ended."""

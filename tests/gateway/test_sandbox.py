@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from gateway.linuxcnc import sandbox
+from benchmarks.linuxcnc import sandbox
 
 ASKED = """
 up() { ip link show lo | grep -q ',UP'; }

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from gateway.linuxcnc.session import PATIENCE_S, Session, running
+from benchmarks.linuxcnc.session import PATIENCE_S, Session, running
 
 GRID_MM = 10.0
 """The program stops only at multiples of this distance [mm]: given by its places."""
@@ -221,7 +221,7 @@ class Day:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a day in a prepared folder."""
-    parser = argparse.ArgumentParser(prog="gateway.linuxcnc.day")
+    parser = argparse.ArgumentParser(prog="benchmarks.linuxcnc.day")
     parser.add_argument("folder", type=Path)
     parser.add_argument("--part", type=float, required=True, help="[s]")
     parser.add_argument("--parts", type=int, required=True)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from gateway.linuxcnc.day import GRID_MM, KNOWN_PLACE, STOPS
+from benchmarks.linuxcnc.day import GRID_MM, KNOWN_PLACE, STOPS
 
 AXES = ("x", "y", "z")
 NEAR_UM = 300.0

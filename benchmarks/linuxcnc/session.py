@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from gateway.linuxcnc.folder import renamed
+from benchmarks.linuxcnc.folder import renamed
 from gateway.linuxcnc.modules import linuxcnc_module
 
 HALCMD = "/usr/bin/halcmd"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from gateway.linuxcnc.nose import AXES, Nose
+from benchmarks.linuxcnc.nose import AXES, Nose
 
 TITLES = {"gateway": "Gateway beside the control", "component": "Compensator inside the control"}
 COLOURS = dict(zip(AXES, ("#0072B2", "#009E73", "#D55E00"), strict=True))

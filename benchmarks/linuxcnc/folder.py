@@ -7,15 +7,19 @@ import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from gateway import linuxcnc
+
 CONFIG = Path(__file__).with_name("config")
+SHIPPED = Path(linuxcnc.__file__).with_name("config")
+"""HAL files that a real machine uses, too."""
 WAYS = {"external": "external.hal", "own": "own.hal"}
 """The two ways to apply an offset, and the HAL file that each needs."""
 NAME = "{name}"
 """Placeholder for the component's name in its command."""
 
 
-def write_folder(folder: Path, way: str, commands: Mapping[str, Sequence[str]]) -> Path:
-    """Write the files of a simulated machine; return its INI file.
+def write_folder(folder: Path, way: str, commands: Mapping[str, Sequence[str]]) -> None:
+    """Write the files of a simulated machine.
 
     Parameters
     ----------
@@ -26,18 +30,16 @@ def write_folder(folder: Path, way: str, commands: Mapping[str, Sequence[str]]) 
     commands : mapping of str to sequence of str
         The commands that start ``thermal``, ``spindle`` and ``display``.
     """
-    for name in ("tool.tbl", "thermal.hal"):
-        (folder / name).write_text((CONFIG / name).read_text())
-    ini = folder / "machine.ini"
-    ini.write_text((CONFIG / ini.name).read_text())
+    texts = {file.name: file.read_text() for place in (CONFIG, SHIPPED) for file in place.iterdir()}
+    for name in ("machine.ini", "tool.tbl", "thermal.hal"):
+        (folder / name).write_text(texts[name])
     parts = ["machine.hal", WAYS[way], "guard.hal", "spindle.hal", "thermal.hal"]
-    (folder / "machine.hal").write_text("\n".join((CONFIG / part).read_text() for part in parts))
+    (folder / "machine.hal").write_text("\n".join(texts[part] for part in parts))
     for name, command in commands.items():
         script = folder / f"{name}.sh"
         words = " ".join('"$1"' if word == NAME else shlex.quote(word) for word in command)
         script.write_text(f"#!/bin/sh\nexec {words}\n")
         script.chmod(0o755)
-    return ini
 
 
 def renamed(folder: Path, name: str) -> Path:

@@ -10,16 +10,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchmarks.linuxcnc.folder import NAME, write_folder
+from benchmarks.linuxcnc.nose import Nose, read_nose
+from benchmarks.linuxcnc.sandbox import check, sandboxed
 from gateway.linuxcnc.component import arguments_of
-from gateway.linuxcnc.folder import NAME, write_folder
 from gateway.linuxcnc.native_component import build_component
-from gateway.linuxcnc.nose import Nose, read_nose
-from gateway.linuxcnc.sandbox import check, sandboxed
 from measurement.errors import BadInput
 
 BUS = ("--interface", "udp_multicast", "--channel", "239.74.163.2")
 GATEWAY, COMPONENT = "gateway", "component"
-KINDS = (GATEWAY, COMPONENT)
+ROOT = Path(__file__).resolve().parents[2]
 HOLD_S = 5.0
 """How long offsets are held without a gateway, in real time [s]: set on no data."""
 
@@ -93,7 +93,7 @@ def run_days(out: Path, kinds: Mapping[str, Path], plant: Path, plan: Plan) -> d
 
 
 def _begin(folder: Path, kind: str, fmu: Path, plant: Path, plan: Plan) -> subprocess.Popen[bytes]:
-    module = [sys.executable, "-m"]
+    module = ["env", f"PYTHONPATH={ROOT}", sys.executable, "-m"]
     speed_up, slew, gateway = f"{plan.speed_up:g}", f"{arguments_of([]).slew:g}", []
     state = str(folder / "state")
     if kind == GATEWAY:
@@ -107,11 +107,12 @@ def _begin(folder: Path, kind: str, fmu: Path, plant: Path, plan: Plan) -> subpr
         build_component(fmu, folder / "thermal")
         thermal = [str(folder / "thermal"), NAME, slew, speed_up, plan.way, state]
     most_s = 3.0 * plan.parts * plan.part_s + 600.0
-    spindle = [*module, "gateway.linuxcnc.spindle", "--plant", str(plant), "--speed-up", speed_up]
+    spindle = [*module, "benchmarks.linuxcnc.spindle", "--plant", str(plant)]
+    spindle += ["--speed-up", speed_up]
     spindle += ["--duration", f"{most_s:g}", "--out", str(folder / "run.csv")]
     display = ["sh", "-c", "echo $$ > display.pid; exec sleep infinity"]
     write_folder(folder, plan.way, {"thermal": thermal, "spindle": spindle, "display": display})
-    day = [*module, "gateway.linuxcnc.day", str(folder), "--parts", str(plan.parts)]
+    day = [*module, "benchmarks.linuxcnc.day", str(folder), "--parts", str(plan.parts)]
     day += ["--part", f"{plan.part_s:g}", "--hold", f"{HOLD_S:g}", "--gateway", json.dumps(gateway)]
     command = sandboxed(day, folder / "bus" if gateway else None)
     return subprocess.Popen(

@@ -82,6 +82,15 @@ class Table:
                 self._rows.writerow(float(cell) for cell in cells)
 
 
+class DrivenPlant(MachinePlant):
+    """The plant, driven by the control in place of a scenario's signals."""
+
+    def drive(self, values: dict[str, float]) -> None:
+        """Set signals at this point, each in its unit."""
+        for name, value in values.items():
+            self._signals[name][self.point] = value
+
+
 class Looks:
     """Waits for the component, whose heartbeat changes at each of its steps."""
 
@@ -108,7 +117,7 @@ class Looks:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the spindle until LinuxCNC ends it."""
-    parser = argparse.ArgumentParser(prog="gateway.linuxcnc.spindle")
+    parser = argparse.ArgumentParser(prog="benchmarks.linuxcnc.spindle")
     parser.add_argument("--plant", type=Path, required=True)
     parser.add_argument("--speed-up", type=float, required=True)
     parser.add_argument("--duration", type=float, required=True, help="[s] of wall time, at most")
@@ -117,7 +126,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     step_s = STEP_S * args.speed_up
     settings = {"duration_s": args.duration * args.speed_up, "step_s": step_s, "record_s": step_s}
     case = read_scenario(str(SCENARIO), list(settings.items())).cases[0]
-    plant = MachinePlant(args.plant, case, recorded=False)
+    plant = DrivenPlant(args.plant, case, recorded=False)
     plant.start()
     temperatures = sorted(name for name in plant.readings() if name[0] == "T")
     table = {

@@ -1,0 +1,1 @@
+"""A working day at LinuxCNC, simulated: faults, tool changes, and axes that hold the nose still."""
