@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,6 @@ from scenarios.channel_charts import channel_charts, measured_against_model
 from scenarios.charts import BEFORE, LINES, Chart, Line
 from scenarios.figures import draw
 from scenarios.gap_map import RegimeMap, regime_map
-from scenarios.gap_picture import gap_picture
 from scenarios.gap_signature import signature_charts
 from scenarios.parameter_rows import parameter_rows
 from scenarios.report import write_page
@@ -46,7 +45,7 @@ def write_gap_page(
         folder / PAGE,
         title=result.before.machine.title,
         lines=five_lines(table),
-        picture=gap_picture(table["channels"]),
+        **bars(table["channels"]),
         gap=[(names[key], row) for key, row in table["gap"].items()],
         channels=list(table["channels"].items()),
         rounds=[_round(step) for step in result.search.steps],
@@ -61,6 +60,23 @@ def write_gap_page(
         facts=facts,
     )
     return [page, *(draw(chart, folder) for chart in charts)]
+
+
+def bars(channels: Mapping[str, Mapping[str, float]]) -> dict[str, Any]:
+    """Return the values of the template ``gap_bars.html``: gaps in units of each channel's noise.
+
+    Parameters
+    ----------
+    channels : mapping of str to mapping
+        As in ``gap.json``.
+    """
+    ratios = {
+        name: {key: row[key] / row["noise"] for key in ("before", "after", "reference")}
+        for name, row in channels.items()
+    }
+    same = all(row["before"] == row["after"] for row in ratios.values())
+    most = max((value for row in ratios.values() for value in row.values()), default=1.0)
+    return {"ratios": ratios, "most": most, "shown": ["before", *([] if same else ["after"])]}
 
 
 def _new_numbers(result: GapResult) -> list[str]:
