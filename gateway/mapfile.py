@@ -86,8 +86,7 @@ class _Mapped(Form):
     signal: Any = None
     """``FRAME.SIGNAL``; an output may have several."""
     unit: Name | None = None
-    """If the DBC file gives none or a wrong one (``C`` is coulomb); may begin with a number:
-    ``0.1 um``."""
+    """If the DBC file gives none or a wrong one; may begin with a number: ``0.1 um``."""
     factor: Number = 1.0
     """Sign or size: input = factor x value on the bus, value on the bus = factor x output."""
     values: dict[Name, Raw] | None = Field(default=None, max_length=256)

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
-from math import isclose
 
 from cantools.database.can import Message
 from cantools.database.can import Signal as CanSignal
 
-from gateway.conversion import conversion
 from gateway.database import ERROR, NOT_AVAILABLE, OTHER, TRUST, Signal
 from gateway.dbc import DBC, attribute, load_dbc
 from gateway.mapfile import FrameMap, InputMap, OutputMap
 from gateway.protection import CHECKS, PROFILE_1, Protection, profile_1
 from measurement.errors import BadInput
+from measurement.importing.quantities import conversion_of
 
 ENDLESS = ("status", "bus_fault")
 """Enumerations to which later versions may add values."""
@@ -102,6 +101,24 @@ def _number(name: str, spec: Spec, signal: CanSignal, plain: Signal) -> Signal:
             low, high = (turned * (factor * end + shift) for end in ends)
     low, high = float(f"{min(low, high):.12g}"), float(f"{max(low, high):.12g}")
     return replace(plain, unit=wanted, scale=scale, offset=offset, low=low, high=high)
+
+
+def conversion(unit: str, wanted: str) -> tuple[float, float]:
+    """Return factor and offset of value in *wanted* = factor * value in *unit* + offset.
+
+    Raises
+    ------
+    BadInput
+        If a unit is unknown, or they are of different quantities.
+    """
+    if unit.strip() == wanted:
+        return 1.0, 0.0
+    given, asked = conversion_of(unit), conversion_of(wanted)
+    if given is None or asked is None or given.suffix != asked.suffix:
+        raise BadInput(unit or "no unit", "", f"cannot be converted to {wanted}")
+    factor, offset = given.factor / asked.factor, (given.offset - asked.offset) / asked.factor
+    # Rounded, so that a whole number of steps stays one.
+    return float(f"{factor:.12g}"), float(f"{offset:.12g}")
 
 
 def _enumeration(name: str, spec: Spec, codes: dict[str, int], plain: Signal) -> Signal:
@@ -196,11 +213,5 @@ def raw_ends(signal: CanSignal) -> tuple[float, float]:
 
 def _usual(unit: str) -> str:
     """Return the gateway's unit for a quantity that it does not know."""
-    for usual in ("degC", "rpm"):
-        try:
-            factor, _ = conversion(unit, usual)
-        except BadInput:
-            continue
-        if not isclose(factor, 0.0):
-            return usual
-    return unit
+    found = conversion_of(unit)
+    return found.suffix if found and found.suffix in ("degC", "rpm") else unit

@@ -70,6 +70,7 @@ _SPELLINGS: tuple[tuple[Conversion, str], ...] = (
     (Conversion("lpm", 1.0 / 60.0), "l/h"),
     (Conversion("urad"), "urad µrad"),
     (Conversion("urad", 1e3), "mrad"),
+    (Conversion("urad", 1e6), "rad"),
     (Conversion("1"), "1 - bool boolean flag on/off status code -/-"),
 )
 _EXACT = {"Nm": Conversion("Nm"), "nm": Conversion("um", 1e-3), "N m": Conversion("Nm")}
@@ -80,7 +81,7 @@ KNOWN_UNITS = (
 )
 """The usual units, for a message."""
 _MULTIPLE = re.compile(
-    r"(?:1 ?/ ?(?P<over>10+)|(?P<count>0[.,]0*1|1(?:000)+)) ?[*x·]? ?(?P<unit>[^\W\d].*|[°%].*)"
+    r"(?:1 ?/ ?(?P<over>10+)|(?P<count>0[.,]\d+|1(?:000)+)) ?[*x·]? ?(?P<unit>[^\W\d].*|[°%].*)"
 )
 """Multiples of a unit, such as 0.1 °C, 1/10 K and 1000 µm; 10K may be a type of thermistor."""
 LENGTH = re.compile(r"tool|length|laenge|länge|position|pos(?![a-z])|abstand", re.IGNORECASE)

@@ -16,6 +16,7 @@ from gateway.codec import Encoder, Sender, Value
 from gateway.database import COMPENSATOR, MACHINE, Database, key_of
 from gateway.mapcheck import limits_of, problems_of
 from gateway.mapfile import MAPS
+from gateway.mapped_signals import conversion
 from gateway.mapping import read_mapping
 from gateway.node import GatewaySettings
 from gateway.page import load_text
@@ -231,12 +232,24 @@ def test_both_ends_run_by_a_map(builder, shipped, tmp_path, quick_fmu):
     assert abs(table["dZ_um"].iloc[-1]) > 0.1
 
 
+@pytest.mark.parametrize(
+    ("unit", "wanted", "factor", "offset"),
+    [
+        *(("C", "degC", 1.0, 0.0), ("K", "degC", 1.0, -273.15), ("0.5 degC", "degC", 0.5, 0.0)),
+        *(("mm", "um", 1e3, 0.0), ("0.1 um", "mm", 1e-4, 0.0), ("m", "mm", 1e3, 0.0)),
+        *(("U/min", "rpm", 1.0, 0.0), ("Hz", "rpm", 60.0, 0.0), ("ms", "s", 1e-3, 0.0)),
+    ],
+)
+def test_units_of_a_dbc_file_are_converted(unit, wanted, factor, offset):
+    assert conversion(unit, wanted) == (factor, offset)
+
+
 # What is wrong with a map
 
 WRONG = [
     ("SPN_STATUS.SpnSpeed", "SPN_STATUS.Speed", "inputs.speed: SPN_STATUS has no signal Speed"),
     ("SPN_STATUS.SpnSpeed", "SPINDLE.Speed", "machine_builder.dbc has no frame SPINDLE"),
-    ('T3 = { signal = "SPN_TEMP.Tmp03", unit = "degC"', 'T3 = { signal = "SPN_TEMP.Tmp03"', "C: c"),
+    ('Tmp03", unit = "degC"', 'Tmp03", unit = "V"', "inputs.T3: V: cannot be converted to degC"),
     (
         'speed = "SPN_STATUS.SpnSpeed"',
         'speed = { signal = "SPN_STATUS.SpnSpeed", unit = "mm" }',
@@ -303,11 +316,6 @@ WRONG = [
         'CMP_OFFSET = { protection = "none" }',
         'CMP_OFFSET = { protection = "none", fill = { OfsReserve = 256 } }',
         "frames.CMP_OFFSET: fill.OfsReserve: 256 is not allowed: 0 to 255",
-    ),
-    (
-        'Tmp01", unit = "degC"',
-        'Tmp01", unit = "0,1 degC"',
-        "inputs.T1: 0,1 degC: cannot be converted to degC",
     ),
     (
         'OfsX", factor = -1',
