@@ -1,6 +1,6 @@
 """What the numbers contradict is doubted, and what is as it should be is not."""
 
-from pathlib import Path
+from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
@@ -9,37 +9,39 @@ import pytest
 from measurement.doubts import doubt_lines, doubts
 from measurement.doubts.places import swapped
 from measurement.doubts.signs import flipped
-from measurement.importing.log import import_files
+from measurement.importing.log import Imported
 from measurement.runs import Run, read_run
-from tests.measurement.importing.made import HEADER, elapsed, signals, table
+from tests.measurement.importing.made import HEADER, ROWS, elapsed, signals, table
 from tests.measurement.lab import clock_s, day
 
-
-def doubted(
-    tmp_path: Path, values: np.ndarray, header: tuple[str, ...] = HEADER, step: str = "s"
-) -> dict[str, str]:
-    path = tmp_path / "log.csv"
-    rows = elapsed(len(values), 1.0 if step == "min" else 60.0)
-    clock = "Zeit [s]"
-    path.write_text(table(rows, clock=clock, header=header, values=values), encoding="utf-8")
-    return dict(import_files([path]).doubts)
+NAMES = np.array(["Temp_Lager_vorn_degC", "T_hinten_degC", "Halle_degC", "speed_rpm", "z_um"])
 
 
-def test_a_sound_log_raises_no_doubt(tmp_path):
-    assert doubted(tmp_path, signals()) == {}
+@pytest.fixture
+def doubted(log: Callable[..., Imported]) -> Callable[..., dict[str, str]]:
+    """Returns what is doubted in a log of these values."""
+    return lambda values, header=HEADER: dict(log(table(header=header, values=values)).doubts)
 
 
 @pytest.mark.parametrize(
-    ("factor", "offset", "told"), [(1.0, 273.15, "kelvin"), (1.8, 32.0, "Fahrenheit")]
+    ("columns", "factor", "offset", "told"),
+    [
+        ([], 1.0, 0.0, "nothing"),
+        ([0], 1.0, 273.15, "kelvin"),
+        ([0, 1, 2], 1.0, 273.15, "kelvin"),
+        ([1, 2], 1.8, 32.0, "Fahrenheit"),
+        ([0, 1, 2], 1.8, 32.0, "Fahrenheit"),
+        ([0, 1, 2], 10.0, 0.0, "then its unit is 0.1 degC"),
+        ([3], 1e-3, 0.0, "krpm"),
+        ([4], 1e-3, 0.0, "millimetres taken for micrometres? then its unit is mm"),
+    ],
 )
-def test_one_temperature_or_all_in_another_unit(factor, offset, told, tmp_path):
-    for columns in ([0], [1, 2], [0, 1, 2]):
-        values = signals()
-        values[:, columns] = values[:, columns] * factor + offset
-        found = doubted(tmp_path, values)
-        names = ["Temp_Lager_vorn_degC", "T_hinten_degC", "Halle_degC"]
-        assert set(found) == {names[column] for column in columns}
-        assert all(told in text for text in found.values())
+def test_columns_in_another_unit(columns, factor, offset, told, doubted):
+    values = signals()
+    values[:, columns] = values[:, columns] * factor + offset
+    found = doubted(values.round() if factor == 10.0 else values)
+    assert set(found) == set(NAMES[columns])
+    assert all(told in text for text in found.values())
 
 
 def test_columns_that_are_doubted_alike_share_a_line():
@@ -52,15 +54,8 @@ def test_columns_that_are_doubted_alike_share_a_line():
     assert line.endswith(f"then its unit is degF; so is {', '.join(hot[1:])}")
 
 
-def test_millimetres_called_micrometres_and_the_other_way_round(tmp_path):
-    values = signals()
-    values[:, 4] /= 1000.0
-    assert (
-        "millimetres taken for micrometres? then its unit is mm"
-        in doubted(tmp_path, values)["z_um"]
-    )
-    header = (*HEADER[:4], "z [mm]")
-    found = doubted(tmp_path, signals(), header)
+def test_micrometres_called_millimetres(doubted):
+    found = doubted(signals(), (*HEADER[:4], "z [mm]"))
     assert "micrometres taken for millimetres?" in found["z_um"]
 
 
@@ -82,24 +77,18 @@ def test_one_run_among_others_in_another_unit():
     assert all(text.endswith("(in day2)") for text in told.values())
 
 
-def test_minutes_called_seconds(tmp_path):
-    found = doubted(tmp_path, signals(), step="min")
-    assert set(found) == {"time_s"}
-    assert "minutes taken for seconds? then its unit is min" in found["time_s"]
+def test_minutes_called_seconds(log):
+    ((column, text),) = log(table(elapsed(ROWS, 1.0), clock="Zeit [s]")).doubts
+    assert column == "time_s"
+    assert "minutes taken for seconds? then its unit is min" in text
 
 
-def test_thousands_of_turns(tmp_path):
-    values = signals()
-    values[:, 3] /= 1000.0
-    assert "krpm" in doubted(tmp_path, values)["speed_rpm"]
-
-
-def test_a_growth_that_falls_with_warming(tmp_path):
+def test_a_growth_that_falls_with_warming(doubted):
     header = (*HEADER[:4], "growth [um]")
-    assert "flipped? then set sign = -1" in doubted(tmp_path, signals(), header)["growth_um"]
+    assert "flipped? then set sign = -1" in doubted(signals(), header)["growth_um"]
     values = signals()
     values[:, 4] *= -1.0
-    assert doubted(tmp_path, values, header) == {}
+    assert doubted(values, header) == {}
 
 
 def runs_with(sign: dict[int, float], count: int = 4) -> list[Run]:
@@ -110,12 +99,9 @@ def runs_with(sign: dict[int, float], count: int = 4) -> list[Run]:
         rise = size * (1.0 - np.exp(-time / (2000.0 + 500.0 * number)))
         frame = {"time_s": time, "T1_degC": 20 + 9 * rise, "T2_degC": 20 + 4 * rise**2}
         drift = 11.0 * rise - 3.0 * rise**2
-        found.append(Run(f"r{number}", _frame(frame | {"z_um": sign.get(number, 1.0) * drift})))
+        columns = frame | {"z_um": sign.get(number, 1.0) * drift}
+        found.append(Run(f"r{number}", pd.DataFrame(columns)))
     return found
-
-
-def _frame(columns: dict[str, np.ndarray]) -> pd.DataFrame:
-    return pd.DataFrame(columns)
 
 
 def test_a_sign_that_one_run_alone_has():
@@ -183,17 +169,10 @@ def run_of_day(number: int) -> Run:
     temperatures, drift = day(number)
     columns = {f"T{place}_degC": values for place, values in enumerate(temperatures.T)}
     lengths = {"x_um": drift[:, 0], "z_um": drift[:, 1]}
-    return Run(f"day{number}", _frame({"time_s": clock_s(), **columns, **lengths}))
+    return Run(f"day{number}", pd.DataFrame({"time_s": clock_s(), **columns, **lengths}))
 
 
-def test_a_sensor_out_of_range_for_a_moment_is_no_other_unit(tmp_path):
+def test_a_sensor_out_of_range_for_a_moment_is_no_other_unit(doubted):
     values = signals(400)
     values[150:156, 4] = -99999.9
-    assert doubted(tmp_path, values) == {}
-
-
-def test_tenths_of_a_degree_are_whole_numbers(tmp_path):
-    values = signals()
-    values[:, :3] = (10.0 * values[:, :3]).round()
-    found = doubted(tmp_path, values)
-    assert [text.rpartition("then ")[2] for text in found.values()] == 3 * ["its unit is 0.1 degC"]
+    assert doubted(values) == {}

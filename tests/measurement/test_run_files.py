@@ -68,21 +68,17 @@ def test_harmless_differences_of_writing_change_nothing(tmp_path, variant):
     ("content", "expected"),
     [
         ("", "is empty"),
-        ("\n\n", "is empty"),
         ("time_s,T1_degC\n", "row 2: there are no data rows"),
         ('time_s,"T1_degC"\n', "row 2: there are no data rows"),
         ("T1_degC,time_s\n1,2\n", "row 1, first column: is 'T1_degC'; it must be time_s"),
         ("time_s;T1_degC\n1;2\n", "row 1, first column: is 'time_s;T1_degC'; it must be time_s"),
         ("time_s,T1\n1,2\n", "row 1, column 2: 'T1' has no known unit"),
-        ("time_s,T1_degF\n1,2\n", "row 1, column 2: 'T1_degF' has no known unit"),
         ("time_s,a_um,a_um\n1,2,3\n", "row 1, column 3: 'a_um' is also column 2"),
-        ("time_s,time_s\n1,2\n", "row 1, column 2: 'time_s' is also column 1"),
         ("time_s,\n1,2\n", "row 1, column 2: '' has no known unit"),
         ("time_s,a\tb_um\n1,2\n", "row 1, column 2: 'a\\tb_um' holds a character"),
         ("time_s,a_um\n1,2\n2\n", "row 3: has 1 cell; the header names 2 columns"),
         ("time_s,a_um\n1,2\n\n3,4\n", "row 3: is blank; the header names 2 columns"),
         ("time_s,a_um\n1,2,3\n", "row 2: has 3 cells; the header names 2 columns"),
-        ('time_s,a_um\n"1",2,3\n', "row 2: has 3 cells; the header names 2 columns"),
         ("time_s,a_um\n1,2\n2,x3\n", "row 3, column a_um: 'x3' is not a number"),
         ("time_s,a_um\n1,True\n2,False\n", "row 2, column a_um: 'True' is not a number"),
         ("time_s,a_um\n1,1_0\n", "row 2, column a_um: '1_0' is not a number"),
@@ -92,9 +88,7 @@ def test_harmless_differences_of_writing_change_nothing(tmp_path, variant):
         ('time_s,a_um\n1,"2,5"\n', "row 2, column a_um: '2,5' is not a number"),
         ('time_s,a_um\n1,"2\n', "row 2: is not a CSV row"),
         ("time_s,a_um\n1,inf\n", "row 2, column a_um: inf is infinite"),
-        ("time_s,a_um\n1,2\n3,-Infinity\n", "row 3, column a_um: -inf is infinite"),
         ("time_s,a_um\n1,1e999\n", "row 2, column a_um: inf is infinite"),
-        ("time_s,a_um\n1,2\n1,2\n", "row 3, column time_s: 1.0 is not after 1.0"),
         ("time_s,a_um\n2,2\n1,2\n", "row 3, column time_s: 1.0 is not after 2.0"),
         ("time_s,a_um\n1,2\n,2\n", "row 3, column time_s: is missing"),
         ("time_s\n1\n\n3\n", "row 3, column time_s: is missing"),
@@ -103,7 +97,6 @@ def test_harmless_differences_of_writing_change_nothing(tmp_path, variant):
         ("time_s,T1_degC\n1,-60\n2,-61\n", "row 3, column T1_degC: -61 is outside -60..400 degC"),
         ("time_s,S1_um\n1,1e300\n", "row 2, column S1_um: 1e+300 is outside -1e+06..1e+06 um"),
         (b"time_s,a_um\n1,2\n2,\xff\n", "row 3: byte 0xff is not UTF-8"),
-        ("time_s,a_um\n1,2\n".encode("utf-16"), "row 1: byte 0xff is not UTF-8"),
         (b"time_s,a_um\n1,2\n2,\x003\n", "row 3: holds a null character"),
     ],
 )
@@ -187,17 +180,6 @@ def test_a_run_keeps_its_own_copy_and_refuses_a_bad_frame():
         Run("r", pd.DataFrame({"time_s": [0.0, 0.0]}))
     with pytest.raises(BadInput, match="not numeric"):
         Run("r", pd.DataFrame({"time_s": [0.0], "a_um": ["x"]}))
-
-
-@pytest.mark.long
-@pytest.mark.real_data
-def test_every_measured_run_is_read_whole(lathe_runs, electric_spindle_run):
-    for path in [*lathe_runs, electric_spindle_run]:
-        run = read_run(path)
-        assert len(run.frame) == path.read_text().count("\n") - 1
-        assert run.temperatures
-        assert run.displacements
-        assert not run.frame.isna().any().any()
 
 
 def test_a_large_file_is_read_by_pandas_and_not_cell_by_cell(tmp_path, monkeypatch):

@@ -10,11 +10,6 @@ from hypothesis import strategies as st
 from measurement.units import UNITS, column, split_column
 
 
-def test_every_suffix_of_the_run_file_is_known():
-    known = {"s", "rpm", "mm_min", "Nm", "W", "lpm", "degC", "um", "mm", "urad", "1"}
-    assert known == set(UNITS)
-
-
 @given(st.text(min_size=1).filter(str.strip), st.sampled_from(sorted(UNITS)))
 def test_splitting_undoes_joining(name, unit):
     assert split_column(column(name, unit)) == (name, unit)

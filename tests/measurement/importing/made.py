@@ -26,15 +26,17 @@ def german(number: float) -> str:
 
 
 def table(
-    times: Sequence[str],
+    times: Sequence[str] | None = None,
     *,
-    clock: str = "Zeit",
+    clock: str = "",
     mark: str = ";",
     header: Sequence[str] = HEADER,
     values: np.ndarray | None = None,
     comma: bool = True,
 ) -> str:
-    """Return a text table."""
+    """Return a text table; its clock counts seconds, a row a minute, unless times are given."""
+    clock = clock or ("Zeit [s]" if times is None else "Zeit")
+    times = elapsed(ROWS if values is None else len(values)) if times is None else times
     values = signals(len(times)) if values is None else values
     told = german if comma else lambda number: f"{number:g}"
     lines = [mark.join([clock, *header])]

@@ -1,7 +1,6 @@
 """A table of bad inputs: each is refused in one line that says where, what, and what to do."""
 
 import re
-from typing import NamedTuple
 
 import pytest
 
@@ -10,21 +9,14 @@ from measurement.importing.log import import_files
 from measurement.importing.mapping import Mapping, TimeRule
 from tests.measurement.importing.made import HEADER, elapsed, signals, stamps, table, workbook
 
-SECONDS = table(elapsed(), clock="Zeit [s]")
+SECONDS = table()
 LINES = SECONDS.split("\n")
 LOCAL = table(stamps("%d.%m.%Y %H:%M:%S"))
+TWICE = [*stamps("%d.%m.%Y %H:%M", 40, 300.0)[:39], "02.03.2026 10:25"]
+OIL = {"header": ["Öl [°C]"], "values": signals()[:, :1]}
 
-LVM = (
-    "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\n\nChannels\t1\n"
-    "Y_Unit_Label\tdegC\n***End_of_Header***\nX_Value\tT1\tComment\n"
-)
-
-
-class Bad(NamedTuple):
-    """What is in the files, and what the refusal says after the file's name."""
-
-    texts: tuple[str, ...]
-    told: str
+LVM_HEAD = "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\n\nChannels\t1\n"
+LVM = f"{LVM_HEAD}Y_Unit_Label\tdegC\n***End_of_Header***\nX_Value\tT1\tComment\n"
 
 
 def changed(row: int, old: str, new: str, text: str = SECONDS) -> str:
@@ -34,130 +26,86 @@ def changed(row: int, old: str, new: str, text: str = SECONDS) -> str:
     return "\n".join(lines)
 
 
-def with_header(header: str) -> str:
-    return "\n".join([header, *LINES[1:]])
+CASES = [
+    ("", "is empty; a header and data rows are needed"),
+    ("\n \n", "is empty"),
+    ("\0\1\2PNG\0", "is no text"),
+    ("Sehr geehrte Damen und Herren\nanbei das Protokoll\n", "holds no table"),
+    (LINES[0], "no row of numbers"),
+    ("\n".join(LINES[1:]), "row 1: holds numbers; a header with names"),
+    (changed(5, "20,53", "defekt"), "row 5, column Halle [°C]: 'defekt' is not a number"),
+    (changed(9, ";6000", ";6000;1"), "row 9: has 7 cells; the others"),
+    (changed(9, ";6000", ""), "row 9: has 5 cells; the others have 6"),
+    (changed(2, ";0;", ";"), "row 2: has 5 cells; the others have 6"),
+    ("time [s];tag;value\n0;T1;21,5\n0;;21,5\n1;T1;21,6\n", "row 3, column tag: is missing;"),
+    ("t [s],T1 [°C]\n0,5,21,3\n1,5,21,4\n2,5,21,5\n", "decimal commas need another separator"),
+    (changed(4, "21,", "21."), "stand in it: one decimal mark is needed"),
+    # A point among numbers whose points set thousands apart.
+    (SECONDS.replace(";6000;", ";6.000,0;").replace("\n120;", "\n120.5;"), "one decimal mark"),
+    # The clock.
+    (changed(1, "Zeit [s]", "Nr"), "none of Nr, Temp."),
+    (changed(1, " [s]", ""), "column Zeit: no unit: say it, as in --unit"),
+    (changed(1, "[s]", "[furlong]"), "'furlong' is no unit of time"),
+    (changed(6, "240;", ";"), "row 6, column Zeit [s]: is missing"),
+    (changed(6, "240;", "100;"), "row 6, column Zeit [s]: 100 s is before 180 s"),
+    (table(TWICE), "row 41, column Zeit: has the same time as the previous row, 2026-03-02 10:25"),
+    (changed(6, "07:19:00", "06:19:00", LOCAL), "--timezone Europe/Berlin mends it"),
+    (changed(6, "02.03.2026", "31.02.2026", LOCAL), "row 6, column Zeit: '31.02.2026 07:19:00'"),
+    (table(stamps("%d/%m/%Y %H:%M:%S")), "can be read in two ways: use --day-first or"),
+    (table(elapsed(1), clock="Zeit [s]"), "has no run of 2 rows or more"),
+    # Names and units.
+    (changed(1, HEADER[1], ""), "column 3: has values but no name"),
+    (changed(1, HEADER[1], HEADER[0]), f"column 3: '{HEADER[0]}' is the name of an earlier column"),
+    (changed(1, "Halle [°C]", "Halle [K]"), "20.5 K (-252.65 degC) is outside -60..400 degC: is K"),
+    (
+        changed(7, "20,56", "401,5", changed(8, "20,56", "402")),
+        "row 7, column Halle [°C]: 401.5 °C",
+    ),
+    (
+        "Zeit [s];T1;T2\n0;20;21\n1;20;21\n2;20;21\n",
+        "column T1: no column can be placed: it has no",
+    ),
+    # Tables that do not go together.
+    ((LOCAL, LOCAL), "overlaps 0.csv in time, with the same columns"),
+    ((LOCAL, table(**OIL)), "counts from an unknown start, while"),
+    ((LOCAL, table(stamps("%d.%m.2025 %H:%M:%S"), **OIL)), "begins after another table has ended"),
+    ((SECONDS, table(header=[HEADER[2]], values=OIL["values"])), "Halle_degC is in another table"),
+    # LabVIEW's files, which are told by their first line.
+    (LVM_HEAD, "holds no segment with a header and rows"),
+    (LVM, "holds no table with a header and data rows"),
+    (f"{LVM}0.0\t21\nnoon\t22\n", "segment 1: its clock cannot be read"),
+    (f"{LVM}0\t20\n1\t21\n\t99\n3\t23\n", "segment 1: row 3, column time [s]: is missing; every"),
+    (f"{LVM}0.0\t21\t\t5\t7\n", "segment 1: a row has 5 cells, its header 3"),
+]
+JSON = [
+    ("{}", "no table"),
+    ("[{}, 7]", "row 2: is no JSON object"),
+    ('{"T": 1}\n{"T": 1}}\n', "row 2: is no JSON: Extra"),
+    ('{"T 1": 20, "T  1": 21}', "row 1: holds 'T 1' twice (apart from blanks)"),
+    ('{"T 1": 20, "T": [21]}', "row 1: holds 'T 1' twice (apart from blanks)"),
+    # What gives up first, and so says it, is the interpreter's matter.
+    ('{"a":' * 20_000 + "1" + "}" * 20_000, ""),
+]
+DAMAGED = [("\0\1damaged" * 30, ending) for ending in (".tdms", ".mf4", ".xlsx", ".xls", ".ods")]
 
 
-CASES = {
-    "empty": Bad(("",), "is empty; a header and data rows are needed"),
-    "blank": Bad(("\n \n",), "is empty"),
-    "binary": Bad(("\0\1\2PNG\0",), "is no text"),
-    "prose": Bad(("Sehr geehrte Damen und Herren\nanbei das Protokoll\n",), "holds no table"),
-    "only a header": Bad((LINES[0],), "no row of numbers"),
-    "no header": Bad(("\n".join(LINES[1:]),), "row 1: holds numbers; a header with names"),
-    "a word among numbers": Bad(
-        (changed(5, "20,53", "defekt"),), "row 5, column Halle [°C]: 'defekt' is not a number"
-    ),
-    "a cell too many": Bad((changed(9, ";6000", ";6000;1"),), "row 9: has 7 cells; the others"),
-    "a cell too few": Bad((changed(9, ";6000", ""),), "row 9: has 5 cells; the others have 6"),
-    "a value without a name": Bad(
-        ("time [s];tag;value\n0;T1;21,5\n0;;21,5\n1;T1;21,6\n",),
-        "row 3, column tag: is missing; every value needs the name of its signal",
-    ),
-    "lvm cut in its header": Bad(
-        ("LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\nChannels\t1\n",),
-        "holds no segment with a header and rows",
-    ),
-    "lvm without a row": Bad((LVM,), "holds no table with a header and data rows"),
-    "lvm with a word for a time": Bad(
-        (f"{LVM}0.0\t21\nnoon\t22\n",), "segment 1: its clock cannot be read"
-    ),
-    "lvm without a time in a row": Bad(
-        (f"{LVM}0\t20\n1\t21\n\t99\n3\t23\n",),
-        "segment 1: row 3, column time [s]: is missing; every row needs a time",
-    ),
-    "lvm with a row too wide": Bad(
-        (f"{LVM}0.0\t21\t\t5\t7\n",), "segment 1: a row has 5 cells, its header 3"
-    ),
-    "the first row cut": Bad((changed(2, ";0;", ";"),), "row 2: has 5 cells; the others have 6"),
-    "decimal commas between commas": Bad(
-        ("t [s],T1 [°C]\n0,5,21,3\n1,5,21,4\n2,5,21,5\n",), "decimal commas need another separator"
-    ),
-    "two decimal marks": Bad(
-        (changed(4, "21,", "21."),), "stand in it: one decimal mark is needed"
-    ),
-    "no time": Bad((with_header(LINES[0].replace("Zeit [s]", "Nr")),), "none of Nr, Temp."),
-    "time without a unit": Bad(
-        (with_header(LINES[0].replace(" [s]", "")),), "column Zeit: no unit: say it, as in --unit"
-    ),
-    "time in furlongs": Bad(
-        (with_header(LINES[0].replace("[s]", "[furlong]")),), "'furlong' is no unit of time"
-    ),
-    "time missing": Bad((changed(6, "240;", ";"),), "row 6, column Zeit [s]: is missing"),
-    "time goes back": Bad(
-        (changed(6, "240;", "100;"),), "row 6, column Zeit [s]: 100 s is before 180 s"
-    ),
-    "the same minute twice": Bad(
-        (table([*stamps("%d.%m.%Y %H:%M", 40, 300.0)[:39], "02.03.2026 10:25"]),),
-        "row 41, column Zeit: has the same time as the previous row, 2026-03-02 10:25:00",
-    ),
-    "clocks set back": Bad(
-        (changed(6, "07:19:00", "06:19:00", LOCAL),), "--timezone Europe/Berlin mends it"
-    ),
-    "no such day": Bad(
-        (changed(6, "02.03.2026", "31.02.2026", LOCAL),),
-        "row 6, column Zeit: '31.02.2026 07:19:00'",
-    ),
-    "day or month": Bad(
-        (table(stamps("%d/%m/%Y %H:%M:%S")),), "can be read in two ways: use --day-first or"
-    ),
-    "a value with no name": Bad(
-        (with_header(LINES[0].replace("T hinten (degC)", "")),), "column 3: has values but no name"
-    ),
-    "two columns of one name": Bad(
-        (with_header(LINES[0].replace("T hinten (degC)", HEADER[0])),),
-        "column 3: 'Temp. Lager vorn [°C]' is the name of an earlier column",
-    ),
-    "celsius called kelvin": Bad(
-        (with_header(LINES[0].replace("Halle [°C]", "Halle [K]")),),
-        "row 2, column Halle [K]: 20.5 K (-252.65 degC) is outside -60..400 degC: is K its unit?",
-    ),
-    "points among thousands with points": Bad(
-        (SECONDS.replace(";6000;", ";6.000,0;").replace("\n120;", "\n120.5;"),),
-        "both '21,39' and '120.5' stand in it: one decimal mark is needed",
-    ),
-    "tenths of a degree": Bad(
-        (changed(7, "20,56", "401,5", changed(8, "20,56", "402")),),
-        "row 7, column Halle [°C]: 401.5 °C is outside -60..400 degC: is °C its unit?",
-    ),
-    "no unit at all": Bad(
-        ("Zeit [s];T1;T2\n0;20;21\n1;20;21\n2;20;21\n",),
-        "column T1: no column can be placed: it has no unit; by its name and values perhaps degC",
-    ),
-    "too short": Bad((table(elapsed(1), clock="Zeit [s]"),), "has no run of 2 rows or more"),
-    "overlapping logs": Bad((LOCAL, LOCAL), "overlaps 0.csv in time, with the same columns"),
-    "dates beside a count": Bad(
-        (LOCAL, table(elapsed(), clock="t [s]", header=["Öl [°C]"], values=signals()[:, :1])),
-        "counts from an unknown start, while",
-    ),
-    "clocks that never meet": Bad(
-        (
-            LOCAL,
-            table(
-                [time.replace("2026", "2025") for time in stamps("%d.%m.%Y %H:%M:%S")],
-                header=["Öl [°C]"],
-                values=signals()[:, :1],
-            ),
-        ),
-        "begins after another table has ended",
-    ),
-    "one name in two tables": Bad(
-        (SECONDS, table(elapsed(), clock="t [s]", header=[HEADER[2]], values=signals()[:, :1])),
-        "Halle_degC is in another table, too",
-    ),
-}
-
-
-@pytest.mark.parametrize("case", CASES)
-def test_bad_input_is_refused_in_one_line(case, tmp_path):
+@pytest.mark.parametrize(
+    ("texts", "told", "ending"),
+    [
+        *(pytest.param(texts, told, ".csv", id=told) for texts, told in CASES),
+        *(pytest.param(text, told, ".json", id=f"json {told}") for text, told in JSON),
+        *(pytest.param(text, "", ending, id=ending) for text, ending in DAMAGED),
+    ],
+)
+def test_bad_input_is_refused_in_one_line(texts, told, ending, tmp_path):
     paths = []
-    for number, text in enumerate(CASES[case].texts):
-        paths.append(tmp_path / f"{number}.csv")
+    for number, text in enumerate([texts] if isinstance(texts, str) else texts):
+        paths.append(tmp_path / f"{number}{ending}")
         paths[-1].write_text(text, encoding="utf-8")
     with pytest.raises(BadInput) as caught:
         import_files(paths)
     said = str(caught.value)
-    assert CASES[case].told in said
+    assert told in said
     assert "\n" not in said
     assert any(path.stem in said for path in paths)
 
@@ -169,12 +117,10 @@ def test_a_workbook_without_a_table_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("there", ["Zeit [s]", "Nr"])
-def test_a_column_of_time_that_is_not_there_is_refused(there, tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text(SECONDS.replace("Zeit [s]", there), encoding="utf-8")
+def test_a_column_of_time_that_is_not_there_is_refused(there, log):
     rule = TimeRule(columns=["Zeti"])
     with pytest.raises(BadInput, match=f"time: no column is called 'Zeti': .*{re.escape(there)}"):
-        import_files([path], Mapping(time=rule))
+        log(SECONDS.replace("Zeit [s]", there), mapping=Mapping(time=rule))
 
 
 def test_no_file_is_refused():

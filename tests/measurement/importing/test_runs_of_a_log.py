@@ -14,48 +14,40 @@ from measurement.importing.mapping import Mapping, read_mapping
 from measurement.importing.splitting import warm_starts
 from measurement.runs import read_run
 from measurement.warm import WARM_START
-from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.simulate import simulate
-from tests.measurement.importing.made import HEADER, elapsed, signals, stamps, table
+from tests.measurement.importing.made import HEADER, signals, stamps, table
 
 DAY0 = dt.datetime(2026, 3, 2)
 
 
 @pytest.fixture(scope="module")
-def jig_borer_lumps() -> Machine:
-    return read_machine("jig_borer_lumps")
-
-
-def three_days(machine: Machine, *, first_hour: float = 7.0, rests: bool = True) -> pd.DataFrame:
-    """Return a log of two days, each of two shifts with a rest of 40 minutes between."""
+def two_days() -> pd.DataFrame:
+    """A log of two days from 7 o'clock on, each of two shifts."""
     hours = np.arange(0.0, 36.0, 1.0 / 60.0)
-    of_day = (hours + first_hour) % 24.0
+    of_day = (hours + 7.0) % 24.0
     works = ((of_day > 7.5) & (of_day < 11.5)) | ((of_day > 12.5) & (of_day < 16.0))
-    inputs = pd.DataFrame(
-        {
-            "time_s": 3600.0 * hours,
-            "speed_rpm": np.where(works, 9000.0, 0.0),
-            "T5_degC": 21.0,
-            "T9_degC": 21.0,
-        }
-    )
-    frame = simulate(machine, inputs, noise_seed=1).run_frame()
+    columns = {"time_s": 3600.0 * hours, "speed_rpm": np.where(works, 9000.0, 0.0)}
+    inputs = pd.DataFrame(columns | {"T5_degC": 21.0, "T9_degC": 21.0})
+    return simulate(read_machine("jig_borer_lumps"), inputs, noise_seed=1).run_frame()
+
+
+@pytest.fixture(scope="module")
+def with_rests(two_days: pd.DataFrame) -> pd.DataFrame:
+    """Its rows but those of a rest of 40 minutes between the shifts, and of the nights."""
+    of_day = (two_days["time_s"] / 3600.0 + 7.0) % 24.0
     logged = ((of_day >= 7.0) & (of_day < 11.5)) | ((of_day > 12.19) & (of_day < 16.5))
-    return frame[logged] if rests else frame
+    return two_days[logged]
 
 
-def written(frame: pd.DataFrame, path: Path, begin: dt.datetime) -> Path:
-    stamped = frame.drop(columns="time_s")
-    clock = [begin + dt.timedelta(seconds=float(second)) for second in frame["time_s"]]
-    stamped.insert(0, "time", [time.isoformat(" ") for time in clock])
-    stamped.to_csv(path, index=False)
-    return path
+def stamped(frame: pd.DataFrame) -> str:
+    """Return the text of a log that begins at 7 o'clock."""
+    clock = DAY0 + pd.to_timedelta(frame["time_s"], unit="s") + dt.timedelta(hours=7)
+    return str(frame.drop(columns="time_s").assign(time=clock).to_csv(index=False))
 
 
-def test_a_log_is_cut_at_pauses_and_its_warm_restarts_are_marked(jig_borer_lumps, tmp_path):
-    log = written(three_days(jig_borer_lumps), tmp_path / "log.csv", DAY0 + dt.timedelta(hours=7))
-    found = import_files([log])
+def test_a_log_is_cut_at_pauses_and_its_warm_restarts_are_marked(with_rests, log):
+    found = log(stamped(with_rests))
     assert [run.name for run in found.runs] == [
         "20260302_0700", "20260302_1212", "20260303_0700", "20260303_1212"
     ]  # fmt: skip
@@ -65,22 +57,8 @@ def test_a_log_is_cut_at_pauses_and_its_warm_restarts_are_marked(jig_borer_lumps
         assert piece.run.time_s[0] == 0.0
         told = None if piece.warm is None else {float(piece.warm)}
         assert (set(piece.run.frame[WARM_START]) if WARM_START in piece.run.frame else None) == told
-    total = three_days(jig_borer_lumps)
-    assert sum(len(run.frame) for run in found.runs) == len(total)
     whole = pd.concat([run.frame["T1_degC"] for run in found.runs])
-    np.testing.assert_array_equal(whole, total["T1_degC"])  # nothing invented, nothing lost
-
-
-def test_a_single_run_and_a_log_that_was_always_warm_stay_untold(jig_borer_lumps, tmp_path):
-    frame = three_days(jig_borer_lumps)
-    begin = DAY0 + dt.timedelta(hours=7)
-    one = import_files([written(frame.iloc[:200], tmp_path / "one.csv", begin)])
-    assert [piece.warm for piece in one.pieces] == [None]
-    assert WARM_START not in one.runs[0].frame
-    # Nobody knows how the first began; the second is warmer than it.
-    first_day = frame[frame["time_s"] < 12 * 3600.0]
-    two = import_files([written(first_day, tmp_path / "two.csv", begin)])
-    assert [piece.warm for piece in two.pieces] == [None, True]
+    np.testing.assert_array_equal(whole, with_rests["T1_degC"])  # nothing invented, nothing lost
 
 
 def nose_and_hall(rises: list[float], rests_h: list[float]) -> list[bool | None]:
@@ -98,6 +76,7 @@ def nose_and_hall(rises: list[float], rests_h: list[float]) -> list[bool | None]
 @pytest.mark.parametrize(
     ("rises", "rests_h", "told"),
     [
+        ([9.0], [], [None]),
         ([9.0, 9.0], [1.0], [None, True]),
         ([0.0, 9.0, 9.0], [1.0, 1.0], [None, None, True]),  # a hall that warms warms no machine
         ([9.0, 0.0, 9.0, 9.0], [12.0, 1.0, 1.0], [None, False, False, True]),
@@ -119,18 +98,13 @@ def test_every_run_of_the_measured_lathe_warms(lathe_runs):
         assert found == [None, *[told] * (len(parts) - 1)]
 
 
-def test_days_and_no_split(jig_borer_lumps, tmp_path):
-    frame = three_days(jig_borer_lumps, rests=False)
-    log = written(frame, tmp_path / "log.csv", DAY0 + dt.timedelta(hours=7))
-    assert len(import_files([log]).runs) == 1
-    days = import_files([log], Mapping(split="days"))
+def test_days_and_no_split(two_days, with_rests, log):
+    assert len(log(stamped(two_days)).runs) == 1
+    days = log(stamped(two_days), mapping=Mapping(split="days"))
     assert [run.name for run in days.runs] == ["20260302_0700", "20260303_0000"]
-    gaps = written(three_days(jig_borer_lumps), log, DAY0)
-    assert len(import_files([gaps], Mapping(split="none")).runs) == 1
-    path = tmp_path / "count.csv"
-    path.write_text(table(elapsed(), clock="t [s]"), encoding="utf-8")
+    assert len(log(stamped(with_rests), mapping=Mapping(split="none")).runs) == 1
     with pytest.raises(BadInput, match="has no dates, so it cannot be split into days"):
-        import_files([path], Mapping(split="days"))
+        log(table(), mapping=Mapping(split="days"))
 
 
 def two_recorders(tmp_path: Path) -> list[Path]:
@@ -150,14 +124,13 @@ def test_two_clocks_are_joined_without_a_row_or_a_value_invented(tmp_path):
     found = import_files(two_recorders(tmp_path))
     (run,) = found.runs
     values = signals(40)
-    of_day = 7 * 3600.0 + 15 * 60.0
     temperature = run.frame[run.frame["T1_degC"].notna()]
     probe = run.frame[run.frame["z_um"].notna()]
     np.testing.assert_allclose(temperature["time_s"], 60.0 * np.arange(40))
     np.testing.assert_allclose(temperature["T1_degC"], values[:, 0])
     np.testing.assert_allclose(probe["time_s"], 30.0 + 90.0 * np.arange(26))
     np.testing.assert_allclose(probe["z_um"], values[:26, 4])
-    both = {*(of_day + 60.0 * np.arange(40)), *(of_day + 30.0 + 90.0 * np.arange(26))}
+    both = {*(60.0 * np.arange(40)), *(30.0 + 90.0 * np.arange(26))}
     assert len(run.frame) == len(both)
     assert any("--every SECONDS puts them on one grid" in note for note in found.notes)
 
@@ -178,7 +151,7 @@ def test_files_with_the_same_columns_follow_each_other_or_are_runs(tmp_path):
     names = [run.name for run in import_files(paths[::-1]).runs]
     assert names == ["20260302_0715", "20260303_0715"]
     for path in paths:
-        path.write_text(table(elapsed(), clock="t [s]"), encoding="utf-8")
+        path.write_text(table(), encoding="utf-8")
     assert [run.name for run in import_files(paths).runs] == ["0", "1"]
 
 
@@ -204,7 +177,7 @@ def test_a_time_of_day_gets_the_date_of_the_table_that_its_name_goes_with(tmp_pa
 def test_the_mapping_file_round_trips_and_is_followed(tmp_path):
     path, mapping = tmp_path / "log.csv", tmp_path / "import.toml"
     header = ["T1", "Druck [bar]", "Halle [°C]", "Drehzahl [1/min]", "z [µm]"]
-    path.write_text(table(elapsed(), clock="t [s]", header=header), encoding="utf-8")
+    path.write_text(table(header=header), encoding="utf-8")
     first = import_files([path])
     assert set(first.hints) == {"T1", "Druck [bar]"}
     assert "perhaps degC: --unit 'T1=degC'" in first.hints["T1"]
@@ -235,10 +208,8 @@ def test_the_mapping_file_round_trips_and_is_followed(tmp_path):
         ("format = 1", "format = ", "is not TOML"),
     ],
 )
-def test_a_mapping_file_that_will_not_do_is_refused(old, new, told, tmp_path):
-    path, mapping = tmp_path / "log.csv", tmp_path / "import.toml"
-    path.write_text(table(elapsed(), clock="t [s]"), encoding="utf-8")
-    text = import_files([path]).mapping_text()
+def test_a_mapping_file_that_will_not_do_is_refused(old, new, told, log, tmp_path):
+    text, mapping = log(table()).mapping_text(), tmp_path / "import.toml"
     assert old in text
     mapping.write_text(text.replace(old, new), encoding="utf-8")
     with pytest.raises(BadInput) as caught:
@@ -257,7 +228,7 @@ def test_days_with_a_thermometer_more_or_less_follow_each_other(dated, tmp_path)
         values = np.column_stack([signals(), signals()[:, 0]])
         shown = [([*HEADER, "Spindel [°C]"]).index(name) for name in header]
         given = {"header": header, "values": values[:, shown]}
-        told = table(clock, **given) if dated else table(elapsed(), clock="t [s]", **given)
+        told = table(clock, **given) if dated else table(**given)
         paths.append(tmp_path / f"day{day}.csv")
         paths[-1].write_text(told, encoding="utf-8")
     found = import_files(paths)
@@ -272,7 +243,7 @@ def test_logs_of_one_name_from_two_folders_are_two_runs(tmp_path):
     paths = [tmp_path / day / "log.csv" for day in ("mon", "tue")]
     for path in paths:
         path.parent.mkdir()
-        path.write_text(table(elapsed(), clock="t [s]"), encoding="utf-8")
+        path.write_text(table(), encoding="utf-8")
     assert [run.name for run in import_files(paths).runs] == ["mon_log", "tue_log"]
     with pytest.raises(BadInput, match=r"log\.csv: is given twice"):
         import_files([paths[0], paths[0]])
