@@ -17,9 +17,8 @@ import numpy as np
 from tqdm import tqdm
 
 from benchmarks.gap.agree import never_moves
-from benchmarks.gap.around_page import PAGE, drawn_around_page, page_table
+from benchmarks.gap.around_page import PAGE, SHOP, page_table
 from benchmarks.gap.case import CaseRun, TruthCase
-from benchmarks.gap.truth.case import simulate_case
 from benchmarks.gap.truth.told import as_told
 from benchmarks.results_page import as_table, parser_of, tell
 from gap_finder.calibrate import calibrate
@@ -41,7 +40,7 @@ def simulator_as_told(machine: Machine, case: TruthCase, run: CaseRun) -> float:
 
     In noise units.
     """
-    frames = (run.frame, as_told(case, run))
+    frames = (run.frame, as_told(SHOP, case, run))
     seen, done = (observe(machine, [Run(run.name, frame)])[0] for frame in frames)
     return gap_of(
         machine, [RunResiduals(seen, _from_zero(machine, done) - _from_zero(machine, seen))]
@@ -68,7 +67,7 @@ def _calibrated(machine: Machine, runs: Sequence[Run]) -> tuple[float, float, fl
 def left_of(page: Machine, seed: int) -> list[float]:
     """Return a machine's row of the table, in noise units."""
     case = TruthCase(seed)
-    simulated = simulate_case(case)[0]
+    simulated = SHOP.simulate(case)[0]
     runs = [Run(run.name, run.frame) for run in simulated]
     lumps = _calibrated(read_machine("jig_borer_lumps"), runs)[-1]
     return [*_calibrated(page, runs), lumps, simulator_as_told(page, case, simulated[-1])]
@@ -81,8 +80,7 @@ def main() -> int:
     args = parser.parse_args()
     path = machine_path(PAGE)
     page = machine_from_table(expanded(page_table(), path), path)
-    with drawn_around_page():
-        left = [left_of(page, seed) for seed in tqdm(range(1, args.machines + 1), disable=None)]
+    left = [left_of(page, seed) for seed in tqdm(range(1, args.machines + 1), disable=None)]
     rows = {**dict(enumerate(left, 1)), "Mean": np.mean(left, axis=0)}
     cells = [[str(name), *(f"{value:.1f}" for value in row)] for name, row in rows.items()]
     tell("drawing", as_table([*HEAD, TOLD], cells), write=args.write)

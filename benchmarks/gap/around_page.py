@@ -1,16 +1,17 @@
-"""Adapts the fine simulator to the machine of the page `jig_borer`, and makes its owner's page."""
+"""The cases of the page `jig_borer`: the fine simulator adapted to it, and its owner's page."""
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator
-from contextlib import contextmanager
+from dataclasses import replace
 from math import log, pi
 from typing import Any
 
 import numpy as np
 
-from benchmarks.gap.truth import parameters
+from benchmarks.gap.truth.case import SHOP as JIG_BORERS
+from benchmarks.gap.truth.parameters import draw
+from benchmarks.gap.truth.spindle import Spindle
 from plant_model.machine_file import machine_path
 
 PAGE = "jig_borer"
@@ -90,18 +91,6 @@ def drawn() -> dict[str, float]:
     }
 
 
-@contextmanager
-def drawn_around_page() -> Iterator[None]:
-    """Let the fine simulator vary its machines around the page instead of the lumped machine."""
-    before = dict(parameters.TABLE)
-    try:
-        for name, value in drawn().items():
-            parameters.TABLE[name] = (value, before[name][1])
-        yield
-    finally:
-        parameters.TABLE.update(before)
-
-
 def page_table() -> dict[str, Any]:
     """Return the page, with thermometers where the fine simulator has them."""
     page = tomllib.loads(machine_path(PAGE).read_text(encoding="utf-8"))
@@ -113,3 +102,11 @@ def page_table() -> dict[str, Any]:
             entry["part"] = "rear.outer"
             del entry["at"]
     return page
+
+
+SHOP = replace(
+    JIG_BORERS,
+    machine=lambda case: Spindle(draw(case.stream(0), drawn()), case.resolution),
+    drawing=lambda _: page_table(),  # The same for all machines, which vary around it.
+    file_of=lambda page, _: page,
+)

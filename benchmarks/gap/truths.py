@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from benchmarks.gap.around_page import SHOP as PAGES
 from benchmarks.gap.belt.case import SHOP as BELTS
 from benchmarks.gap.belt.effects import BEYOND as BELTS_BEYOND
 from benchmarks.gap.case import Shop
@@ -51,5 +52,6 @@ TRUTHS = {
     USUAL: Truth(0, JIG_BORERS),
     "belt": Truth(10_000_000, BELTS, BELTS_BEYOND),
     "lathe": Truth(20_000_000, LATHES, LATHES_BEYOND),
+    "page": Truth(30_000_000, PAGES),
 }
 """By name."""

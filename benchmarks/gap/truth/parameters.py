@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 Parameters = dict[str, float]
@@ -121,10 +123,11 @@ def nominal() -> Parameters:
     return {name: value for name, (value, _) in TABLE.items()}
 
 
-def draw(rng: np.random.Generator) -> Parameters:
-    """Return the numbers of a machine of this class."""
-    found = {}
-    for name, (value, kind) in TABLE.items():
+def draw(rng: np.random.Generator, middle: Mapping[str, float] | None = None) -> Parameters:
+    """Return the numbers of a machine of this class, or of one whose middle has other numbers."""
+    found, middle = {}, nominal() | dict(middle or {})
+    for name, (_, kind) in TABLE.items():
         deviation, most = SPREAD[kind]
-        found[name] = value * float(np.exp(np.clip(deviation * rng.standard_normal(), -most, most)))
+        factor = float(np.exp(np.clip(deviation * rng.standard_normal(), -most, most)))
+        found[name] = middle[name] * factor
     return found

@@ -13,9 +13,8 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from benchmarks.gap.case import Bench, CaseRun, TruthCase
+from benchmarks.gap.case import Bench, CaseRun, Shop, TruthCase
 from benchmarks.gap.drive import REST, Array, Drive
-from benchmarks.gap.truth.case import SHOP
 
 UNREAD = ("column", "bed")
 REST_HOURS = 160.0
@@ -23,11 +22,13 @@ REST_HOURS = 160.0
 STRIDE_H, STEP_S = 2.0, 600.0
 
 
-def as_told(case: TruthCase, run: CaseRun) -> pd.DataFrame:
+def as_told(shop: Shop, case: TruthCase, run: CaseRun) -> pd.DataFrame:
     """Return what a case's machine would have done in a run had all gone as its file says.
 
     Parameters
     ----------
+    shop : Shop
+        Whose case it is.
     case : TruthCase
         With nothing hidden.
     run : CaseRun
@@ -38,7 +39,7 @@ def as_told(case: TruthCase, run: CaseRun) -> pd.DataFrame:
     DataFrame
         Like ``run.frame``; thermometers and probes as they would be.
     """
-    bench, drive = Bench(case, SHOP), run.drive
+    bench, drive = Bench(case, shop), run.drive
     march = bench.march
     outside = drive.outside.copy()
     for column, name in ((0, "T5_degC"), (1, "T5_degC"), (2, "T9_degC")):
