@@ -32,16 +32,25 @@ class Condition:
     high: float
 
     @property
+    def _shown(self) -> tuple[str, str, str]:
+        """Value and range of training in three digits: a run is never known more exactly."""
+        value, low, high = (
+            np.format_float_positional(number, 3, unique=False, fractional=False, trim="-")
+            for number in (self.value, self.low, self.high)
+        )
+        return value, low, high
+
+    @property
     def is_new(self) -> bool:
-        """Whether it is outside the range of training."""
-        return not self.low <= self.value <= self.high
+        """Whether it is outside the range of training, as shown."""
+        value, low, high = map(float, self._shown)
+        return not low <= value <= high
 
     @property
     def text(self) -> str:
         """The condition in one phrase."""
-        return (
-            f"{self.name} {self.value:.4g} {self.unit} (training {self.low:.4g} to {self.high:.4g})"
-        )
+        value, low, high = self._shown
+        return f"{self.name} {value} {self.unit} (training {low} to {high})"
 
 
 NAMES = (

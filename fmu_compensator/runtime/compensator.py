@@ -172,7 +172,7 @@ class RunningCompensator:
         elapsed = self._elapsed(time_s, step_s)
         readings = [temperatures[index] for index in self.model.chosen]
         fault = self._look(readings, elapsed, tool_length)
-        # Rises, lags and walk begin with the first complete sample: waiting for it does not count.
+        # Lags and walk begin with the first complete sample: waiting for it does not count.
         if self._started or fault is None:
             self._prediction.wait(elapsed if self._started else step_s)
         if fault is None:

@@ -6,6 +6,7 @@ import pytest
 
 from fmu_compensator.fit.advice import advice
 from fmu_compensator.fit.fitting import compensator_text
+from fmu_compensator.fit.run_conditions import Condition
 from fmu_compensator.runtime.modelfile import Model, parse_model
 from measurement.runs import Run
 from tests.fmu_compensator.conftest import DIRECT_RIG
@@ -53,3 +54,11 @@ def test_a_run_that_the_compensator_has_learnt_from_is_not_named(new):
 
 def test_a_run_with_a_thermometer_that_stands_still_is_not_named():
     assert named([*ALIKE[1:], moved("broken", 11, T1=2.0, T4=0.0)]) in ("alike_12", "alike_13")
+
+
+@pytest.mark.parametrize(("speed", "new"), [(850.6, False), (849.0, True), (2003.0, False)])
+def test_a_condition_is_new_if_its_shown_digits_are(speed: float, new: bool):
+    condition = Condition("mean speed", "rpm", speed, 851.2, 1996.0)
+    assert condition.is_new == new
+    shown = {850.6: "851", 849.0: "849", 2003.0: "2000"}[speed]
+    assert condition.text == f"mean speed {shown} rpm (training 851 to 2000)"
