@@ -6,7 +6,6 @@ import io
 from array import array
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,13 +14,13 @@ from gateway.database import OFFSETS
 from gateway.state import Saved
 from gateway.unit import StatefulSlave
 from measurement.errors import BadInput
-from scenarios.cosimulation import plant_parameters
+from scenarios.cosimulation import plant_parameters, signals_over
 from scenarios.faults import FaultLine
 from scenarios.fmu import Port
 from scenarios.probe_cycle import ProbeSource
 from scenarios.scenario import Case
 from scenarios.views import rig_of
-from scenarios.wiring import PROBED, TOOL_LENGTH, check_ranges, shared_starts
+from scenarios.wiring import PROBED, TOOL_LENGTH
 
 
 class MachinePlant:
@@ -62,43 +61,24 @@ class MachinePlant:
         self.case = case
         self.step_s, self.steps = case.settings.step_s, case.settings.steps
         self.slave = StatefulSlave(path, "plant", show, printed or io.StringIO())
-        inputs = self.slave.names("input")
-        self._signals = self._rows(inputs)
+        # The bus brings the offsets. The compensator must get the plant's value of an input that no
+        # signal drives.
+        driven = {n: one for n, one in self.slave.variables.items() if n not in OFFSETS}
+        time_s = np.arange(self.steps + 1, dtype=np.float64) * self.step_s
+        self._signals = signals_over(case, time_s, driven, driven)
         self._in = Port(self.slave, [*self._signals, *OFFSETS])
         self._out = Port(self.slave, self.slave.names("output"))
-        lost = [name for name in OFFSETS if name not in inputs]
+        lost = [name for name in OFFSETS if name not in self.slave.names("input")]
         if lost:
             raise BadInput(path, lost[0], "is not an input of this plant")
-        self._faults = FaultLine(case.settings.faults, self._fault_names())
+        readings = [*self._out.names, *self._signals]
+        self._faults = FaultLine(case.settings.faults, readings, case.setting.source)
         self.path = path
         self._probe: ProbeSource | None = None
         self.point = 0
         self._recorded = recorded
         self._table = array("d")
         self._extra: tuple[str, ...] = ()
-
-    def _rows(self, inputs: list[str]) -> dict[str, Any]:
-        time = np.arange(self.steps + 1, dtype=np.float64) * self.step_s
-        found: dict[str, Any] = {}
-        for name, signal in self.case.signals.items():
-            if name not in inputs or name in OFFSETS:
-                source = self.case.setting.source
-                problem = f"is not an input to drive: {', '.join(inputs)}"
-                raise BadInput(source, f"signals.{name}", problem)
-            found[name] = signal.values(time, self.case.setting.inside(name))
-        plant = self.slave.variables
-        check_ranges(plant, found, time, self.case.setting.source)
-        # The compensator must get the plant's value of an input that no signal drives.
-        starts = shared_starts(plant, plant, [*found, *OFFSETS])
-        return found | {name: np.full(len(time), value) for name, value in starts.items()}
-
-    def _fault_names(self) -> list[str]:
-        names = [*self._out.names, *self._signals]
-        for i, fault in enumerate(self.case.settings.faults):
-            if fault.sensor not in names:
-                source = self.case.setting.source
-                raise BadInput(source, f"faults.{i}.sensor", f"{fault.sensor!r} is not known")
-        return names
 
     def start(self, saved: Saved | None = None) -> None:
         """Initialise the FMU, and continue from a saved state if there is one.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import inf
@@ -23,9 +22,6 @@ from gateway.systemd import ServiceManager
 from gateway.unit import CompensatorUnit
 from measurement.errors import BadInput
 from measurement.stops import LOOK_S
-
-STATUSES = 1000
-"""Largest number of status changes in the summary; older ones are dropped. Set on no data."""
 
 
 @dataclass
@@ -77,7 +73,6 @@ class Service:
     say: Callable[[str], None] = lambda line: None
     clock: Callable[[], float] = steady
     wall: Callable[[], float] = time.time
-    statuses: deque[tuple[float, int, int]] = field(default_factory=lambda: deque(maxlen=STATUSES))
     renewed: Callable[[], bool] = lambda: False
     manager: ServiceManager = field(default_factory=ServiceManager)
     participants: list[Participant] = field(default_factory=list)
@@ -145,7 +140,6 @@ class Service:
             "seconds": self.clock() - begun,
             "frames": dict(node.reception.counts),
             "junk": self.link.junk,
-            "statuses": list(self.statuses),
             "trust": self.database.trust,
             "probes": node.probes.taken,
         }
@@ -244,8 +238,6 @@ class Service:
         """Report changes of the status, each one not too often."""
         time_s, now = node.stepper.machine_time_s, self.clock()
         status = node.status, int(self.unit.outputs.get("status_sensor", 0))
-        if not self.statuses or self.statuses[-1][1:] != status:
-            self.statuses.append((time_s, *status))
         if status == self._shown or now - self._said.get(status, -inf) < QUIET_S:
             return
         self._shown, self._said[status] = status, now

@@ -35,7 +35,7 @@ from tqdm import tqdm
 
 from fmu_compensator.runtime.fmi_slave import HALF_WIDTHS
 from measurement.errors import BadInput
-from scenarios.faults import FaultLine, SensorFault
+from scenarios.faults import FaultLine
 from scenarios.fmu import Port, Slave, interruptible
 from scenarios.fmu_file import FmuFile
 from scenarios.probe_cycle import ProbeCycle
@@ -187,7 +187,7 @@ class _Loop:
         if compensator:
             self._connect_compensator(compensator)
             readings = self.seen_in.names
-        self.faults = FaultLine(self._known_faults(readings), readings)
+        self.faults = FaultLine(settings.faults, readings, case.setting.source)
         kept = [*self.shown, *([self.seen_in] if compensator else [])]
         self.tables: dict[Port, FloatArray] = {
             port: np.full((len(self.time_s), len(port.names)), np.nan) for port in kept
@@ -225,14 +225,6 @@ class _Loop:
         flags = Port(compensator, compensator.names("output", "Boolean"), "Boolean")
         self.shown += [self.sent, self.codes, flags]
         self.has_text = STATUS_TEXT in compensator.names("output", "String")
-
-    def _known_faults(self, readings: Sequence[str]) -> Iterable[SensorFault]:
-        whose = "an input of the compensator" if self.compensator else "a reading of the machine"
-        for i, fault in enumerate(self.case.settings.faults):
-            if fault.sensor not in readings:
-                problem = f"{fault.sensor!r} is not {whose}: {', '.join(readings)}"
-                raise BadInput(self.case.setting.source, f"faults.{i}.sensor", problem)
-        return self.case.settings.faults
 
     # The run
 

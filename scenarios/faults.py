@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from measurement.errors import BadInput
 from scenarios.signals.base import Duration, Seconds, Value, past_rounding
 
 Kind = Literal["missing", "frozen", "offset", "spike", "drift", "stuck-at"]
@@ -63,11 +65,25 @@ class FaultLine:
     faults : iterable of SensorFault
         In the order in which they act on a sensor that has several.
     names : sequence of str
-        The compensator's inputs, in the order of the values.
+        The compensator's inputs, or the machine's readings, in the order of the values.
+    source : str or path
+        The scenario, for refusals.
+
+    Raises
+    ------
+    BadInput
+        If a fault is of another sensor.
     """
 
-    def __init__(self, faults: Iterable[SensorFault], names: Sequence[str]) -> None:
-        self._faults = [(names.index(fault.sensor), fault) for fault in faults]
+    def __init__(
+        self, faults: Iterable[SensorFault], names: Sequence[str], source: str | Path = ""
+    ) -> None:
+        self._faults: list[tuple[int, SensorFault]] = []
+        for i, fault in enumerate(faults):
+            if fault.sensor not in names:
+                problem = f"{fault.sensor!r} is not one of {', '.join(names)}"
+                raise BadInput(source, f"faults.{i}.sensor", problem)
+            self._faults.append((names.index(fault.sensor), fault))
         self._held: dict[int, float] = {}
 
     def apply(self, time_s: float, step_s: float, values: NDArray[Any]) -> None:
