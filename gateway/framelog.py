@@ -1,7 +1,7 @@
 """The log of frames, written by a separate thread so that it never stops the gateway.
 
 If the disk is full or the file cannot be written, frames are dropped and counted, and writing is
-tried again later. The log is flushed about once a second, so a killed program loses at most that.
+tried again later. The log is flushed every `LOOK_S`, so a killed program loses about that.
 """
 
 from __future__ import annotations
@@ -19,11 +19,9 @@ from can.util import channel2int
 
 from gateway.background import Background
 from measurement.errors import BadInput, one_line
+from measurement.stops import LOOK_S
 
 LOGS = (".log", ".asc", ".blf")
-SYNC_S, RETRY_S = 1.0, 5.0
-"""How often the log is flushed, and how soon writing is tried again after a failure [s]: set on no
-data."""
 LARGEST_MB = 100.0
 """Size at which a log is rotated [MB]: set on no data."""
 CHANNELS = 254
@@ -105,9 +103,9 @@ class FrameLog:
         self._look()
 
     def _look(self) -> None:
-        """Flush about once a second, and check whether the file is still the same."""
+        """Flush every `LOOK_S`, and check whether the file is still the same."""
         now = time.monotonic()
-        if now - self._synced_at < SYNC_S and not self._reopen:
+        if now - self._synced_at < LOOK_S and not self._reopen:
             return
         self._synced_at = now
         if self._writer is None:
@@ -149,7 +147,7 @@ class FrameLog:
         try:
             self._open()
         except (OSError, ValueError):
-            self._retry_at = now + RETRY_S
+            self._retry_at = now + LOOK_S
             return False
         self._synced_at = float("-inf")  # flush at once: a full disk may still open a file
         return True
@@ -170,7 +168,7 @@ class FrameLog:
 
     def _fail(self, error: Exception) -> None:
         self._stop()
-        self._retry_at = time.monotonic() + RETRY_S
+        self._retry_at = time.monotonic() + LOOK_S
         if not self._failing:
             what = f"cannot be written: {one_line(error)}; the gateway goes on without"
             self._say(f"{self.path}: {what}")

@@ -29,11 +29,10 @@ from gateway.proof import CHALLENGE, FRESHNESS, NOT_PROVEN, PROVEN, Challenges
 from gateway.reception import Cycle, Reception, Substitution
 from gateway.reference import Proof, Reference
 from gateway.state import Saved
+from gateway.timebase import WORD_HOLDS_S
 from gateway.unit import CompensatorUnit
 from measurement.rig import AXES
 
-QUIET_S = 60.0
-"""Shortest time before the same fault of the same frame is reported again [s]: set on no data."""
 LOSSES = ("bus_off", "interface_lost")
 AFTER_LOSS = ("startup", "missing", "late", "machine_not_running")
 UNKNOWN = "reference_unknown"
@@ -430,7 +429,9 @@ class GatewayNode:
     def _mention(self, texts: Mapping[tuple[str, ...], str], now: float) -> None:
         """Report new problems, each not too often; the first part of a key is the kind of fault."""
         due = {
-            key: text for key, text in texts.items() if now - self._said.get(key, -inf) >= QUIET_S
+            key: text
+            for key, text in texts.items()
+            if now - self._said.get(key, -inf) >= WORD_HOLDS_S
         }
         if due:
             fault = next(iter(due))[0].replace("_", " ")

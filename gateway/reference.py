@@ -19,10 +19,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import isfinite, nan
 
+from gateway.timebase import WORD_HOLDS_S
+
 SAID = "the user says that the machine is cold"
-COLD_FOR_S = 60.0
-"""How long a machine counts as cold after it reported so, and the longest gap between readings in
-which temperatures count as unchanged [s]: set on no data."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +91,7 @@ class Reference:
         self._since_cold_s = 0.0 if cold else self._since_cold_s + elapsed_s
         together = bool(self._proof.ambient) and self._stand_together(values, elapsed_s)
         self.known = ""
-        if self._since_cold_s <= COLD_FOR_S:
+        if self._since_cold_s <= WORD_HOLDS_S:
             self.known = "the machine says that it is cold"
         elif together:
             band, minutes = self._proof.band_k, self._proof.time_s / 60.0
@@ -106,7 +105,7 @@ class Reference:
             self._first = []
             return False
         still = all(abs(a - b) <= band for a, b in zip(now, self._first, strict=False))
-        if not self._first or not still or elapsed_s > COLD_FOR_S:
+        if not self._first or not still or elapsed_s > WORD_HOLDS_S:
             self._first, self._together_s = now, 0.0
             return False
         self._together_s += elapsed_s

@@ -15,10 +15,11 @@ from gateway.clocks import steady
 from gateway.codec import Value
 from gateway.database import MACHINE, Database
 from gateway.link import Link
-from gateway.node import QUIET_S, RUNNING, GatewayNode, GatewaySettings, half_widths
+from gateway.node import RUNNING, GatewayNode, GatewaySettings, half_widths
 from gateway.protocols.base import Participant, Report, Send
 from gateway.state import StateFile
 from gateway.systemd import ServiceManager
+from gateway.timebase import WORD_HOLDS_S
 from gateway.unit import CompensatorUnit
 from measurement.errors import BadInput
 from measurement.stops import LOOK_S
@@ -238,7 +239,7 @@ class Service:
         """Report changes of the status, each one not too often."""
         time_s, now = node.stepper.machine_time_s, self.clock()
         status = node.status, int(self.unit.outputs.get("status_sensor", 0))
-        if status == self._shown or now - self._said.get(status, -inf) < QUIET_S:
+        if status == self._shown or now - self._said.get(status, -inf) < WORD_HOLDS_S:
             return
         self._shown, self._said[status] = status, now
         text = f"status {node.status} at {time_s:.1f} s: {node.status_text}"

@@ -15,8 +15,10 @@ CLOCK_DRIFT = 5e-4
 """Largest drift between two clocks, as a share of the elapsed time [1]. Two crystals of 100 ppm
 stay well below it at any temperature in a cabinet. A delay that grows more slowly cannot be told
 from drift. Set on no data."""
-QUARANTINE_S = 60.0
-"""How long nothing is trusted after the machine's time ran at another rate [s]: set on no data."""
+WORD_HOLDS_S = 60.0
+"""How long a machine's word holds [s]: nothing is trusted after its time ran at another rate, it
+counts as cold after it said so, temperatures count as unchanged between two readings, and the same
+line about it is not repeated. Set on no data."""
 RATE = "time_rate", "machine_time runs at another rate than this computer's clock times --speed-up"
 
 
@@ -125,7 +127,7 @@ class Timebase:
         """Judge a time that has moved against this clock [s]: a jump, or a different rate."""
         if jumped:
             return "time_jump", f"machine_time jumped by {ahead_s:.3f} s"
-        self._distrusted_until = arrived + QUARANTINE_S
+        self._distrusted_until = arrived + WORD_HOLDS_S
         return self._distrust(arrived)
 
     def _begin(self, raw: int, arrived: float) -> None:

@@ -23,8 +23,8 @@ more."""
 LAG_S = 1800.0
 """Longer than any lag between neighbouring thermometers, shorter than a run [s]: set on no data."""
 SLOW_S = 300.0
-"""Rows closer than this say nothing more about slow changes of temperature and drift [s]: set on no
-data."""
+"""Rows closer than this say nothing more about slow changes of temperature and drift, nor does a
+probe so soon after the last one [s]: set on no data."""
 WRONG = 0.01
 """Share of logs that are wrong in one of the usual ways (a unit, a place, a seam), and share of
 false alarms by chance alone, as in `monitor` [1]: a judgement, set on no data; docs/results.md

@@ -12,14 +12,11 @@ from fmu_compensator.driving import begins_late
 from fmu_compensator.runtime.modelfile import Model
 from measurement.drift import counted, measured_drift
 from measurement.errors import BadInput
+from measurement.resampling import SLOW_S
 from measurement.rig import Rig
 from measurement.runs import FloatArray, Run
 from measurement.units import split_column
 from scenarios.scenario import Probe
-
-PAUSE_S = 300.0
-"""Least time between two probe cycles due to an uncertainty [s]: otherwise, with a limit that no
-probe can keep, the machine would do nothing else. Set on no data."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +64,8 @@ def is_due(
     if probing.every_s is not None and since_s >= probing.every_s:
         return True
     wide = probing.when_um is not None and any(width > probing.when_um for width in half_widths)
-    return wide and (is_first or since_s >= PAUSE_S)
+    # With a limit that no probe can keep, the machine would otherwise do nothing else.
+    return wide and (is_first or since_s >= SLOW_S)
 
 
 class ProbedRun:

@@ -28,13 +28,14 @@ from measurement.faults import (
     group_line,
     looked_over,
 )
+from measurement.resampling import SLOW_S
 from measurement.runs import read_run, write_run
 from measurement.units import split_column
 from measurement.warm import named_warm
 from plant_model.machine_file import read_machine
 from scenarios.charts import SHOWN
 from scenarios.fmu_files import find_fmu
-from scenarios.probing import PAUSE_S, Probing
+from scenarios.probing import Probing
 from scenarios.replay import (
     Replay,
     chart_of,
@@ -230,10 +231,10 @@ def _probes(entry: Replay) -> str:
         f"{len(taken) / hours:.1f} an hour, at {shown} min"
     )
     step_s = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
-    hasty = int(np.sum(np.diff(taken) < PAUSE_S + 2.0 * step_s))
+    hasty = int(np.sum(np.diff(taken) < SLOW_S + 2.0 * step_s))
     if hasty > len(taken) / 2:
         text += (
-            f"; most follow each other as soon as {PAUSE_S / 60:g} min allow: "
+            f"; most follow each other as soon as {SLOW_S / 60:g} min allow: "
             "a probe does not keep the uncertainty below the limit any longer"
         )
     return f"{text}."

@@ -30,7 +30,7 @@ from gateway.node import GatewaySettings
 from gateway.probes import TAKEN
 from gateway.proof import CHALLENGE, ECHO, FRESHNESS, LARGEST_ECHO, NOT_PROVEN, PROOF, PROVEN
 from gateway.protection import COUNTERS
-from gateway.reference import COLD_FOR_S
+from gateway.timebase import WORD_HOLDS_S
 from measurement.errors import BadInput
 from measurement.rig import AXES
 from scenarios.wiring import PROBED
@@ -104,7 +104,7 @@ def _header(database: Database, heard: Sequence[str], terminal: SignalTerminal |
         "CYCLE_S": closing.cycle_s,
         "TIMEOUT_S": closing.timeout_s,
         "STARTUP_S": GatewaySettings().startup_s,
-        "COLD_FOR_S": COLD_FOR_S,
+        "COLD_FOR_S": WORD_HOLDS_S,
         "TIME_SCALE": machine_time.scale,
         "TIME_COUNT": float(high_raw(machine_time) + 1),
         "ANSWERED_COUNT": float(1 << answered.bits),

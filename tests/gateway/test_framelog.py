@@ -115,7 +115,7 @@ def test_a_renamed_log_is_begun_anew(tmp_path, told):
 
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_a_large_log_is_turned_over(tmp_path, ending, monkeypatch):
-    monkeypatch.setattr(framelog, "SYNC_S", 0.0)
+    monkeypatch.setattr(framelog, "LOOK_S", 0.0)
     monkeypatch.setattr(background, "LAST_S", 30.0)
     path = tmp_path / f"frames{ending}"
     logged(path, *map(frame, range(200)), largest_mb=0.0004)
@@ -127,8 +127,7 @@ def test_a_large_log_is_turned_over(tmp_path, ending, monkeypatch):
 
 
 def test_a_full_disk_is_told_and_survived(tmp_path, monkeypatch):
-    monkeypatch.setattr(framelog, "SYNC_S", 0.0)
-    monkeypatch.setattr(framelog, "RETRY_S", 0.1)
+    monkeypatch.setattr(framelog, "LOOK_S", 0.0)
     said: list[str] = []
     path = tmp_path / "frames.log"
     path.symlink_to("/dev/full")
@@ -150,7 +149,7 @@ def test_a_full_disk_is_told_and_survived(tmp_path, monkeypatch):
 
 
 def test_a_disk_that_takes_no_log_does_not_keep_the_gateway_from_starting(tmp_path, monkeypatch):
-    monkeypatch.setattr(framelog, "RETRY_S", 0.05)
+    monkeypatch.setattr(framelog, "LOOK_S", 0.05)
     folder, said = tmp_path / "logs", list[str]()
     folder.write_text("no folder yet")
     log = FrameLog(folder / "frames.log", said.append)
