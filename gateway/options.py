@@ -20,33 +20,6 @@ from measurement.errors import BadInput
 from scenarios.assignments import options_of
 
 
-def add_number(
-    parser: argparse.ArgumentParser,
-    name: str,
-    metavar: str,
-    text: str,
-    default: float | None = None,
-    *,
-    zero: bool = False,
-) -> None:
-    """Declare an option that takes a number.
-
-    Parameters
-    ----------
-    parser : ArgumentParser
-        The command's parser.
-    name, metavar, text : str
-        For the help, which adds the default.
-    default : float, optional
-        The value without the option [the unit in *text*].
-    zero : bool, optional
-        Whether 0 is allowed; negative numbers never are.
-    """
-    text = text if default is None else f"{text} ({default:g})"
-    kind = at_least_zero if zero else above_zero
-    parser.add_argument(name, type=kind, default=default, metavar=metavar, help=text)
-
-
 def above_zero(text: str) -> float:
     """Return an option's number, which must be above zero."""
     return _number(text, "above 0", lambda value: value > 0.0)
@@ -83,16 +56,16 @@ def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
     add("--map", metavar="FILE", help=text)
     text = "log all frames: .log (candump), .asc or .blf"
     add("--log", type=Path, metavar="FILE", help=text)
-    text = "size at which a new log begins; nine older ones are kept"
-    add_number(parser, "--log-size", "MB", text, LARGEST_MB)
+    text = f"size at which a new log begins; nine older ones are kept ({LARGEST_MB:g})"
+    add("--log-size", default=LARGEST_MB, metavar="MB", help=text, **ABOVE_ZERO)
     text = "keep the FMU's state here, and go on from it when started again"
     add("--state", type=Path, metavar="FILE", help=text)
-    add_number(parser, "--state-every", "S", "how often", 10.0)
+    add("--state-every", default=10.0, metavar="S", help="how often (10)", **ABOVE_ZERO)
     text = (
         "silence after which the other end counts as missing, and oldest message that is used "
         "(what the DBC says)"
     )
-    add_number(parser, "--timeout", "MS", text)
+    add("--timeout", metavar="MS", help=text, **ABOVE_ZERO)
     add("--fmu-dir", type=Path, default=Path("dist"), metavar="DIR", help="where FMUs are (dist)")
     text = (
         "any: the machine cannot prove that its cycles are fresh; answers are marked so (proven, "

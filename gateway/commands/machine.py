@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+from scenarios.arguments import add_parameters
 from scenarios.outputs import LOG, RUN_FILE, STATE
 
 NAME = "machine"
@@ -21,7 +22,8 @@ WRITES = {"log": LOG, "state": STATE, "out": RUN_FILE}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    from gateway.options import add_bus_arguments, add_number
+    from gateway.machine import Pace
+    from gateway.options import AT_LEAST_ZERO, add_bus_arguments
 
     add = parser.add_argument
     text = "a name from 'list', or a TOML file (step_speed); its first variant is run"
@@ -37,10 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--plant", metavar="FILE", help="another plant: an FMU or a machine file")
     text = "set a key of the scenario, for example duration_s=60"
     add("--set", action="append", default=[], metavar="KEY=VALUE", help=text)
-    text = "time for the gateway to appear before the machine begins without it"
-    add_number(parser, "--wait", "S", text, 10.0, zero=True)
-    text = "machine time for which offsets are held without a gateway"
-    add_number(parser, "--hold", "S", text, 60.0, zero=True)
+    add_parameters(parser, Pace, wait_s=AT_LEAST_ZERO, hold_s=AT_LEAST_ZERO)
     add("--out", type=Path, metavar="FILE", help="write the run as a table (CSV)")
 
 
@@ -86,7 +85,7 @@ def _replay(args: argparse.Namespace, database: Any) -> dict[str, Any]:
     from gateway.replay import recorded, replay
 
     messages = recorded(args.replay, database)
-    with on_bus("machine", args, database, COMPENSATOR, args.wait) as (say, link, stopped):
+    with on_bus("machine", args, database, COMPENSATOR, args.wait_s) as (say, link, stopped):
         say(f"{args.replay.name}, {len(messages)} frames, on {link.name}")
         sent = replay(
             messages,
@@ -94,7 +93,7 @@ def _replay(args: argparse.Namespace, database: Any) -> dict[str, Any]:
             link,
             AnswerReceiver(database, time.monotonic, args.timeout and args.timeout / 1e3),
             speed_up=args.speed_up,
-            wait_s=args.wait,
+            wait_s=args.wait_s,
             stopped=stopped,
             clock=time.monotonic,
         )
@@ -116,7 +115,7 @@ def _simulate(args: argparse.Namespace, database: Any) -> dict[str, Any]:
         work = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="spindle-drift-")))
         name = args.plant or case.settings.plant.fmu
         fmu = find_fmu(name, args.fmu_dir, near, work, quiet=args.quiet)
-        bus = on_bus("machine", args, database, COMPENSATOR, args.wait)
+        bus = on_bus("machine", args, database, COMPENSATOR, args.wait_s)
         say, link, stopped = stack.enter_context(bus)
         # A Python FMU shares this process's standard error; its messages come through its log.
         stack.enter_context(contextlib.redirect_stderr(printed))
@@ -138,7 +137,7 @@ def _simulate(args: argparse.Namespace, database: Any) -> dict[str, Any]:
                 saved_at = time.monotonic()
 
         timeout_s = args.timeout and args.timeout / 1e3
-        pace = Pace(args.speed_up is None, args.wait, args.hold, timeout_s)
+        pace = Pace(args.speed_up is None, args.wait_s, args.hold_s, timeout_s)
         node = MachineNode(database, plant, link, pace, save, stopped, key=key)
         node.run()
         summary = {

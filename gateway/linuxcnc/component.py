@@ -42,8 +42,9 @@ from gateway.linuxcnc.axes import COUNT_UM, AxisOffset, Seen
 from gateway.linuxcnc.modules import new_component
 from gateway.machine import MachineNode, Pace
 from gateway.mapping import read_database
-from gateway.options import add_bus_arguments, add_number, as_served, on_bus
+from gateway.options import ABOVE_ZERO, AT_LEAST_ZERO, add_bus_arguments, as_served, on_bus
 from gateway.proof import read_key
+from scenarios.arguments import add_parameters
 
 NAMES = ("x", "y", "z")
 WAIT_UM = 0.5
@@ -203,13 +204,13 @@ def arguments_of(argv: Sequence[str] | None) -> argparse.Namespace:
     """Return the arguments of a command line, with defaults for the rest."""
     parser = argparse.ArgumentParser(prog="gateway.linuxcnc.component")
     add_bus_arguments(parser)
-    parser.add_argument("--name", default="thermal", help="of the component (thermal)")
+    add = parser.add_argument
+    add("--name", default="thermal", help="of the component (thermal)")
     text = "the way in: external offsets, or 'offset' with 'limit2' (external)"
-    parser.add_argument("--offsets", choices=("external", "own"), default="external", help=text)
-    add_number(parser, "--slew", "UM/S", "of an axis [um/s]", 5.0)
-    add_number(parser, "--hold", "S", "machine time without a gateway", 60.0, zero=True)
-    add_number(parser, "--speed-up", "N", "thermal time is faster", 1.0)
-    add_number(parser, "--wait", "S", "for a gateway at the start", 2.0, zero=True)
+    add("--offsets", choices=("external", "own"), default="external", help=text)
+    add("--slew", default=5.0, metavar="UM/S", help="of an axis (5)", **ABOVE_ZERO)
+    add("--speed-up", default=1.0, metavar="N", help="thermal time is faster (1)", **ABOVE_ZERO)
+    add_parameters(parser, Pace, hold_s=AT_LEAST_ZERO, wait_s=AT_LEAST_ZERO | {"default": 2.0})
     return parser.parse_args(argv)
 
 
@@ -224,8 +225,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         *(pins, inputs, cycle_s * args.speed_up, cycle_s, args.slew),
         external=args.offsets == "external",
     )
-    with on_bus(args.name, args, database, COMPENSATOR, args.wait) as (_, link, stopped):
-        pace = Pace(wait_s=args.wait, hold_s=args.hold)
+    with on_bus(args.name, args, database, COMPENSATOR, args.wait_s) as (_, link, stopped):
+        pace = Pace(wait_s=args.wait_s, hold_s=args.hold_s)
         node = MachineNode(
             *(database, control, link, pace),
             stopped=stopped,
