@@ -1,13 +1,15 @@
-"""Reads ``KEY=VALUE`` from the command line."""
+"""Reads ``KEY=VALUE`` and numbers with a unit from the command line."""
 
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from collections.abc import Callable
 from typing import Any
 
-from measurement.errors import BadInput
+from measurement.errors import BadInput, shown
+from measurement.importing.quantities import conversion_of
 
 
 def from_toml(text: str) -> Any:
@@ -55,3 +57,33 @@ def options_of(texts: list[str], form: str = "NAME=VALUE") -> dict[str, Any]:
         For a text without a name or an equals sign.
     """
     return dict(assignment(text, "--option", form, json.loads) for text in texts)
+
+
+def quantity(
+    option: str, text: str, suffix: str, low: float, high: float, usual: str = ""
+) -> float:
+    """Return an option's number with a unit, such as ``60s`` or ``3um``.
+
+    Parameters
+    ----------
+    option, text : str
+        The option and what was given.
+    suffix : str
+        The run file's unit in which it is wanted.
+    low, high : float
+        Its range, in that unit.
+    usual : str
+        The unit of a number without one; by default it needs one.
+
+    Raises
+    ------
+    BadInput
+        If it is no such number, or out of range.
+    """
+    found = re.fullmatch(r"\s*([0-9]*\.?[0-9]+(?:e[+-]?[0-9]+)?)\s*([a-z]*)\s*", text)
+    kind = conversion_of(found[2] or usual) if found else None
+    value = kind.factor * float(found[1]) if found and kind and kind.suffix == suffix else -1.0
+    if not low <= value <= high:
+        allowed = f"a number with its unit, {low:g} to {high:g} {suffix}"
+        raise BadInput(option, "", f"{shown(text)} is not allowed: {allowed}")
+    return value

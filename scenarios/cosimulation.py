@@ -34,11 +34,12 @@ import pandas as pd
 from tqdm import tqdm
 
 from fmu_compensator.runtime.fmi_slave import HALF_WIDTHS
+from measurement.drift import FROM_START
 from measurement.errors import BadInput
 from scenarios.faults import FaultLine
 from scenarios.fmu import Port, Slave, interruptible
 from scenarios.fmu_file import FmuFile
-from scenarios.probe_cycle import ProbeCycle
+from scenarios.probe_cycle import ProbeInputs, ProbeSource
 from scenarios.recording import Event, Recording, facts_of, notice
 from scenarios.replay import model_of
 from scenarios.scenario import Case
@@ -105,7 +106,7 @@ def simulate(
             compensator = stack.enter_context(Slave(compensator_fmu, "compensator", show, printed))
         loop = _Loop(case, plant, compensator)
         if compensator is not None:
-            loop.probe = _probe_cycle(case, loop, compensator)
+            loop.probe = _probing(case, loop, compensator)
         hidden = quiet or not stderr.isatty()
         steps = range(case.settings.steps)
         bar = tqdm(steps, desc=case.name, file=stderr, disable=hidden, leave=False)
@@ -158,13 +159,26 @@ def plant_parameters(case: Case, plant: Variables) -> dict[str, float]:
     return found
 
 
-def _probe_cycle(case: Case, loop: _Loop, compensator: Slave) -> ProbeCycle | None:
-    """Return the probe cycle that a case asks for."""
+def _probing(case: Case, loop: _Loop, compensator: Slave) -> Callable[[float], bool] | None:
+    """Return what takes a probe at a time [s] if one is due, and says so; None without probes."""
     probe, source = case.settings.compensator.probe, str(case.setting.source)
     if probe is None:
         return None
-    form, rig = model_of(compensator.path).input_form, rig_of(loop.plant.path)
-    return ProbeCycle(probe, compensator, loop.plant_out.names, rig, form, source)
+    inputs = ProbeInputs(compensator)
+    if not inputs.names:
+        raise BadInput(source, "compensator.probe", "the compensator FMU takes no measurement")
+    targets = [name.removeprefix(f"{PROBED}_") for name in inputs.names]
+    start = FROM_START[model_of(compensator.path).input_form]
+    plant = loop.plant_out
+    taken = ProbeSource(
+        *(probe, targets, plant.names, rig_of(loop.plant.path), source), from_start=start
+    )
+    widths = [place for place, name in enumerate(loop.sent.names) if name in HALF_WIDTHS]
+
+    def take(now: float) -> bool:
+        return inputs.set(taken.measured(now, plant.values, loop.sent.values[widths].tolist()))
+
+    return take
 
 
 class _Loop:
@@ -193,7 +207,7 @@ class _Loop:
             port: np.full((len(self.time_s), len(port.names)), np.nan) for port in kept
         }
         self.events: list[Event] = []
-        self.probe: ProbeCycle | None = None
+        self.probe: Callable[[float], bool] | None = None
         self.probed = np.zeros(len(self.time_s))
 
     def _rows(self, names: Sequence[str]) -> FloatArray:
@@ -217,9 +231,6 @@ class _Loop:
         self.give = np.array(
             [self.sent.names.index(name) for name in self.wiring.offsets], dtype=int
         )
-        self.widths = [
-            self.sent.names.index(name) for name in HALF_WIDTHS if name in self.sent.names
-        ]
         codes = compensator.names("output", "Integer")
         self.codes = Port(compensator, codes, "Integer")
         flags = Port(compensator, compensator.names("output", "Boolean"), "Boolean")
@@ -274,9 +285,7 @@ class _Loop:
             self._notice(k)
             self._see(k)
             if self.probe is not None:
-                widths = self.sent.values[self.widths].tolist()
-                now = float(self.time_s[k])
-                self.probed[k] = self.probe.set(now, self.plant_out.values, widths)
+                self.probed[k] = self.probe(float(self.time_s[k]))
             self.plant_in.values[driven:] = self.sent.values[self.give]
         for port, table in self.tables.items():
             table[k] = port.values

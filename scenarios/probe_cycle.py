@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from measurement.drift import FROM_START
 from measurement.errors import BadInput
 from measurement.rig import FivePointRig
 from measurement.units import split_column
@@ -132,47 +131,3 @@ class ProbeSource:
         pose = self._rig.pose(pd.DataFrame(columns))
         named = {split_column(str(name))[0]: float(pose[name].iloc[0]) for name in pose.columns}
         return np.array([named[name] for name in self._targets])
-
-
-class ProbeCycle:
-    """Takes probes when due and sets the compensator's measured inputs.
-
-    Parameters
-    ----------
-    probe : Probe
-        The scenario's setting.
-    compensator : Slave
-    outputs : sequence of str
-        The plant's outputs, in the order of their values.
-    rig : FivePointRig or None
-        See `ProbeSource`.
-    input_form : str
-        The compensator's input form, which defines where drift counts from.
-    source : str
-        The scenario, for refusals.
-
-    Raises
-    ------
-    BadInput
-        If the compensator takes no measurement, or the plant has no output that could be measured.
-    """
-
-    def __init__(
-        self,
-        probe: Probe,
-        compensator: Slave,
-        outputs: Sequence[str],
-        rig: FivePointRig | None,
-        input_form: str,
-        source: str,
-    ) -> None:
-        self._inputs = ProbeInputs(compensator)
-        if not self._inputs.names:
-            raise BadInput(source, "compensator.probe", "the compensator FMU takes no measurement")
-        targets = [name.removeprefix(f"{PROBED}_") for name in self._inputs.names]
-        start = FROM_START[input_form]
-        self._source = ProbeSource(probe, targets, outputs, rig, source, from_start=start)
-
-    def set(self, time_s: float, plant_values: FloatArray, half_widths: Sequence[float]) -> bool:
-        """Set the compensator's measured inputs at a point; return whether a probe was taken."""
-        return self._inputs.set(self._source.measured(time_s, plant_values, half_widths))

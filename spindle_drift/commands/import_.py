@@ -74,13 +74,14 @@ def run(args: argparse.Namespace) -> int:
     from measurement.doubts import together
     from measurement.importing.log import import_files
     from measurement.importing.mapping import Mapping, adjusted, read_mapping
+    from scenarios.assignments import quantity
     from scenarios.imported import MAPPING, table_text, write_imported
     from spindle_drift.recordings import import_log
 
     beside = args.output / MAPPING
     source = args.mapping or (beside if beside.exists() else None)
     if args.every_row_s is not None:
-        args.every_row_s = _seconds(args.every_row_s)
+        args.every_row_s = quantity("--every-row", args.every_row_s, "s", 1e-9, 1e6, "s")
     rules = parameters_of(args, import_log, *RULES)
     mapping = adjusted(read_mapping(source) if source else Mapping(), "import", **rules)
     hidden = len(args.files) < 2 or not sys.stderr.isatty()
@@ -146,18 +147,6 @@ def _by_header(option: str, given: list[str], what: str) -> dict[str, str]:
             raise BadInput(option, "", f"{text!r} is not of the form HEADER={what}")
         table[header.strip()] = value.strip()
     return table
-
-
-def _seconds(text: str) -> float:
-    """Return a time such as ``60s``, ``1min`` or ``60`` in seconds."""
-    from measurement.errors import BadInput
-    from measurement.importing.quantities import conversion_of
-
-    parts = re.fullmatch(r"\s*([0-9]*\.?[0-9]+)\s*([a-z]*)\s*", text)
-    kind = conversion_of(parts[2] or "s") if parts else None
-    if parts is None or kind is None or kind.suffix != "s" or not 0 < float(parts[1]) < 1e6:
-        raise BadInput("--every-row", "", f"{text!r} is not allowed: a time such as 60s or 1min")
-    return kind.factor * float(parts[1])
 
 
 def _not_in(known: Any, found: Any) -> list[str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import re
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +13,6 @@ NAME = "replay"
 HELP = "drive a compensator with measured runs"
 READS = ("compensator", "runs", "machine")
 WRITES = {"out": FOLDER}
-SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0}
-LENGTHS = {"um": 1.0, "mm": 1000.0}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -67,41 +64,22 @@ def run(args: argparse.Namespace) -> int:
 def _probing(args: argparse.Namespace) -> Any:
     """Return the probe cycles that the options ask for, or None."""
     from measurement.errors import BadInput
+    from scenarios.assignments import quantity
     from scenarios.probing import Probing
 
     if not 0 <= args.seed < 2**31:
         raise BadInput("--seed", "", f"{args.seed} is not allowed: 0 to {2**31 - 1}")
-    noise = _quantity("--probe-noise", args.noise_um, LENGTHS, 0.0, 1000.0)
     if args.when_um is None and args.every_s is None:
-        if noise is not None:
+        if args.noise_um is not None:
             raise BadInput("--probe-noise", "", "needs --probe-when or --probe-every")
         return None
-    return Probing(
-        every_s=_quantity("--probe-every", args.every_s, SECONDS, 1.0, 1e7),
-        when_um=_quantity("--probe-when", args.when_um, LENGTHS, 0.01, 1e5),
-        noise_um=Probing.noise_um if noise is None else noise,
-        seed=args.seed,
-    )
-
-
-def _quantity(
-    option: str, text: str | None, units: dict[str, float], low: float, high: float
-) -> float | None:
-    """Return an option's number with a unit, converted to the first of the units.
-
-    Raises
-    ------
-    BadInput
-        If it is no such number, or out of range.
-    """
-    from measurement.errors import BadInput, shown
-
-    if text is None:
-        return None
-    found = re.fullmatch(r"\s*([0-9]*\.?[0-9]+(?:e[+-]?[0-9]+)?)\s*([a-z]+)\s*", text)
-    value = float(found[1]) * units[found[2]] if found and found[2] in units else float("nan")
-    if not low <= value <= high:
-        unit = next(iter(units))
-        allowed = f"a number with {' or '.join(units)}, {low:g} to {high:g} {unit}"
-        raise BadInput(option, "", f"{shown(text)} is not allowed: {allowed}")
-    return value
+    given: dict[str, Any] = {
+        name: quantity(option, text, unit, low, high)
+        for name, option, text, unit, low, high in (
+            ("every_s", "--probe-every", args.every_s, "s", 1.0, 1e7),
+            ("when_um", "--probe-when", args.when_um, "um", 0.01, 1e5),
+            ("noise_um", "--probe-noise", args.noise_um, "um", 0.0, 1000.0),
+        )
+        if text is not None
+    }
+    return Probing(**given, seed=args.seed)

@@ -328,8 +328,8 @@ def test_the_command_shows_probes_beside_none_and_the_last_one_held(doubting_fmu
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (["--probe-when", "3"], "--probe-when: '3' is not allowed: a number with um or mm"),
-        (["--probe-every", "0min"], "--probe-every: '0min' is not allowed: a number with s or min"),
+        (["--probe-when", "3"], "--probe-when: '3' is not allowed: a number with its unit"),
+        (["--probe-every", "0min"], "--probe-every: '0min' is not allowed: a number with its unit"),
         (["--probe-noise", "1um"], "--probe-noise: needs --probe-when or --probe-every"),
         (["--seed", "-1"], "--seed: -1 is not allowed: 0 to "),
     ],
