@@ -8,7 +8,7 @@ import math
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from gateway.database import COMPENSATOR, Database
 from gateway.framelog import LARGEST_MB, FrameLog
 from gateway.link import Link
 from measurement.errors import BadInput
+from measurement.stops import on_signals
 from scenarios.assignments import options_of
 
 
@@ -193,31 +194,6 @@ def teller(name: str, args: argparse.Namespace) -> Iterator[Callable[[str], None
         yield say
     finally:
         printer.close()
-
-
-@contextlib.contextmanager
-def on_signals(names: Sequence[str], do: Callable[[int, Any], None]) -> Iterator[None]:
-    """Call a function on those signals that the system supports.
-
-    Parameters
-    ----------
-    names : sequence of str
-        For example ``SIGUSR1``.
-    do : callable
-        Called in the main thread; must return soon.
-
-    Yields
-    ------
-    None
-        While the function handles the signals.
-    """
-    numbers = [getattr(signal, name) for name in names if hasattr(signal, name)]
-    kept = {number: signal.signal(number, do) for number in numbers}
-    try:
-        yield
-    finally:
-        for number, handler in kept.items():
-            signal.signal(number, handler)
 
 
 @contextlib.contextmanager

@@ -11,7 +11,7 @@ import signal
 import socket
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import Any
@@ -25,6 +25,50 @@ and how often a log of frames is flushed, or tried again after a failure [s]. Se
 
 HOLDS_LOCKS = ("concurrent.futures", "multiprocessing", "threading")
 """Modules in which nothing may be raised, because they hold locks that other threads wait for."""
+
+
+@contextmanager
+def on_signals(names: Iterable[str], do: Callable[[int, Any], None]) -> Iterator[None]:
+    """Call a function on those signals that the system supports.
+
+    Parameters
+    ----------
+    names : iterable of str
+        For example ``SIGUSR1``.
+    do : callable
+        Called in the main thread; must return soon.
+
+    Yields
+    ------
+    None
+        While the function handles the signals.
+    """
+    numbers = [getattr(signal, name) for name in names if hasattr(signal, name)]
+    kept = {number: signal.signal(number, do) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, handler in kept.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
+def blocking_stops() -> Iterator[None]:
+    """Block `STOPS` while processes start, which inherit that: none then arrives in their start-up.
+
+    Yields
+    ------
+    None
+    """
+    # Windows has no signal masks, and its new processes inherit no handlers.
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, STOPS)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

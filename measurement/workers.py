@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 
 from threadpoolctl import threadpool_limits
 
-from measurement.stops import LOOK_S, STOPS, ending_work
+from measurement.stops import LOOK_S, STOPS, blocking_stops, ending_work
 
 
 @contextmanager
@@ -53,7 +53,8 @@ def workers(count: int | None = None) -> Iterator[ProcessPoolExecutor]:
     # One thread each: small matrices gain nothing from more, and workers would compete for cores.
     pool = ProcessPoolExecutor(count or os.cpu_count(), initializer=begin, initargs=(os.getpid(),))
     try:
-        _start(pool)
+        with blocking_stops():
+            pool.submit(_idle)
         with ending_work(end):
             yield pool
             pool.shutdown()
@@ -61,19 +62,6 @@ def workers(count: int | None = None) -> Iterator[ProcessPoolExecutor]:
         end()
         pool.shutdown(wait=False, cancel_futures=True)
         raise
-
-
-def _start(pool: ProcessPoolExecutor) -> None:
-    """Start the workers with signals blocked, so that none arrives during start-up."""
-    # Windows has no signal masks, and its new processes inherit no handlers.
-    if not hasattr(signal, "pthread_sigmask"):
-        pool.submit(_idle)
-        return
-    usual = signal.pthread_sigmask(signal.SIG_BLOCK, STOPS)
-    try:
-        pool.submit(_idle)
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, usual)
 
 
 def _idle() -> None:

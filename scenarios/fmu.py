@@ -33,6 +33,7 @@ from numpy.typing import NDArray
 
 from fmu_packaging.units import own_name
 from measurement.errors import one_line
+from measurement.stops import on_signals
 from measurement.units import UNITS
 from scenarios.fmu_file import FmuFile
 from scenarios.wiring import check_role, names_of, parameter_kind
@@ -374,13 +375,6 @@ def interruptible() -> Iterator[Callable[[], None]]:
     if threading.current_thread() is not threading.main_thread():
         yield check
         return
-    usual = {
-        number: signal.signal(number, lambda given, frame: came.append(given))
-        for number in (signal.SIGINT, signal.SIGTERM)
-    }
-    try:
+    with on_signals(("SIGINT", "SIGTERM"), lambda number, frame: came.append(number)):
         yield check
-    finally:
-        for number, handler in usual.items():
-            signal.signal(number, handler)
     check()

@@ -103,11 +103,12 @@ def _serve(
 ) -> dict[str, Any]:
     from gateway.database import MACHINE
     from gateway.node import GatewaySettings
-    from gateway.options import on_bus, on_signals
+    from gateway.options import on_bus
     from gateway.proof import read_key
     from gateway.reference import Proof
     from gateway.serving import Service
     from gateway.unit import CompensatorUnit
+    from measurement.stops import on_signals
 
     printed = io.StringIO()
     with contextlib.ExitStack() as stack:

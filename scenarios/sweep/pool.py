@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import atexit
-import contextlib
 import multiprocessing
 import os
-import signal
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
@@ -14,7 +12,7 @@ from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
-from measurement.stops import LOOK_S, ending_work
+from measurement.stops import LOOK_S, blocking_stops, ending_work
 from measurement.workers import begin
 from scenarios.fmu_file import Shelf
 from scenarios.sweep.case import failed, outcome_of
@@ -85,7 +83,7 @@ def _one_pool(
     stopped = threading.Event()
     with ending_work(stopped.set):
         try:
-            with _interrupts_wait():
+            with blocking_stops():
                 left = {pool.submit(_outcome, job, places) for job in jobs}
             while left and not stopped.is_set():
                 done, left = wait(left, LOOK_S, FIRST_COMPLETED)
@@ -96,16 +94,3 @@ def _one_pool(
 
 def _outcome(job: Job, places: Mapping[str, Path]) -> dict[str, Any]:
     return outcome_of(job, places, _shelf)
-
-
-@contextlib.contextmanager
-def _interrupts_wait() -> Iterator[None]:
-    """Ignore Ctrl-C while processes start: they inherit that, and the parent handles it."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
