@@ -1,4 +1,4 @@
-"""Draws the FMUs' icons: ``python fmu_packaging/assets/draw.py``."""
+"""Draws the FMUs' icons: ``python -m docs.draw_icons``."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def _signals(path: Path) -> None:
 
 
 if __name__ == "__main__":
-    here = Path(__file__).parent
+    here = Path(__file__).resolve().parents[1] / "fmu_packaging" / "assets"
     _plant(here / "plant.png")
     _compensator(here / "compensator.png")
     _signals(here / "signals.png")
