@@ -3,7 +3,15 @@
 import numpy as np
 
 from scenarios.cosimulation import simulate
-from scenarios.scenario import read_scenario
+from scenarios.probe_cycle import ProbeSource
+from scenarios.scenario import Probe, read_scenario
+
+
+def test_probes_come_at_the_communication_points_that_the_interval_names():
+    # 36 x 0.3 is less than 10.8.
+    source = ProbeSource(Probe(every_s=10.8), ["dX"], ["dX"], None, "s.toml", from_start=True)
+    taken = [source.measured(k * 0.3, np.zeros(1), []) is not None for k in range(400)]
+    assert np.flatnonzero(taken).tolist() == list(range(36, 400, 36))
 
 
 def test_a_probe_cycle_in_the_loop(shipped_in_c):
