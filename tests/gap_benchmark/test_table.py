@@ -18,9 +18,7 @@ WINDAGE, RADIATION, SHIFT = added("windage"), added("radiation"), added("centrif
         (["windage"], answer(WINDAGE, one_of=("windage",)), "right"),
         (["windage"], answer(WINDAGE, one_of=("windage", "radiation")), "one of"),
         (["windage"], answer(RADIATION, one_of=("radiation", "windage")), "one of"),
-        (["windage"], answer(RADIATION, one_of=("radiation",)), "wrong"),
         (["windage"], answer(RADIATION, one_of=("radiation", "copper_loss")), "wrong"),
-        (["windage"], answer(WINDAGE, RADIATION, one_of=("windage",)), "right and another"),
         (["windage"], answer(RADIATION, WINDAGE, one_of=("radiation",)), "right and another"),
         (["windage"], answer(), "none"),
         (["windage"], answer(verdict="unknown"), "unknown"),
@@ -97,9 +95,8 @@ def test_a_change_of_the_file_may_say_what_no_catalogue_holds(places, told):
 def records(tmp_path: Path) -> Folder:
     """One record of everything that the tables tell apart."""
     folder = Folder(tmp_path / "records")
-    right = answer(
-        added("windage", power=(80.0, 110.0, 120.0)), one_of=("windage",), gap=(9.0, 4.0)
-    )
+    within = added("windage", power=(80.0, 110.0, 120.0))
+    right = answer(within, one_of=("windage",), gap=(9.0, 4.0))
     folder.put("effect", [hidden("windage", amplitude=100.0)], right, empty=3.0)
     weak = answer(RADIATION, one_of=("radiation",), gap=(3.2, 3.1))
     folder.put("effect", [hidden("windage", "weak")], weak, empty=3.0)

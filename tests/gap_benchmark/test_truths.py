@@ -12,6 +12,7 @@ from benchmarks.gap.truths import TRUTHS
 from tests.gap_benchmark.made_up import Folder, added, answer, hidden, plan
 
 NUT = {"kind": "heat_source", "place": ["z_nut", "feed_z"]}
+SOURCE, RADIATION = {"name": NUT["kind"], "place": NUT["place"]}, {"name": "radiation"}
 
 
 def change(name: str, *place: str, or_else: list[Any] | None = None) -> dict[str, Any]:
@@ -42,20 +43,8 @@ def test_a_plan_holds_mistakes_and_what_is_larger_than_usual():
     [
         ([change("heat_source", "z_nut", "feed_z")], "effect", "right"),
         ([change("heat_source", "z_nut")], "effect", "right place"),
-        (
-            [
-                change(
-                    "hidden_mass", "z_nut", or_else=[{"name": NUT["kind"], "place": NUT["place"]}]
-                )
-            ],
-            "one_of",
-            "one of",
-        ),
-        (
-            [change("hidden_mass", "z_nut", or_else=[{"name": "radiation"}])],
-            "one_of",
-            "right place",
-        ),
+        ([change("hidden_mass", "z_nut", or_else=[SOURCE])], "one_of", "one of"),
+        ([change("hidden_mass", "z_nut", or_else=[RADIATION])], "one_of", "right place"),
         ([change("heat_source", "column")], "effect", "wrong"),
         ([change("heat_source", "feed_z", "z_nut")], "effect", "right"),
         ([added("sensor_offset:PT08")], "effect", "wrong"),

@@ -2,7 +2,6 @@
 
 import math
 import re
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -13,22 +12,13 @@ from hypothesis import strategies as st
 from measurement import runs
 from measurement.errors import BadInput
 from measurement.runs import Run, read_run, write_run
+from tests.refusing import refusal
 
 GOOD = """time_s,speed_rpm,T1_degC,S1_um
 0,1000,20.5,0
 10.5,1000,,1.25
 20,0,NaN,-3e-1
 """
-
-
-def refusal(path: Path, content: str | bytes) -> str:
-    path.write_bytes(content.encode() if isinstance(content, str) else content)
-    with pytest.raises(BadInput) as caught:
-        read_run(path)
-    text = str(caught.value)
-    assert "\n" not in text
-    assert text.startswith(str(path))
-    return text.removeprefix(f"{path}: ")
 
 
 def test_a_run_with_uneven_sampling_and_missing_values(tmp_path):
@@ -101,7 +91,9 @@ def test_harmless_differences_of_writing_change_nothing(tmp_path, variant):
     ],
 )
 def test_every_mistake_is_named_with_its_place(tmp_path, content, expected):
-    assert refusal(tmp_path / "run.csv", content).startswith(expected)
+    path = tmp_path / "run.csv"
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+    assert refusal(read_run, path).startswith(f"{path}: {expected}")
 
 
 NUMBERS = st.floats(-60, 400) | st.just(math.nan)
@@ -145,9 +137,7 @@ def test_a_mangled_cell_is_read_as_a_number_or_refused_by_name(tmp_path, row, co
         expected = float(cell) if cell.strip(" \t\f\v") else math.nan
     low, high = (-60.0, 400.0) if column == 2 else (-1e6, 1e6)
     if expected is None or expected < low or expected > high:
-        with pytest.raises(BadInput, match=f"row {row + 1}, column {names[column]}: ") as caught:
-            read_run(path)
-        assert "\n" not in str(caught.value)
+        assert f"row {row + 1}, column {names[column]}: " in refusal(read_run, path)
     else:
         value = float(read_run(path).frame.iloc[row - 1, column])
         assert value == expected or (math.isnan(value) and math.isnan(expected))
@@ -176,10 +166,8 @@ def test_a_run_keeps_its_own_copy_and_refuses_a_bad_frame():
     frame.loc[0, "time_s"] = 5.0
     assert run.time_s.tolist() == [0.0, 1.0]
     assert run.frame["valid_1"].tolist() == [1.0, 0.0]
-    with pytest.raises(BadInput, match="row 3, column time_s"):
-        Run("r", pd.DataFrame({"time_s": [0.0, 0.0]}))
-    with pytest.raises(BadInput, match="not numeric"):
-        Run("r", pd.DataFrame({"time_s": [0.0], "a_um": ["x"]}))
+    assert "row 3, column time_s" in refusal(Run, "r", pd.DataFrame({"time_s": [0.0, 0.0]}))
+    assert "not numeric" in refusal(Run, "r", pd.DataFrame({"time_s": [0.0], "a_um": ["x"]}))
 
 
 def test_a_large_file_is_read_by_pandas_and_not_cell_by_cell(tmp_path, monkeypatch):
@@ -196,6 +184,5 @@ def test_a_large_file_is_read_by_pandas_and_not_cell_by_cell(tmp_path, monkeypat
     assert cells == []
     # What pandas would take for something else is read the slow way.
     path.write_text("time_s,T1_degC\n0,1_0\n")
-    with pytest.raises(BadInput, match="T1_degC"):
-        read_run(path)
+    assert "T1_degC" in refusal(read_run, path)
     assert cells

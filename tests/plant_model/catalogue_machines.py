@@ -20,29 +20,35 @@ def number(value: float, unit: str) -> dict[str, Any]:
     return Parameter(value, unit, low, high, "test").to_dict()
 
 
+def numbers_of(numbers: dict[str, tuple[float, str]]) -> dict[str, Any]:
+    return {key: number(*pair) for key, pair in numbers.items()}
+
+
 def link(kind: str, first: str, second: str, **numbers: tuple[float, str]) -> dict[str, Any]:
-    table = {key: number(*pair) for key, pair in numbers.items()}
-    return {"kind": kind, "between": [first, second]} | table
+    return {"kind": kind, "between": [first, second]} | numbers_of(numbers)
+
+
+def item(kind: str, name: str, rest: dict[str, str], **numbers: tuple[float, str]) -> Any:
+    return {"kind": kind, "name": name} | rest | numbers_of(numbers)
 
 
 def lathe() -> Machine:
     """Return a lathe of unusual names, without torque, coolant and tool, with a direct rig."""
-    capacities = {
-        "quill": 5000.0,
-        "ring": 500.0,
-        "race": 700.0,
-        "cage": 4000.0,
-        "winding": 6000.0,
-        "headstock": 60000.0,
-        "bed": 500000.0,
-    }
+    capacities = {"quill": 5e3, "ring": 500.0, "race": 700.0, "cage": 4e3, "winding": 6e3}
+    capacities |= {"headstock": 6e4, "bed": 5e5}
     expansion = (11.5, "1e-6/K")
     segment = {"start": (0.0, "mm"), "end": (400.0, "mm"), "expansion": expansion}
 
-    def part(kind: str, node: str, **numbers: tuple[float, str]) -> dict[str, Any]:
-        table = {key: number(*pair) for key, pair in numbers.items()}
-        return {"kind": kind, "name": f"{kind}_{node}", "nodes": [node]} | table
+    film = (8.0, "W/(m2 K)")
 
+    def part(kind: str, node: str, **numbers: tuple[float, str]) -> dict[str, Any]:
+        return {"kind": kind, "name": f"{kind}_{node}", "nodes": [node]} | numbers_of(numbers)
+
+    rings = {"inner": "ring", "outer": "race", "driven_by": "speed"}
+    bearing = {"mean_diameter": (120.0, "mm"), "f0": (2.0, "1"), "f1": (0.001, "1")}
+    bearing |= {"preload": (1000.0, "N"), "viscosity": (20.0, "mm2/s")}
+    motor = {"rotor": "cage", "stator": "winding", "driven_by": "speed"}
+    laws = "conduction surface_convection bearing_friction motor_loss thermal_expansion"
     table = bare_table() | {
         "name": "lathe",
         "nodes": [
@@ -56,56 +62,22 @@ def lathe() -> Machine:
             link("contact", "cage", "quill", conductance=(20.0, "W/K")),
             link("contact", "winding", "headstock", conductance=(50.0, "W/K")),
             link("conduction", "headstock", "bed", conductance=(30.0, "W/K")),
-            link(
-                "convection", "headstock", "hall", area=(0.8, "m2"), coefficient=(8.0, "W/(m2 K)")
-            ),
-            link("convection", "bed", "hall", area=(3.0, "m2"), coefficient=(8.0, "W/(m2 K)")),
+            link("convection", "headstock", "hall", area=(0.8, "m2"), coefficient=film),
+            link("convection", "bed", "hall", area=(3.0, "m2"), coefficient=film),
         ],
         "sources": [
-            {
-                "kind": "bearing",
-                "name": "front",
-                "inner": "ring",
-                "outer": "race",
-                "driven_by": "speed",
-                "mean_diameter": number(120.0, "mm"),
-                "f0": number(2.0, "1"),
-                "f1": number(0.001, "1"),
-                "preload": number(1000.0, "N"),
-                "viscosity": number(20.0, "mm2/s"),
-            },
-            {
-                "kind": "motor",
-                "name": "drive",
-                "rotor": "cage",
-                "stator": "winding",
-                "driven_by": "speed",
-                "loss": number(60.0, "W/(1000 r/min)"),
-            },
+            item("bearing", "front", rings, **bearing),
+            item("motor", "drive", motor, loss=(60.0, "W/(1000 r/min)")),
         ],
         "structure": [
-            {
-                "kind": "located",
-                "name": "front",
-                "at": number(350.0, "mm"),
-                "gauge_line": number(400.0, "mm"),
-            },
+            item("located", "front", {}, at=(350.0, "mm"), gauge_line=(400.0, "mm")),
             part("shaft", "quill", **segment),
             part("housing", "headstock", **segment),
             part("member", "bed", length=(300.0, "mm"), expansion=expansion, x=(0.5, "1")),
         ],
         "sensors": [{"name": "T1", "of": "race"}, {"name": "T2", "of": "hall"}],
         "rig": {"kind": "direct", "axes": {"px": {"axis": "X"}, "pz": {"axis": "Z", "sign": -1}}},
-        "effects": {
-            name: {}
-            for name in (
-                "conduction",
-                "surface_convection",
-                "bearing_friction",
-                "motor_loss",
-                "thermal_expansion",
-            )
-        },
+        "effects": {law: {} for law in laws.split()},
     }
     return machine_from_table(table, "lathe.toml")
 

@@ -8,7 +8,7 @@ import pytest
 
 from plant_model.effect_names import effect_key
 from plant_model.effects import catalogue
-from plant_model.machine import Machine
+from plant_model.machine import Item, Machine
 from plant_model.machine_file import read_machine
 
 
@@ -48,3 +48,13 @@ def with_effects(machine: Machine, *names: str) -> Machine:
     """Return the machine with further effects in force at their nominal values."""
     added = {key_of(n): dict(catalogue()[n.partition(":")[0]].parameters) for n in names}
     return replace(machine, effects=machine.effects | added)
+
+
+def in_series(machine: Machine, first: str) -> Machine:
+    """Return a machine whose motor's jacket gets its coolant from another one."""
+
+    def moved(item: Item) -> Item:
+        is_inlet = item.kind == "coolant_flow" and item.refs["between"][0] == "jacket_motor"
+        return replace(item, refs={"between": ("jacket_motor", first)}) if is_inlet else item
+
+    return replace(machine, items=tuple(map(moved, machine.items)))

@@ -8,7 +8,7 @@ import pytest
 from gap_finder.candidates import with_effect
 from plant_model.effects.base import NONE
 from plant_model.effects.bearing_friction import viscous_torque
-from plant_model.machine import Item, Machine
+from plant_model.machine import Machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import Values
 from plant_model.simulate import simulate
@@ -122,19 +122,12 @@ def test_what_a_film_holds_is_not_counted_twice(name, own, warmer):
     heat = heat_of(effect, 0.0, at_reference)
     assert max(map(abs, heat.values())) < 1e-3 * 3.0 * 8.0 * warmer, "of what the film gives off"
     # A film of 2 W/(m2 K) holds no more than that: the rest of the law is all there.
-    thin = replace(machine, items=tuple(with_film(item, 2.0) for item in machine.items))
+    films = [name for name in machine.parameters if name.endswith("hall.coefficient")]
+    thin = machine.with_values(dict.fromkeys(films, 2.0), beyond=True)
     _, effect = made(thin, name, **own)
     law = {"radiation": 4.0 * 0.9 * 5.670374419e-8 * 293.15**3, "natural_convection": 6.0}[name]
     heat = heat_of(effect, 0.0, at_reference)
     assert heat["headstock"] == pytest.approx(-0.8 * warmer * (law - 2.0), rel=1e-3)
-
-
-def with_film(item: Item, film: float) -> Item:
-    """Return a surface with another film coefficient; anything else as it is."""
-    if item.kind != "convection":
-        return item
-    known = replace(item.parameters["coefficient"], value=film, low=0.0)
-    return replace(item, parameters=item.parameters | {"coefficient": known})
 
 
 def test_bearing_run_in_counts_turning_hours_only(jig_borer_lumps):

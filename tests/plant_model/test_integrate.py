@@ -1,6 +1,5 @@
 """Exact where the network is linear, error-controlled where it is not."""
 
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -16,7 +15,7 @@ from plant_model.network import Network, effects_in_force
 from plant_model.parameters import FloatArray, Values
 from plant_model.side_by_side import Track, side_by_side
 from plant_model.simulate import simulate
-from tests.plant_model.conftest import inputs_over, with_effects
+from tests.plant_model.conftest import in_series, inputs_over, with_effects
 
 
 def reference(machine: Machine, inputs: pd.DataFrame, rtol: float = 1e-11) -> FloatArray:
@@ -82,19 +81,10 @@ def test_linear_network_does_not_depend_on_the_step(jig_borer_lumps):
     np.testing.assert_allclose(coarse.temperatures, fine.temperatures, atol=1e-10)
 
 
-def in_series(machine: Machine) -> Machine:
-    """Return a machine whose motor's jacket gets its coolant from the front one."""
-    items = tuple(
-        replace(item, refs={"between": ("jacket_motor", "jacket_front")})
-        if item.kind == "coolant_flow" and item.refs["between"][0] == "jacket_motor"
-        else item
-        for item in machine.items
-    )
-    return replace(machine, items=items)
-
-
 def test_dependent_network_equals_an_independent_solver(jig_borer_lumps):
-    machine = with_effects(in_series(jig_borer_lumps), "radiation", "viscosity_temperature")
+    machine = with_effects(
+        in_series(jig_borer_lumps, "jacket_front"), "radiation", "viscosity_temperature"
+    )
     inputs = inputs_over(1.2, every_s=600.0)
     ours = simulate(machine, inputs, step_s=10.0, tolerance=1e-7).temperatures[0, -1]
     np.testing.assert_allclose(ours, reference(machine, inputs, 1e-9), atol=1e-5)

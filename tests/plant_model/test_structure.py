@@ -24,23 +24,14 @@ def pose_for(machine: Machine, warm: dict[str, float]) -> dict[str, float]:
     return dict(zip(POSE, found.tolist(), strict=True))
 
 
-def located_at(machine: Machine, at: float) -> Machine:
-    items = tuple(
-        replace(item, parameters=item.parameters | {"at": replace(item.parameters["at"], value=at)})
-        if item.kind == "located"
-        else item
-        for item in machine.items
-    )
-    return replace(machine, items=items)
-
-
 def test_shaft_grows_from_the_bearing_that_locates(jig_borer_lumps):
     # Front bearing at 300 mm, gauge line at 400 mm: 100 mm of front shaft push the nose.
     front = pose_for(jig_borer_lumps, {"shaft_front": 10.0})
     assert front["elongation"] == pytest.approx(11.5e-3 * 100.0 * 10.0)
     assert pose_for(jig_borer_lumps, {"shaft_rear": 10.0})["elongation"] == 0.0
     # Located at the rear, at -100 mm, the whole shaft pushes and the housing pulls back.
-    rear = located_at(jig_borer_lumps, -100.0)
+    (located,) = jig_borer_lumps.of_kind("structure", "located")
+    rear = jig_borer_lumps.with_values({located.parameter_name("at"): -100.0}, beyond=True)
     assert pose_for(rear, {"shaft_front": 10.0})["elongation"] == pytest.approx(11.5e-3 * 2000.0)
     assert pose_for(rear, {"shaft_rear": 10.0})["elongation"] == pytest.approx(11.5e-3 * 1000.0)
     assert pose_for(rear, {"housing_rear": 10.0})["elongation"] == pytest.approx(-11.5e-3 * 1000.0)

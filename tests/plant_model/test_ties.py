@@ -9,13 +9,13 @@ import pytest
 import tomlkit
 
 from gap_finder.priors import Priors
-from measurement.errors import BadInput
 from plant_model.machine import Machine
 from plant_model.machine_file import SHIPPED, machine_from_table, read_machine
 from plant_model.machine_writer import write_machine
 from plant_model.parameters import ParameterError
 from plant_model.simulate import simulate
 from tests.plant_model.conftest import inputs_over
+from tests.refusing import refusal
 
 PLAIN = tomllib.loads((SHIPPED / "jig_borer_lumps.toml").read_text(encoding="utf-8"))
 FRONT = [f"links.front_outer-housing_front_{side}.conductance" for side in ("xp", "xm", "yp", "ym")]
@@ -86,20 +86,12 @@ def test_the_writer_moves_numbers_and_leaves_ties(tied, tmp_path):
     [
         ({"number": "flim"}, "links.0.conductance.number: 'flim' is not one of front_joint, film;"),
         ({"number": "film"}, "links.0.conductance.factor: is missing: film is in W/(m2 K), this"),
-        (
-            {"number": "film", "factor": 0.1, "unit": "W"},
-            "links.0.conductance.unit: 'W' is not allowed: it is W/K",
-        ),
-        (
-            {"number": "film", "factor": -0.1},
-            "links.0.conductance: film makes it -1.4..-0.5, outside 0..100000 W/K",
-        ),
+        ({"number": "film", "factor": 0.1, "unit": "W"}, "links.0.conductance.unit: 'W' is not"),
+        ({"number": "film", "factor": -0.1}, "links.0.conductance: film makes it -1.4..-0.5, out"),
         ({"number": "film", "value": 3.0}, "links.0.conductance.value: is not a known field"),
     ],
 )
 def test_refusals(tie, problem):
     table = tied_table()
     table["links"][0]["conductance"] = tie
-    with pytest.raises(BadInput) as caught:
-        machine_from_table(table, "tied.toml")
-    assert str(caught.value).startswith(f"tied.toml: {problem}")
+    assert refusal(machine_from_table, table, "tied.toml").startswith(f"tied.toml: {problem}")

@@ -8,6 +8,7 @@ from measurement.errors import BadInput
 from measurement.importing.log import import_files
 from measurement.importing.mapping import Mapping, TimeRule
 from tests.measurement.importing.made import HEADER, elapsed, signals, stamps, table, workbook
+from tests.refusing import refusal
 
 SECONDS = table()
 LINES = SECONDS.split("\n")
@@ -102,18 +103,14 @@ def test_bad_input_is_refused_in_one_line(texts, told, ending, tmp_path):
     for number, text in enumerate([texts] if isinstance(texts, str) else texts):
         paths.append(tmp_path / f"{number}{ending}")
         paths[-1].write_text(text, encoding="utf-8")
-    with pytest.raises(BadInput) as caught:
-        import_files(paths)
-    said = str(caught.value)
+    said = refusal(import_files, paths)
     assert told in said
-    assert "\n" not in said
     assert any(path.stem in said for path in paths)
 
 
 def test_a_workbook_without_a_table_is_refused(tmp_path):
     path = workbook(tmp_path / "cover.xlsx", {"Deckblatt": [["Messung 7"], ["Müller", "Halle"]]})
-    with pytest.raises(BadInput, match=r"cover\.xlsx: Deckblatt: holds no table"):
-        import_files([path])
+    assert "cover.xlsx: Deckblatt: holds no table" in refusal(import_files, [path])
 
 
 @pytest.mark.parametrize("there", ["Zeit [s]", "Nr"])
@@ -124,5 +121,4 @@ def test_a_column_of_time_that_is_not_there_is_refused(there, log):
 
 
 def test_no_file_is_refused():
-    with pytest.raises(BadInput, match="import: files: none was given"):
-        import_files([])
+    assert "import: files: none was given" in refusal(import_files, [])

@@ -18,14 +18,20 @@ CUTS_HOUSING = [0, 11, 29, 132, 150, 168, 200]
 SIDES = ["xp", "yp", "xm", "ym"]
 SHAFT_AREA = pi / 4 * (0.060**2 - 0.020**2)
 HOUSING_AREA = pi / 4 * (0.180**2 - 0.100**2)
+EFFECTS = """conduction coolant_jacket uneven_cooling surface_convection stirred_film air_gap
+    bearing_friction motor_loss thermal_expansion housing_bending"""
 SEAT, MOTOR_SEAT = 5000.0, 2500.0
 # A third of the wall in: 40 mm of 60 to 20, 80 mm of 100 to 180.
 WALL_SHAFT = log(60 / (60 - 40 / 3))
 WALL_HOUSING, WALL_STATOR = (log((100 + 80 / 3) / seat) for seat in (95, 100))
 
 
-def _number(value: float, unit: str) -> dict[str, Any]:
+def number(value: float, unit: str) -> dict[str, Any]:
     return {"value": value, "unit": unit, "low": value, "high": value, "source": "by hand"}
+
+
+def _numbers(unit: str, **values: float) -> dict[str, Any]:
+    return {key: number(value, unit) for key, value in values.items()}
 
 
 def _within(a: float, b: float, start: float, end: float) -> float:
@@ -39,34 +45,24 @@ class Hand:
         self.table: dict[str, Any] = {"nodes": [], "links": [], "sources": [], "structure": []}
 
     def node(self, name: str, capacity: float) -> None:
-        node = {"name": name, "capacity": _number(capacity, "J/K"), "start": "ambient"}
+        node = {"name": name, "capacity": number(capacity, "J/K"), "start": "ambient"}
         self.table["nodes"].append(node)
 
     def path(self, kind: str, a: str, b: str, conductance: float) -> None:
-        link = {"kind": kind, "between": [a, b], "conductance": _number(conductance, "W/K")}
+        link = {"kind": kind, "between": [a, b], "conductance": number(conductance, "W/K")}
         self.table["links"].append(link)
 
     def film(self, node: str, area: float, coefficient: float) -> None:
-        numbers = {"area": _number(area, "m2"), "coefficient": _number(coefficient, "W/(m2 K)")}
+        numbers = _numbers("m2", area=area) | _numbers("W/(m2 K)", coefficient=coefficient)
         self.table["links"].append({"kind": "convection", "between": [node, "ambient"], **numbers})
 
     def stirred(self, node: str, conductance: float) -> None:
-        self.table["links"].append(
-            {
-                "kind": "stirred",
-                "name": f"stirred_{node}",
-                "between": [node, "ambient"],
-                "driven_by": "speed",
-                "conductance": _number(conductance, "W/K"),
-            }
-        )
+        numbers = _numbers("W/K", conductance=conductance)
+        link = {"kind": "stirred", "name": f"stirred_{node}", "between": [node, "ambient"]}
+        self.table["links"].append(link | {"driven_by": "speed"} | numbers)
 
     def gap(self, a: str, b: str, area: float, radius: float, gap: float) -> None:
-        numbers = {
-            "area": _number(area, "m2"),
-            "radius": _number(radius, "mm"),
-            "gap": _number(gap, "mm"),
-        }
+        numbers = _numbers("m2", area=area) | _numbers("mm", radius=radius, gap=gap)
         self.table["links"].append({"kind": "air_gap", "between": [a, b], **numbers})
 
     def part(self, **table: Any) -> None:
@@ -99,21 +95,7 @@ def lumps() -> dict[str, Any]:
             "kind": "direct",
             "axes": {f"disp_{axis}": {"axis": axis.upper()} for axis in "xyz"},
         },
-        "effects": {
-            name: {}
-            for name in (
-                "conduction",
-                "coolant_jacket",
-                "uneven_cooling",
-                "surface_convection",
-                "stirred_film",
-                "air_gap",
-                "bearing_friction",
-                "motor_loss",
-                "thermal_expansion",
-                "housing_bending",
-            )
-        },
+        "effects": {law: {} for law in EFFECTS.split()},
     }
 
 
@@ -172,20 +154,13 @@ def _bearings(hand: Hand) -> None:
             for side in SIDES:
                 hand.path("contact", f"{name}_outer", f"housing_{cell}_{side}", in_housing / 4)
         hand.path("contact", f"{name}_inner", f"{name}_outer", 12 * len(cells) * 77.5 / 70)
+        rings = {ring: f"{name}_{ring}" for ring in ("inner", "outer")}
         hand.table["sources"].append(
-            {
-                "kind": "bearing",
-                "name": name,
-                "inner": f"{name}_inner",
-                "outer": f"{name}_outer",
-                "driven_by": "speed",
-                "count": _number(len(cells), "1"),
-                "mean_diameter": _number(77.5, "mm"),
-                "f0": _number(0.7, "1"),
-                "f1": _number(0.001, "1"),
-                "preload": _number(preload, "N"),
-                "viscosity": _number(viscosity(32, 45.0), "mm2/s"),
-            }
+            {"kind": "bearing", "name": name, "driven_by": "speed", **rings}
+            | _numbers("1", count=len(cells), f0=0.7, f1=0.001)
+            | _numbers("mm", mean_diameter=77.5)
+            | _numbers("N", preload=preload)
+            | _numbers("mm2/s", viscosity=viscosity(32, 45.0))
         )
 
 
@@ -200,15 +175,9 @@ def _motor(hand: Hand) -> None:
         hand.path("contact", "stator", f"housing_3_{side}", in_housing / 4)
     hand.gap("rotor", "stator", pi * 0.090 * 0.050, 45, 0.7)
     hand.table["sources"].append(
-        {
-            "kind": "motor",
-            "name": "motor",
-            "rotor": "rotor",
-            "stator": "stator",
-            "driven_by": "speed",
-            "loss": _number(20, "W/(1000 r/min)"),
-            "rotor_share": _number(0.3, "1"),
-        }
+        {"kind": "motor", "name": "motor", "rotor": "rotor", "stator": "stator"}
+        | {"driven_by": "speed", "loss": number(20, "W/(1000 r/min)")}
+        | _numbers("1", rotor_share=0.3)
     )
 
 
@@ -218,29 +187,19 @@ def _jacket(hand: Hand) -> None:
     length = pi * 0.140 * 120 / 20
     wall = channel_film(water, 4, 15, 6) * 0.027 * length
     hand.node("jacket_one", 0.015 * 0.006 * length * 1000 * water.heat_per_litre)
-    hand.table["links"].append(
-        {
-            "kind": "coolant_flow",
-            "between": ["jacket_one", "coolant_inlet"],
-            "flow": _number(4, "l/min"),
-            "heat_capacity": _number(water.heat_per_litre, "J/(l K)"),
-        }
-    )
+    carried = _numbers("l/min", flow=4) | _numbers("J/(l K)", heat_capacity=water.heat_per_litre)
+    inlet = {"kind": "coolant_flow", "between": ["jacket_one", "coolant_inlet"]}
+    hand.table["links"].append(inlet | carried)
     for k in range(6):
         share = _within(CUTS_HOUSING[k], CUTS_HOUSING[k + 1], 60, 180) / 120
         for side in SIDES if share else ():
             node = f"housing_{k + 1}_{side}"
             hand.path("coolant_wall", node, "jacket_one", wall * share / 4)
             if side[0] == "x":
-                sign = 1 if side == "xp" else -1
-                hand.table["links"].append(
-                    {
-                        "kind": "coolant_unevenness",
-                        "name": f"uneven_{node}",
-                        "between": [node, "jacket_one"],
-                        "difference": _number(sign * 0.4 * wall * share / 4, "W/K"),
-                    }
-                )
+                more = (0.4 if side == "xp" else -0.4) * wall * share / 4
+                link = {"kind": "coolant_unevenness", "name": f"uneven_{node}"}
+                link |= {"between": [node, "jacket_one"]} | _numbers("W/K", difference=more)
+                hand.table["links"].append(link)
 
 
 def _carriers(hand: Hand) -> None:
@@ -260,34 +219,23 @@ def _carriers(hand: Hand) -> None:
 
 
 def _growth(hand: Hand) -> None:
-    def numbers(**given: float) -> dict[str, Any]:
-        return {key: _number(value, "mm") for key, value in given.items()}
-
-    steel = {"expansion": _number(ALPHA, "1e-6/K")}
-    iron = {"expansion": _number(IRON_ALPHA, "1e-6/K")}
-    one = _number(1, "1")
-    hand.part(kind="located", name="front", **numbers(at=150, gauge_line=260))
+    steel, iron = (_numbers("1e-6/K", expansion=alpha) for alpha in (ALPHA, IRON_ALPHA))
+    one = number(1, "1")
+    hand.part(kind="located", name="front", **_numbers("mm", at=150, gauge_line=260))
     for k in range(6):
-        ends = numbers(start=CUTS_SHAFT[k], end=CUTS_SHAFT[k + 1])
+        ends = _numbers("mm", start=CUTS_SHAFT[k], end=CUTS_SHAFT[k + 1])
         hand.part(kind="shaft", name=f"s{k}", nodes=[f"shaft_{k + 1}"], **ends, **steel)
-        ends = numbers(start=CUTS_HOUSING[k], end=CUTS_HOUSING[k + 1])
+        ends = _numbers("mm", start=CUTS_HOUSING[k], end=CUTS_HOUSING[k + 1])
         ring = [f"housing_{k + 1}_{side}" for side in SIDES]
         hand.part(kind="housing", name=f"h{k}", nodes=ring, **ends, **steel)
         start, end = CUTS_HOUSING[k], min(150, CUTS_HOUSING[k + 1])
         if end > start:
-            sizes = numbers(width=140, length=end - start, lever=260 - (start + end) / 2)
+            sizes = _numbers("mm", width=140, length=end - start, lever=260 - (start + end) / 2)
             for tilt, warm, cold in (("yaw", 0, 2), ("pitch", 1, 3)):
-                hand.part(
-                    kind="bend",
-                    name=f"b{k}{tilt}",
-                    towards=[ring[cold]],
-                    away=[ring[warm]],
-                    **sizes,
-                    **steel,
-                    **{tilt: one},
-                )
+                sides = {"towards": [ring[cold]], "away": [ring[warm]], tilt: one}
+                hand.part(kind="bend", name=f"b{k}{tilt}", **sides, **sizes, **steel)
     hand.part(kind="tool", name="tool", nodes=["tool"], **steel)
-    length = numbers(length=200)
+    length = _numbers("mm", length=200)
     hand.part(kind="member", name="head", nodes=["head"], y=one, **length, **iron)
-    sizes = numbers(width=300, length=200, lever=250)
+    sizes = _numbers("mm", width=300, length=200, lever=250)
     hand.part(kind="bend", name="b", towards=["head"], away=["column"], **sizes, **iron, pitch=one)

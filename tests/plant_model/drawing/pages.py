@@ -3,12 +3,10 @@
 import tomllib
 from typing import Any
 
-import pytest
-
-from measurement.errors import BadInput
 from plant_model.drawing.expand import expanded
 from plant_model.machine import Machine
 from plant_model.machine_file import SHIPPED, machine_from_table
+from tests import refusing
 from tests.mangling import mangled
 
 PAGE = """
@@ -104,6 +102,13 @@ def changed(page: dict[str, Any], key: str, value: Any) -> dict[str, Any]:
     return mangled(page, key, ... if value is None else value)
 
 
+def without_one_sidedness() -> dict[str, Any]:
+    """Return the small page with a jacket that cools all sides alike."""
+    page = small_page()
+    del page["jackets"][0]["inlet_side"], page["jackets"][0]["unevenness"]
+    return page
+
+
 def machine_of(page: dict[str, Any], **cells: Any) -> Machine:
     """Return a page's machine."""
     return machine_from_table(expanded(page, "page.toml", **cells), "page.toml")
@@ -111,9 +116,6 @@ def machine_of(page: dict[str, Any], **cells: Any) -> Machine:
 
 def refusal(page: dict[str, Any]) -> str:
     """Return the one line with which a page is refused, without the file's name."""
-    with pytest.raises(BadInput) as caught:
-        machine_of(page)
-    text = str(caught.value)
-    assert "\n" not in text
+    text = refusing.refusal(machine_of, page)
     assert text.startswith("page.toml: ")
     return text.removeprefix("page.toml: ")

@@ -12,7 +12,7 @@ from plant_model.drawing.fits import odd_fits, odd_of_page
 from plant_model.drawing.layout import Drawing
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine, shipped_machines
-from tests.plant_model.conftest import with_effects
+from tests.plant_model.conftest import in_series, with_effects
 from tests.plant_model.drawing.pages import changed, machine_of, shipped_page, small_page
 
 FEED = {"unit": "mm_min", "column": "feed_mm_min", "low": 0.0, "high": 9000.0, "default": 0.0}
@@ -88,12 +88,7 @@ def test_heat_that_depends_on_temperature_is_accounted_for(key, name, jig_borer_
 
 
 def test_coolant_from_jacket_to_jacket_is_accounted_for(jig_borer_lumps):
-    def in_series(item: Any) -> Any:
-        into = item.kind == "coolant_flow" and item.refs["between"][0] == "jacket_motor"
-        return replace(item, refs={"between": ("jacket_motor", "jacket_rear")}) if into else item
-
-    items = tuple(in_series(item) for item in jig_borer_lumps.items)
-    sheet = check_sheet(replace(jig_borer_lumps, items=items))
+    sheet = check_sheet(in_series(jig_borer_lumps, "jacket_rear"))
     made = sum(sheet.sources.values())
     assert sum(sheet.given_off.values()) + sheet.stored == pytest.approx(made, rel=2e-3)
     assert sheet.links["jacket_motor", "jacket_rear"] == pytest.approx(308.3, rel=1e-3)
@@ -179,17 +174,11 @@ def without_links(machine: Machine, *kept_out: str) -> Machine:
 def test_a_forgotten_link_in_lumps_shows(jig_borer_lumps):
     lost = check_sheet(without_links(jig_borer_lumps, "column")).wrong
     assert "column exchanges heat with nothing: a link is missing." in lost
-    island = replace(
-        jig_borer_lumps,
-        items=tuple(
-            item
-            for item in jig_borer_lumps.items
-            if item.family != "links"
-            or "column" not in item.refs["between"]
-            or item.name == "pedestal-column"
-        ),
+    kept = without_links(jig_borer_lumps, "column").items
+    (path,) = (item for item in jig_borer_lumps.items if item.name == "pedestal-column")
+    island = without_links(
+        replace(jig_borer_lumps, items=(*kept, path)), "ambient", "coolant_inlet"
     )
-    island = without_links(island, "ambient", "coolant_inlet")
     assert any(
         line.startswith("Heat in column never reaches") for line in check_sheet(island).wrong
     )
@@ -197,16 +186,7 @@ def test_a_forgotten_link_in_lumps_shows(jig_borer_lumps):
 
 def test_numbers_far_from_their_kind_show_once(jig_borer_lumps):
     films = [name for name in jig_borer_lumps.parameters if name.endswith("ambient.coefficient")]
-
-    def unheard_of(item: Any) -> Any:
-        if item.kind != "convection":
-            return item
-        wrong = replace(item.parameters["coefficient"], value=0.009, low=0.0)
-        return replace(item, parameters=item.parameters | {"coefficient": wrong})
-
-    machine = replace(
-        jig_borer_lumps, items=tuple(unheard_of(item) for item in jig_borer_lumps.items)
-    )
+    machine = jig_borer_lumps.with_values(dict.fromkeys(films, 0.009), beyond=True)
     lines = [line for line in check_sheet(machine).wrong if "coefficient of a convection" in line]
     assert len(lines) == 1
     assert "and more: " in lines[0]

@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from measurement.errors import BadInput
 from plant_model.convergence import convergence
 from plant_model.drawing.layout import Drawing
 from plant_model.drawing.mesh import Mesh
@@ -18,7 +17,14 @@ from plant_model.simulate import Simulation, simulate
 from plant_model.warm_up import warm_up
 from tests.plant_model.conftest import with_effects
 from tests.plant_model.drawing.by_hand import lumps
-from tests.plant_model.drawing.pages import changed, machine_of, shipped_page, small_page
+from tests.plant_model.drawing.pages import (
+    changed,
+    machine_of,
+    shipped_page,
+    small_page,
+    without_one_sidedness,
+)
+from tests.refusing import refusal
 
 WARM = 240
 """Row of the warm-up at which the spindle is stopped."""
@@ -102,9 +108,7 @@ def test_one_sidedness_does_not_depend_on_the_sectors():
 
 
 def test_a_bearing_warmer_on_one_side_tilts_alike_in_all_sectors():
-    page = changed(
-        changed(small_page(), "jackets.0.inlet_side", None), "jackets.0.unevenness", None
-    )
+    page = without_one_sidedness()
     tilts = []
     for sectors, degrees in ((4, 0.0), (8, 0.0), (8, 30.0), (16, 90.0)):
         machine = with_effects(machine_of(page, sectors=sectors), "uneven_bearing_heating")
@@ -156,7 +160,6 @@ def as_drawn() -> tuple[Simulation, dict[str, float]]:
 @pytest.mark.parametrize(
     ("key", "value", "node", "sign"),
     [
-        ("bearings.0.preload", 600, "front_inner", 1),
         ("bearings.0.f0", 1.5, "front_inner", 1),
         ("bearings.0.f1", 0.002, "front_inner", 1),
         ("bearings.0.grade", 68, "front_inner", 1),
@@ -167,29 +170,22 @@ def as_drawn() -> tuple[Simulation, dict[str, float]]:
         ("bearings.0.seat", 1000, "front_inner", 1),
         ("bearings.1.seat", 50000, "rear_outer", -1),
         ("bearings.0.sleeve", {"from": 90, "to": 200}, "front_outer", -1),
-        ("bearings.0.count", 1, "front_outer", -1),
-        ("motor.loss", 40, "rotor", 1),
         ("motor.rotor_share", 0.6, "rotor", 1),
         ("motor.joint", 500, "rotor", 1),
         ("motor.gap", 3.0, "rotor", 1),
-        ("jackets.0.flow", 8, "jacket_one", -1),
         ("jackets.0.fluid", "oil 32", "front_outer", 1),
         ("jackets.0.wall", 20, "front_outer", 1),
         ("jackets.0.channel", {"width": 15, "depth": 12}, "front_outer", 1),
-        ("jackets.0.unevenness", 0.8, "housing_4_xp", -1),
         ("jackets.0.inlet_side", "X-", "housing_4_xp", 1),
         ("carriers.0.joint", 5, "rear_outer", 1),
-        ("carriers.0.mass", 2000, "head", -1),
-        ("carriers.0.surface", 4.0, "head", -1),
         ("tool.joint", 4, "tool", 1),
-        ("tool.diameter", 20, "tool", 1),
         ("shaft.material", "invar", "shaft_6", -1),
         ("housing.material", "aluminium", "front_outer", -1),
         ("housing.stretches.0.outer", 260, "front_outer", 1),
         ("shaft.stretches.0.inner", 50, "shaft_6", -1),
     ],
 )
-def test_every_number_moves_what_it_should(key, value, node, sign):
+def test_every_number_that_has_a_usual_value_moves_what_it_should(key, value, node, sign):
     before = as_drawn()[1][node]
     after = at_full_speed(machine_of(changed(small_page(), key, value)))[1][node]
     assert sign * (after - before) > 0.002
@@ -198,14 +194,10 @@ def test_every_number_moves_what_it_should(key, value, node, sign):
 @pytest.mark.parametrize(
     ("key", "value", "axis", "sign"),
     [
-        ("carriers.0.grows", {"y": 400}, 1, 1),
         ("carriers.0.grows", {"y": 200, "z": 300}, 2, 1),
         ("carriers.0.grows", {"x": 300, "y": 200}, 0, 1),
         ("carriers.0.bends.0.pitch", -1, 4, -1),
-        ("carriers.0.bends.0.width", 600, 4, -1),
-        ("shaft.gauge_line", 220, 2, -1),
         ("shaft.material", "invar", 2, -1),
-        ("jackets.0.unevenness", 0.8, 3, 1),
         ("jackets.0.inlet_side", "X-", 3, -1),
         ("jackets.0.inlet_side", "Y-", 4, -1),
         ("tool.material", "carbide", 5, -1),
@@ -284,5 +276,4 @@ def test_a_feed_axis_warms_its_nut():
 
 
 def test_lumps_have_no_cells_to_count():
-    with pytest.raises(BadInput, match=r"is in lumps: only a page"):
-        convergence("jig_borer_lumps")
+    assert "is in lumps: only a page" in refusal(convergence, "jig_borer_lumps")

@@ -4,31 +4,22 @@ import pytest
 
 from tests.plant_model.drawing.pages import changed, machine_of, refusal, small_page
 
+SIDED = {"from": 0, "to": 60, "side": "Y-", "width": 60}
+
+
+def stretches(end: float, start: float) -> list[dict[str, float]]:
+    """Return two stretches of the shaft, of which the first ends and the second starts there."""
+    return [{"from": 0, "to": end, "outer": 60}, {"from": start, "to": 260, "outer": 60}]
+
 
 @pytest.mark.parametrize(
     ("key", "value", "problem"),
     [
         # Stretches that overlap, leave a gap, are turned around or do not fit.
-        (
-            "housing.stretches",
-            [
-                {"from": 0, "to": 120, "outer": 180, "inner": 100},
-                {"from": 100, "to": 200, "outer": 180, "inner": 100},
-            ],
-            ".1.from: 100 mm overlaps the stretch before, which ends at 120",
-        ),
-        (
-            "shaft.stretches",
-            [{"from": 0, "to": 100, "outer": 60}, {"from": 110, "to": 260, "outer": 60}],
-            ".1.from: 110 mm leaves a gap to the stretch before, which ends at 100",
-        ),
-        ("shaft.stretches.0.to", -5, "shaft.stretches.0: from 0 to -5 mm: must be 1 mm or more"),
+        ("shaft.stretches", stretches(120, 100), ".1.from: 100 mm overlaps the stretch before, wh"),
+        ("shaft.stretches", stretches(100, 110), ".1.from: 110 mm leaves a gap to the stretch be"),
         ("shaft.stretches.0.inner", 60, ": 60 mm must be below outer 60"),
-        (
-            "shaft.stretches.0.outer",
-            105,
-            ": 105 mm does not fit into the housing, which is 100 mm inside",
-        ),
+        ("shaft.stretches.0.outer", 105, ": 105 mm does not fit into the housing, which is 100"),
         # A sensor in the air, or on a side that no cell has.
         ("thermometers.0.at", 230, ": 230 mm is in the air: the housing is from 0 to 200 mm"),
         ("thermometers.0.part", "hosing", "did you mean housing?"),
@@ -41,19 +32,11 @@ from tests.plant_model.drawing.pages import changed, machine_of, refusal, small_
             -30,
             ": at -30 mm it sits from -39 to -21 mm, which is outside the shaft",
         ),
-        (
-            "bearings.0.at",
-            220,
-            ": at 220 mm it sits from 202 to 238 mm, which is outside the housing",
-        ),
+        ("bearings.0.at", 220, ": at 220 mm it sits from 202 to 238 mm, which is outside the hous"),
         ("bearings.0.designation", "7099", ": '7099' is not known; known"),
         ("bearings.0.designation", None, ": is missing: or bore, outside"),
         ("bearings.1.at", 140, "bearings: rear and front overlap: one ends at 149 mm, the next"),
-        (
-            "bearings.0.sleeve",
-            {"from": 140, "to": 190},
-            ": 140 to 190 mm does not hold the bearings, which sit at 132 to 168",
-        ),
+        ("bearings.0.sleeve", {"from": 140, "to": 190}, ": 140 to 190 mm does not hold the beari"),
         ("bearings.0.sleeve", {"from": 120, "to": 230}, ": 230 mm is outside the"),
         ("bearings.0.locates", False, "bearings: 0 of them locate the shaft: exactly one"),
         ("bearings.0.lubrication", "honey", ": 'honey' is not allowed"),
@@ -65,6 +48,20 @@ from tests.plant_model.drawing.pages import changed, machine_of, refusal, small_
         ("carriers.0.mass", 200000, ": 200000 is not allowed: 0.05 to 50000 kg"),
         ("jackets.0.flow", 4000, ": 4000 is not allowed: 0.05 to 200 l/min can be"),
         ("motor.loss", 20000, ": 20000 is not allowed: 0 to 2000 W/(1000 r/min)"),
+        # One side.
+        ("carriers.0.holds", SIDED | {"width": 0}, ".width: 0 is not allowed: 1 to 360 degrees"),
+        ("carriers.0.holds", SIDED | {"side": "Z"}, ".side"),
+        ("housing.faces", [{"from": 0, "to": 900}], ".0.to: 900 mm is outside the housing, which"),
+        (
+            "housing.faces",
+            [{"from": 0, "to": 9, "air": "x"}],
+            ".0.air: 'x' is not one of ambient, ",
+        ),
+        (
+            "bearings.0.sleeve",
+            {"from": 110, "to": 190, "outer": 80},
+            ".outer: 80 mm must be above ",
+        ),
         # Materials, coolants, names that do not exist.
         ("shaft.material", "unobtainium", ": 'unobtainium' is not one of steel, cast"),
         ("housing.stretches.0.material", "steal", "did you mean steel?"),
@@ -98,12 +95,9 @@ def test_refusals(key, value, problem):
 
 def test_a_stretch_without_material_in_a_page_of_its_own_material():
     page = changed(small_page(), "shaft.material", "ours")
-    assert "'ours' is not one of steel" in refusal(page)
     page["materials"] = {
         "ours": {"density": 7800, "specific_heat": 460, "conductivity": 30, "expansion": 11.0}
     }
     assert "ours_conductivity" in machine_of(page).numbers
     page["materials"]["ours"]["density"] = 7.8
-    assert refusal(page).startswith(
-        "materials.ours.density: 7.8 is not allowed: 100 to 25000 kg/m3"
-    )
+    assert refusal(page).startswith("materials.ours.density: 7.8 is not allowed: 100 to 25000")
