@@ -19,6 +19,7 @@ from hypothesis import HealthCheck, settings
 import build_fmu
 from fmu_packaging.native import compilers as native_compilers
 from fmu_packaging.native.compilers import Compiler, NativeError, compilers
+from tests.running import cannot_run
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
@@ -155,7 +156,7 @@ def c_compiler() -> Compiler:
     try:
         return compilers()[0]
     except NativeError as error:
-        pytest.fail(str(error)) if os.environ.get("CI") else pytest.skip(str(error))
+        cannot_run(str(error))
 
 
 @pytest.fixture(scope="session")

@@ -3,9 +3,24 @@
 import os
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
+from typing import NoReturn
+
+import pytest
 
 from tests.patience import PATIENCE_S
+
+
+def cannot_run(problem: str) -> NoReturn:
+    """Skip a test for what is missing here; under CI nothing may be missing."""
+    pytest.fail(problem) if os.environ.get("CI") else pytest.skip(problem)
+
+
+def need_ziglang() -> None:
+    """Skip a test that needs the compiler of the package ziglang, where it is not installed."""
+    if find_spec("ziglang") is None:
+        cannot_run("ziglang is not installed")
 
 
 def run(

@@ -128,6 +128,23 @@ class Bench:
         self.give(messages)
         return self.last
 
+    def cycles(
+        self,
+        count: int,
+        values: Mapping[str, Value] | None = None,
+        change: Callable[[list[can.Message]], list[can.Message]] | None = None,
+    ) -> list[dict[str, float | str]]:
+        """Run so many cycles and return all answers of that time."""
+        first = len(self.answers)
+        for _ in range(count):
+            self.cycle(values, change)
+        return self.answers[first:]
+
+    def begin(self, values: Mapping[str, Value] | None = None, count: int = 3) -> None:
+        """Let the machine say a few times that it is starting."""
+        for _ in range(count):
+            self.give(self.frames(values, state="starting"))
+
     def answering(self, **outputs: float) -> None:
         """Let the compensator answer something else from now on."""
         step = self.unit.step
@@ -141,13 +158,16 @@ class Bench:
 
     def settle(self, values: Mapping[str, Value] | None = None, seconds: float = 6.0) -> None:
         """Start, and run until the offsets follow the model."""
-        for _ in range(3):
-            self.give(self.frames(state="starting"))
+        self.begin()
         self.cycle()
-        for _ in range(round(seconds / 0.1)):
-            self.cycle(values)
+        self.cycles(round(seconds / 0.1), values)
         assert self.last["status"] == "ok"
         assert self.last["valid"] == "valid"
+
+
+def validity(answers: Iterable[Mapping[str, float | str]]) -> set[float | str]:
+    """Return what answers say of their offsets."""
+    return {answer["valid"] for answer in answers}
 
 
 def with_bytes(message: can.Message, data: bytes) -> can.Message:

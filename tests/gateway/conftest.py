@@ -12,13 +12,15 @@ import pytest
 
 from fmu_compensator.runtime.modelfile import model_text
 from gateway.database import Database
-from gateway.mapping import read_database
+from gateway.mapfile import MAPS
+from gateway.mapping import read_database, read_mapping
 from gateway.unit import CompensatorUnit
 from scenarios.fmu_files import build_compensator
 from tests.conftest import once
 from tests.fmus.models import five_point_table
-from tests.gateway.bench import Bench
+from tests.gateway.bench import WARM, Bench
 from tests.gateway.bus import Program, Wire
+from tests.running import cannot_run
 
 HOLD_S, RECOVER_S, SLEW_UM_PER_S = 2.0, 0.5, 10.0
 GROUP = "239.74.163.2"
@@ -52,11 +54,8 @@ def new_wire(kind: str) -> Wire:
     if kind == "virtual":
         return Wire("virtual", uuid.uuid4().hex)
     if kind == "vcan":
-        problem = vcan_problem()
-        if problem and os.environ.get("CI"):
-            pytest.fail(f"{problem}; run python tests/gateway/on_vcan.py")
-        if problem:
-            pytest.skip(f"{problem}; run python tests/gateway/on_vcan.py")
+        if problem := vcan_problem():
+            cannot_run(f"{problem}; run python tests/gateway/on_vcan.py")
         return Wire("socketcan", "vcan0")
     # One port for each test process, so that tests side by side do not hear each other.
     port = 43000 + os.getpid() % 2000
@@ -94,6 +93,14 @@ def database() -> Database:
 
 
 @pytest.fixture(scope="session")
+def builder() -> Database:
+    """The machine-tool builder's frames."""
+    mapping = read_mapping(MAPS / "machine_builder.toml")
+    assert not mapping.problems
+    return mapping.database
+
+
+@pytest.fixture(scope="session")
 def quick_fmu(shared: Path) -> Path:
     """A compensator that uses T1 and T4, and whose safe state takes seconds."""
 
@@ -120,6 +127,13 @@ def unit(quick_fmu: Path) -> Iterator[CompensatorUnit]:
 def bench(database: Database, unit: CompensatorUnit) -> Bench:
     """A gateway without a bus."""
     return Bench(database, unit)
+
+
+@pytest.fixture
+def warm(bench: Bench) -> Bench:
+    """The same, whose offsets follow those of a warm machine."""
+    bench.settle(WARM)
+    return bench
 
 
 @pytest.fixture

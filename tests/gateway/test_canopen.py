@@ -17,7 +17,6 @@ from gateway.mapcheck import problems_of
 from gateway.node import GatewaySettings
 from gateway.serving import Service
 from measurement.errors import BadInput
-from scenarios.cli import main
 from tests.gateway.bus import gateway_thread
 from tests.gateway.conftest import Wire, new_wire
 from tests.patience import PATIENCE_S, until
@@ -338,17 +337,3 @@ def test_the_data_sheet_is_that_of_the_pdos(quick_fmu):
             variable = entry if value >> 8 & 0xFF == 0 else entry[value >> 8 & 0xFF]
             assert len(variable) == value & 0xFF
             assert variable.pdo_mappable
-
-
-@pytest.mark.parametrize(
-    ("more", "told"),
-    [
-        (["--eds"], "needs --canopen"),
-        (["--canopen", "200", "--frames"], "1 to 127"),
-        (["--canopen", "5", "--map", "machine_builder"], "no --map"),
-    ],
-)
-def test_what_the_command_refuses(quick_fmu, more, told, capsys):
-    assert main(["gateway", "--compensator", str(quick_fmu), *more]) == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    assert told in line

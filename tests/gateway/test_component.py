@@ -2,9 +2,7 @@
 
 import ctypes
 import json
-import os
 import random
-import shutil
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -22,6 +20,7 @@ from gateway.linuxcnc.component import NAMES, ControlPins, sent_signals
 from gateway.mapping import read_database
 from measurement.errors import BadInput
 from tests.gateway.control_axis import ControlAxis
+from tests.running import cannot_run
 
 CYCLE_S, SLEW = 0.1, 5.0
 
@@ -141,14 +140,11 @@ def test_a_component_of_another_name_is_connected_in_the_same_way(tmp_path):
     assert "thermal." not in text.replace("./thermal.sh", "")
 
 
-def test_the_twin_in_c_moves_an_axis_in_the_same_way(tmp_path):
-    compiler = shutil.which("gcc")
-    if compiler is None:
-        pytest.fail("no gcc") if os.environ.get("CI") else pytest.skip("no gcc")
+def test_the_twin_in_c_moves_an_axis_in_the_same_way(compiler, tmp_path):
     library = tmp_path / "axes.so"
     source = native_component.SOURCES / "axes.c"
     flags = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC"]
-    subprocess.run([compiler, *flags, "-o", library, source, "-lm"], check=True)
+    subprocess.run([*compiler, *flags, "-o", library, source, "-lm"], check=True)
 
     class Axis(ctypes.Structure):
         _fields_ = (
@@ -192,7 +188,7 @@ def test_the_nose_of_a_real_control_is_held_through_all_faults(tmp_path):
     if not problem and not (native_component.HEADERS / "hal.h").exists():
         problem = "no LinuxCNC headers (package linuxcnc-uspace-dev)"
     if problem:
-        pytest.fail(problem) if os.environ.get("CI") else pytest.skip(problem)
+        cannot_run(problem)
     out = tmp_path / "day"
     assert main(["--part", "6", "--out", str(out)]) == 0
     summary = json.loads((out / "summary.json").read_text())

@@ -28,18 +28,13 @@ def answer(x: float, usable: bool = True) -> Cycle:
     return Cycle(usable, {"dX": x, "dY": 2.0, "dZ": 3.0}, None, {})
 
 
-def test_a_control_follows_offsets_valid_or_not():
-    follower = OffsetFollower(60.0)
+@pytest.mark.parametrize("bad", [None, answer(nan), answer(7.0, usable=False)])
+def test_a_control_without_offsets_holds_then_gives_up(bad):
+    follower = OffsetFollower(10.0)
     assert follower.follow(None, 1.0) == {"dX": 0.0, "dY": 0.0, "dZ": 0.0}
     assert follower.use == "none_yet"
     assert follower.follow(answer(5.0), 1.0)["dX"] == 5.0
     assert follower.use == "following"
-
-
-@pytest.mark.parametrize("bad", [None, answer(nan), answer(7.0, usable=False)])
-def test_a_control_without_offsets_holds_then_gives_up(bad):
-    follower = OffsetFollower(10.0)
-    follower.follow(answer(5.0), 1.0)
     for _ in range(10):
         assert follower.follow(bad, 1.0)["dX"] == 5.0
         assert follower.use == "holding"
@@ -83,20 +78,19 @@ def test_an_answer_that_waited_in_a_queue_is_stale(database):
 # State files
 
 
-def test_a_state_comes_back(tmp_path, bench, new_unit):
-    bench.settle(WARM)
+def test_a_state_comes_back(tmp_path, warm, new_unit):
     now = [5000.0]
-    store = StateFile(tmp_path / "s.json", bench.unit.slave.sha256, lambda: now[0])
+    store = StateFile(tmp_path / "s.json", warm.unit.slave.sha256, lambda: now[0])
     assert store.read() == (None, "the file does not exist yet")
-    store.write(now[0], bench.unit.time_s, 12.5, bench.unit.slave.saved())
+    store.write(now[0], warm.unit.time_s, 12.5, warm.unit.slave.saved())
     now[0] += 7.0
     saved, _ = store.read()
     assert saved is not None
-    assert (saved.time_s, saved.machine_time_s, saved.age_s) == (bench.unit.time_s, 12.5, 7.0)
+    assert (saved.time_s, saved.machine_time_s, saved.age_s) == (warm.unit.time_s, 12.5, 7.0)
     again: CompensatorUnit = new_unit()
     again.start(saved)
     sample = {**dict.fromkeys(again.inputs, 20.0), **WARM, "tool_length": 150.0}
-    assert again.step(sample, 0.1) == bench.unit.step(sample, 0.1)
+    assert again.step(sample, 0.1) == warm.unit.step(sample, 0.1)
     assert again.outputs["dX"] != 0.0
     now[0] += 3600.0
     assert store.read() == (None, "it was saved 3607 s ago, allowed is 3600 s")
@@ -182,6 +176,9 @@ def test_the_table_of_given_frames_is_checked_against_a_given_compensator(capsys
         (["gateway", "--compensator", "none.fmu"], "none.fmu"),
         (["gateway", "--interface", "virtual", "--log", "x.txt"], "x.txt"),
         (["gateway", "--interface", "virtual", "--option", "x"], "--option"),
+        (["gateway", "--eds"], "--eds: needs --canopen"),
+        (["gateway", "--canopen", "200", "--frames"], "1 to 127"),
+        (["gateway", "--canopen", "5", "--map", "machine_builder"], "no --map"),
         (["machine", "--speed-up", "fast"], "fast"),
         (["machine", "--wait", "-1"], "--wait"),
         (["machine", "no_such_scenario"], "no_such_scenario"),

@@ -15,7 +15,7 @@ from gateway.reception import Reception
 from gateway.reference import Proof, Reference
 from gateway.serving import Service
 from gateway.timebase import CLOCK_DRIFT, Timebase
-from tests.gateway.bench import WARM, Bench
+from tests.gateway.bench import WARM, Bench, validity
 
 NOT_COLD = {"thermal_state": "warm"}
 TOGETHER = GatewaySettings(proof=Proof(ambient="T5", band_k=1.0, time_s=60.0))
@@ -24,26 +24,11 @@ TOGETHER = GatewaySettings(proof=Proof(ambient="T5", band_k=1.0, time_s=60.0))
 
 
 def test_a_cold_restart_in_a_warm_up_is_never_valid(bench):
-    for _ in range(3):
-        bench.give(bench.frames(NOT_COLD, state="starting"))
-    for _ in range(200):
-        answer = bench.cycle(WARM | NOT_COLD)
-        assert answer["valid"] == "invalid"
-        assert answer["status"] == "reference_unknown"
-        assert bench.offsets == (0.0, 0.0, 0.0)
-    assert answer["gateway_state"] == "running"
-    assert answer["bus_fault"] == "none"
+    bench.begin(NOT_COLD)
+    names = ("valid", "status", "dX", "dY", "dZ", "gateway_state", "bus_fault")
+    said = {tuple(answer[n] for n in names) for answer in bench.cycles(200, WARM | NOT_COLD)}
+    assert said == {("invalid", "reference_unknown", 0.0, 0.0, 0.0, "running", "none")}
     assert bench.node.steps == 0
-
-
-def test_the_status_shown_elsewhere_is_that_of_the_frames(bench, database):
-    codes = database.signal("status").codes
-    for thermal_state, known in (("warm", False), ("cold", True)):
-        for _ in range(3):
-            bench.give(bench.frames({"thermal_state": thermal_state}, state="starting"))
-        answer = bench.cycle({"thermal_state": thermal_state})
-        assert (answer["status"] == "ok") == known
-        assert bench.node.status == codes[answer["status"]]
 
 
 def test_a_status_that_flickers_is_told_once_a_minute():
@@ -59,61 +44,49 @@ def test_a_status_that_flickers_is_told_once_a_minute():
 
 
 def test_a_machine_that_says_it_is_cold_is_believed_for_a_minute_only(bench):
-    for _ in range(3):
-        bench.give(bench.frames({"thermal_state": "cold"}, state="starting"))
-    for _ in range(700):
-        bench.give(bench.frames(NOT_COLD, state="starting"))
+    bench.begin({"thermal_state": "cold"})
+    bench.begin(NOT_COLD, count=700)
     assert bench.cycle(NOT_COLD)["status"] == "reference_unknown"
     assert bench.node.steps == 0
 
 
 def test_temperatures_that_stand_with_the_ambient_one_prove_a_cold_machine(database, unit):
     bench = Bench(database, unit, TOGETHER)
-    for _ in range(3):
-        bench.give(bench.frames(NOT_COLD, state="starting"))
+    bench.begin(NOT_COLD)
     began = bench.now
     while bench.node.steps == 0 and bench.now - began < 100.0:
         bench.cycle({"T3": 20.4} | NOT_COLD)
-    assert {answer["valid"] for answer in bench.answers[:-1]} == {"invalid"}
+    assert validity(bench.answers[:-1]) == {"invalid"}
     assert bench.now - began == pytest.approx(60.0, abs=1.0)
     assert any("within 1 K" in line for line in bench.said)
 
 
+ALL_AT_20 = {f"T{n}": 20.0 for n in range(1, 12)}
+
+
 @pytest.mark.parametrize(
-    "moved",
+    ("proof", "step_s", "moved"),
     [
-        pytest.param(lambda k: {"T1": 21.1}, id="apart"),
-        pytest.param(lambda k: {f"T{n}": 30 - k * 3e-3 for n in range(1, 12)}, id="cools"),
-        pytest.param(lambda k: {"T7": nan}, id="one is missing"),
+        pytest.param(TOGETHER.proof, 0.1, lambda k: {"T1": 21.1}, id="apart"),
+        pytest.param(
+            TOGETHER.proof, 0.1, lambda k: dict.fromkeys(ALL_AT_20, 30 - k * 3e-3), id="cools"
+        ),
+        pytest.param(TOGETHER.proof, 0.1, lambda k: {"T7": nan}, id="one is missing"),
+        pytest.param(TOGETHER.proof, 100.0, lambda k: {}, id="gaps in the readings"),
+        pytest.param(Proof(), 10.0, lambda k: {}, id="no ambient one"),
     ],
 )
-def test_temperatures_that_are_apart_or_move_prove_nothing(database, unit, moved):
-    bench = Bench(database, unit, TOGETHER)
-    for k in range(800):
-        bench.cycle(moved(k) | NOT_COLD)
-    assert bench.node.steps == 0
-    assert {answer["valid"] for answer in bench.answers} == {"invalid"}
-
-
-def test_temperatures_prove_nothing_without_an_ambient_one():
-    reference = Reference(Proof(), ["T1", "T2"])
-    for _ in range(10_000):
-        assert not reference.take({"T1": 20.0, "T2": 20.0}, 1.0, cold=False)
-    assert Reference(Proof(said=True), ["T1"]).take({}, 1.0, cold=False)
-
-
-def test_a_gap_in_the_readings_is_no_time_together():
-    reference = Reference(Proof(ambient="T1", time_s=600.0), ["T1", "T2"])
-    for _ in range(20):
-        assert not reference.take({"T1": 20.0, "T2": 20.5}, 100.0, cold=False)
+def test_temperatures_that_are_apart_or_move_prove_nothing(proof, step_s, moved):
+    reference = Reference(proof, list(ALL_AT_20))
+    for k in range(1000):
+        assert not reference.take(ALL_AT_20 | moved(k), step_s, cold=False)
 
 
 # Frames of different cycles
 
 
 @pytest.mark.parametrize(("behind", "place"), [(1, 1), (240, 5)])
-def test_a_frame_that_is_late_for_good_is_noticed(bench, behind, place):
-    bench.settle(WARM)
+def test_a_frame_that_is_late_for_good_is_noticed(warm, behind, place):
     kept: list[can.Message] = []
 
     def delay(messages: list[can.Message]) -> list[can.Message]:
@@ -121,36 +94,27 @@ def test_a_frame_that_is_late_for_good_is_noticed(bench, behind, place):
         older = [kept.pop(0)] if len(kept) > behind else []
         return [*messages[:place], *older, *messages[place + 1 :]]
 
-    first = len(bench.answers)
+    first = len(warm.answers)
     for k in range(behind + 300):
-        bench.cycle(
-            {
-                **WARM,
-                "tool_length": 150.0 + 0.01 * k,
-                "T10": 20.0 + 0.01 * k,
-                "T2": 20.0 + 0.01 * k,
-            },
-            delay,
-        )
-    assert {answer["valid"] for answer in bench.answers[first:]} == {"invalid"}
+        moved = 0.01 * k
+        told = {"tool_length": 150.0 + moved, "T10": 20.0 + moved, "T2": 20.0 + moved}
+        warm.cycle(WARM | told, delay)
+    assert validity(warm.answers[first:]) == {"invalid"}
     # It is believed again as soon as it comes in time, or when the machine has started anew.
     kept.clear()
-    for _ in range(3):
-        bench.give(bench.frames(state="starting"))
-    for _ in range(60):
-        bench.cycle(WARM)
-    assert bench.last["valid"] == "valid"
+    warm.begin()
+    warm.cycles(60, WARM)
+    assert warm.last["valid"] == "valid"
 
 
-def test_a_further_frame_in_sequence_is_noticed(bench, database):
-    bench.settle(WARM)
+def test_a_further_frame_in_sequence_is_noticed(warm, database):
     other = Sender(database, MACHINE)
-    for _ in range(bench.sender._encoders[5]._count + 1):
+    for _ in range(warm.sender._encoders[5]._count + 1):
         extra = other.messages({"tool_length": 240.0, "speed": 3000.0})[5]
-    answer = bench.cycle(WARM, lambda messages: [*messages[:6], extra, messages[6]])
+    answer = warm.cycle(WARM, lambda messages: [*messages[:6], extra, messages[6]])
     assert answer["valid"] == "invalid"
     assert answer["dX_tool_length"] == 150.0
-    assert bench.cycle(WARM)["valid"] == "invalid"
+    assert warm.cycle(WARM)["valid"] == "invalid"
 
 
 # Clocks
@@ -228,7 +192,10 @@ def test_a_burst_that_overlaps_newer_cycles_costs_only_itself():
         assert clock.judge(12_000 + 100 * k, 12.0 + 0.1 * k) is None
 
 
-@pytest.mark.parametrize("machine_clock", [False, True])
+EITHER_CLOCK = pytest.mark.parametrize("machine_clock", [False, True])
+
+
+@EITHER_CLOCK
 def test_a_time_that_stands_is_a_fault(database, unit, machine_clock):
     bench = Bench(database, unit, GatewaySettings(machine_clock=machine_clock))
     bench.settle(WARM)
@@ -239,7 +206,7 @@ def test_a_time_that_stands_is_a_fault(database, unit, machine_clock):
     assert answer["valid"] == "invalid"
 
 
-@pytest.mark.parametrize("machine_clock", [False, True])
+@EITHER_CLOCK
 def test_the_wrap_of_the_machines_time_is_no_fault(database, unit, machine_clock):
     bench = Bench(database, unit, GatewaySettings(machine_clock=machine_clock))
     signal = database.signal("machine_time")
@@ -250,64 +217,55 @@ def test_the_wrap_of_the_machines_time_is_no_fault(database, unit, machine_clock
         {**(values or {}), "machine_time": round(bench.time_s % wrap_s, 3)}, state
     )
     bench.settle(WARM)
-    first = len(bench.answers)
-    for _ in range(100):
-        bench.cycle(WARM)
+    assert validity(bench.cycles(100, WARM)) == {"valid"}
     assert bench.time_s > wrap_s
-    assert {answer["valid"] for answer in bench.answers[first:]} == {"valid"}
 
 
 # Age
 
 
-def test_a_cycle_that_waited_to_be_read_is_not_valid(bench):
-    bench.settle(WARM)
-    messages = bench.frames(WARM)
-    bench.now += 0.4
+def test_a_cycle_that_waited_to_be_read_is_not_valid(warm):
+    messages = warm.frames(WARM)
+    warm.now += 0.4
     for message in messages:
-        bench.node.handle(message, bench.now, waited_s=0.3)
-    assert bench.last["valid"] == "invalid"
-    assert bench.last["bus_fault"] == "stale"
+        warm.node.handle(message, warm.now, waited_s=0.3)
+    assert warm.last["valid"] == "invalid"
+    assert warm.last["bus_fault"] == "stale"
 
 
-def test_an_answer_that_took_long_is_not_valid(bench):
-    bench.settle(WARM)
-    step = bench.unit.step
+def test_an_answer_that_took_long_is_not_valid(warm):
+    step = warm.unit.step
 
     def slow(values: object, step_s: float) -> dict[str, float]:
-        bench.now += 0.3
+        warm.now += 0.3
         return step(values, step_s)
 
-    bench.unit.step = slow
-    assert bench.cycle(WARM)["valid"] == "invalid"
-    assert bench.last["bus_fault"] == "stale"
+    warm.unit.step = slow
+    assert warm.cycle(WARM)["valid"] == "invalid"
+    assert warm.last["bus_fault"] == "stale"
 
 
 # Another gateway
 
 
-def test_another_gateway_is_noticed(bench, database):
-    bench.settle(WARM)
+def test_another_gateway_is_noticed(warm, database):
     other = Sender(database, COMPENSATOR)
-    bench.cycle(WARM, lambda messages: [other.messages({})[0], *messages])
-    assert bench.last["valid"] == "valid"  # one may be chance
-    for _ in range(5):
-        bench.cycle(WARM, lambda messages: [*other.messages({}), *messages])
-        assert bench.last["valid"] == "invalid"
-        assert bench.last["bus_fault"] == "second_gateway"
-        assert bench.last["bus_fault_frame"] == "CompensatorHeartbeat"
-    for _ in range(20):
-        bench.cycle(WARM)
-    assert bench.last["valid"] == "valid"
+    warm.cycle(WARM, lambda messages: [other.messages({})[0], *messages])
+    assert warm.last["valid"] == "valid"  # one may be chance
+    found = warm.cycles(5, WARM, lambda messages: [*other.messages({}), *messages])
+    assert validity(found) == {"invalid"}
+    said = {(answer["bus_fault"], answer["bus_fault_frame"]) for answer in found}
+    assert said == {("second_gateway", "CompensatorHeartbeat")}
+    warm.cycles(20, WARM)
+    assert warm.last["valid"] == "valid"
 
 
 # What the compensator says
 
 
-def test_a_status_of_the_compensator_that_is_not_known_here_passes(bench, database):
-    bench.settle(WARM)
-    bench.answering(status=7.0)
-    answer = bench.cycle(WARM)
+def test_a_status_of_the_compensator_that_is_not_known_here_passes(warm, database):
+    warm.answering(status=7.0)
+    answer = warm.cycle(WARM)
     assert (answer["status"], answer["valid"]) == (7, "valid")
     reception = Reception(database.of(COMPENSATOR))
     sender = Sender(database, COMPENSATOR)
@@ -320,7 +278,6 @@ def test_a_status_of_the_compensator_that_is_not_known_here_passes(bench, databa
 
 
 @pytest.mark.parametrize("offset", [650.1, nan])
-def test_an_offset_that_no_frame_can_carry_is_not_valid(bench, offset):
-    bench.settle(WARM)
-    bench.answering(dY=offset)
-    assert bench.cycle(WARM)["valid"] == "invalid"
+def test_an_offset_that_no_frame_can_carry_is_not_valid(warm, offset):
+    warm.answering(dY=offset)
+    assert warm.cycle(WARM)["valid"] == "invalid"

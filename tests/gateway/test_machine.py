@@ -11,7 +11,6 @@ from gateway.database import MACHINE
 from gateway.machine import AnswerReceiver, MachineNode, Pace
 from gateway.plant import MachinePlant
 from gateway.replay import replay
-from measurement.errors import BadInput
 from scenarios.cli import main
 from scenarios.scenario import read_scenario
 
@@ -111,12 +110,6 @@ def test_a_machine_tells_the_start_of_an_input_that_no_signal_drives(shipped):
         assert plant.readings()["tool_length"] == 150.0
     finally:
         plant.close()
-
-
-def test_a_signal_outside_the_plants_range_is_refused(shipped):
-    case = read_scenario("step_speed", [("signals.speed", 2e5)]).cases[0]
-    with pytest.raises(BadInput, match=r"signals\.speed: 200000 at 0 s is not allowed"):
-        MachinePlant(shipped / "plant.fmu", case)
 
 
 def test_a_long_pause_in_a_log_is_cut_out(database, monkeypatch):

@@ -1,6 +1,5 @@
 """Maps: any control's frames under the gateway's own names, and what is wrong with a map."""
 
-import re
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
@@ -30,14 +29,6 @@ from tests.gateway.conftest import new_wire
 
 COLD = GatewaySettings(proof=Proof(said=True))
 BUILDER = MAPS / "machine_builder.toml"
-
-
-@pytest.fixture(scope="module")
-def builder() -> Database:
-    """The machine-tool builder's frames."""
-    mapping = read_mapping(MAPS / "machine_builder.toml")
-    assert not mapping.problems
-    return mapping.database
 
 
 @pytest.fixture
@@ -250,32 +241,15 @@ WRONG = [
     ("SPN_STATUS.SpnSpeed", "SPN_STATUS.Speed", "inputs.speed: SPN_STATUS has no signal Speed"),
     ("SPN_STATUS.SpnSpeed", "SPINDLE.Speed", "machine_builder.dbc has no frame SPINDLE"),
     ('Tmp03", unit = "degC"', 'Tmp03", unit = "V"', "inputs.T3: V: cannot be converted to degC"),
-    (
-        'speed = "SPN_STATUS.SpnSpeed"',
-        'speed = { signal = "SPN_STATUS.SpnSpeed", unit = "mm" }',
-        "inputs.speed: mm: cannot be converted to rpm",
-    ),
     ("SPN_TEMP.Tmp02", "SPN_TEMP.Tmp01", "SPN_TEMP.Tmp01 is inputs.T1 already"),
-    (
-        'speed = "SPN_STATUS.SpnSpeed"',
-        'speed = ["SPN_STATUS.SpnSpeed", "SPN_STATUS.SpnLoad"]',
-        "inputs.speed: has two signals",
-    ),
+    ('"SPN_STATUS.SpnSpeed"', '["SPN_STATUS.SpnSpeed", "SPN_STATUS.SpnLoad"]', "has two signals"),
     ('speed = "SPN_STATUS.SpnSpeed"\n', "", "inputs.speed: is missing: the compensator takes it"),
-    (
-        '"CMP_OFFSET.OfsZ", factor = -1',
-        '"CMP_OFFSET.OfsZ", factor = -1, unit = "nm"',
-        "outputs.dZ: carries -0.00327",
-    ),
+    ('OfsZ", factor = -1', 'OfsZ", factor = -1, unit = "nm"', "outputs.dZ: carries -0.00327"),
     ("factor = -1, missing_raw = -32768", "missing_raw = 99999", "outside the raw values"),
     ('TOOL_DATA = { protection = "none", late_after_ms = 2500 }\n', "", "TOOL_DATA: is missing"),
     ('"none", late_after_ms = 500 }', '"none" }', "late_after_ms: is missing"),
     ("CMP_STATUS.CmpTrust", "SPN_STATUS.SpnLoad", "outputs.trust: SPN_STATUS holds inputs and"),
-    (
-        'CMP_STATUS = { protection = "none" }',
-        'CMP_STATUS = { protection = "none" }\nDRV_CURRENT = { protection = "none" }',
-        "frames.DRV_CURRENT: is not needed",
-    ),
+    ("[inputs]", '[frames.DRV_CURRENT]\nprotection = "none"\n[inputs]', "CURRENT: is not needed"),
     ("running = 2", "run = 2", "inputs.machine_state: values: run is none of"),
     ("running = 2", "stopping = 2", "inputs.machine_state: values: has no running"),
     ('"none", late_after_ms = 3000', '"crc8_autosar", late_after_ms = 3000', "no signal crc"),
@@ -290,38 +264,21 @@ WRONG = [
         "frames.SPN_STATUS: check: SpnLoad must fill 1 whole bytes",
     ),
     ('frames = "sampled"', 'frames = "together"', "and every_ms need each other"),
-    (
-        "machine_state = { signal",
-        'machine_time = "SPN_STATUS.SpnLoad"\nmachine_state = { signal',
-        "inputs.machine_time: % : cannot",
-    ),
-    (
-        'valid = { signal = "CMP_OFFSET.OfsOk", values = { invalid = 0, valid = 1 } }\n',
-        "",
-        "outputs.dX, outputs.dY, outputs.dZ: needs when_invalid",
-    ),
+    ("valid = {", "fresh = {", "outputs.dX, outputs.dY, outputs.dZ: needs when_invalid"),
     (
         'status = "CMP_STATUS.CmpState"',
         'status = { signal = "CMP_STATUS.CmpState", values = { ok = 0 } }',
         "outputs.status: values: lacks waiting, or a value named other",
     ),
     ("starting = 1", "starting = 2", "are both 2"),
-    (
-        'dX = { signal = "CMP_OFFSET.OfsX", factor = -1, missing_raw = -32768 }\n',
-        "",
-        "outputs.dX: is missing: the compensator sends it; see axes",
-    ),
+    ("dX = {", "dW = {", "outputs.dX: is missing: the compensator sends it; see axes"),
     ("[cycle]", 'axes = ["X", "Y"]\n[cycle]', "outputs.dZ: is sent, and axes has no Z"),
     (
         'CMP_OFFSET = { protection = "none" }',
         'CMP_OFFSET = { protection = "none", fill = { OfsReserve = 256 } }',
         "frames.CMP_OFFSET: fill.OfsReserve: 256 is not allowed: 0 to 255",
     ),
-    (
-        'OfsX", factor = -1',
-        'OfsX", factor = -1, when_invalid = 4000',
-        "outputs.dX: when_invalid = 4000 is not allowed: -3276.7 to 3276.8 um",
-    ),
+    ('OfsX", factor', 'OfsX", when_invalid = 4000, factor', "4000 is not allowed: -3276.7 to"),
     (
         'signal = "CMP_OFFSET.OfsX", factor = -1, missing_raw = -32768',
         'signal = ["CMP_OFFSET.OfsX", "CMP_STATUS.CmpTrust"], unit = "mm"',
@@ -346,8 +303,7 @@ def test_what_is_wrong_with_a_map_is_told_in_a_line(edited, quick_fmu, old, new,
         lines = [str(error)]
     assert lines
     assert all("\n" not in line and line.startswith(str(path)) for line in lines)
-    pattern = re.escape(told).replace(r"%\ :", "%:")
-    assert any(re.search(pattern, line) for line in lines), lines
+    assert any(told in line for line in lines), lines
 
 
 def test_all_problems_are_told_before_anything_is_sent(edited, quick_fmu, capsys):

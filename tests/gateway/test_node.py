@@ -7,78 +7,69 @@ import pytest
 from gateway.database import MACHINE
 from gateway.node import GatewaySettings
 from gateway.state import Saved
-from tests.gateway.bench import WARM, Bench, with_bytes
+from tests.gateway import faults
+from tests.gateway.bench import WARM, Bench, validity, with_bytes
 from tests.gateway.conftest import HOLD_S, RECOVER_S, SLEW_UM_PER_S
-from tests.gateway.faults import (
-    PLACES,
-    Messages,
-    corrupted,
-    dropped,
-    raw_signal,
-    repeated,
-    sequence,
-    short,
-    twice,
-)
 
 RESOLUTION_UM = 0.02
 
+OF_A_FRAME = {
+    faults.corrupted: "bad_crc",
+    faults.dropped: "missing",
+    faults.short: "wrong_length",
+    faults.repeated: "repeated",
+    faults.twice: "repeated",
+    faults.sequence: "out_of_sequence",
+}
 WHOLE_CYCLE = [
-    *[pytest.param(corrupted(n), "bad_crc", id=f"crc-{n}") for n in PLACES],
-    *[pytest.param(dropped(n), "missing", id=f"missing-{n}") for n in PLACES],
-    *[pytest.param(short(n), "wrong_length", id=f"short-{n}") for n in PLACES],
-    *[pytest.param(repeated(n), "repeated", id=f"repeated-{n}") for n in PLACES],
-    *[pytest.param(twice(n), "repeated", id=f"twice-{n}") for n in PLACES],
-    *[pytest.param(sequence(n), "out_of_sequence", id=f"sequence-{n}") for n in PLACES],
+    pytest.param(change(place), fault, id=f"{change.__name__}-{place}")
+    for change, fault in OF_A_FRAME.items()
+    for place in faults.PLACES
 ]
 SIGNALS = [
-    pytest.param(raw_signal("T1", 65535), "not_available_value", id="not-available"),
-    pytest.param(raw_signal("T4", 65534), "error_value", id="error"),
-    pytest.param(raw_signal("T1", 3999), "out_of_range", id="below"),
-    pytest.param(raw_signal("T1", 50001), "out_of_range", id="above"),
-    pytest.param(raw_signal("tool_length", 2_000_001), "out_of_range", id="tool"),
-    pytest.param(raw_signal("tool_length", 0xFFFFFF), "not_available_value", id="no-tool"),
-    pytest.param(raw_signal("machine_state", 9), "out_of_range", id="state"),
-    pytest.param(raw_signal("machine_state", 3), "machine_not_running", id="stopping"),
-    pytest.param(raw_signal("machine_time", 2**32 - 1), "not_available_value", id="no-time"),
-    pytest.param(raw_signal("machine_time", 5), "time_jump", id="time"),
+    pytest.param(faults.raw_signal("T1", 65535), "not_available_value", id="not-available"),
+    pytest.param(faults.raw_signal("T4", 65534), "error_value", id="error"),
+    pytest.param(faults.raw_signal("T1", 3999), "out_of_range", id="below"),
+    pytest.param(faults.raw_signal("T1", 50001), "out_of_range", id="above"),
+    pytest.param(faults.raw_signal("tool_length", 2_000_001), "out_of_range", id="tool"),
+    pytest.param(faults.raw_signal("tool_length", 0xFFFFFF), "not_available_value", id="no-tool"),
+    pytest.param(faults.raw_signal("machine_state", 9), "out_of_range", id="state"),
+    pytest.param(faults.raw_signal("machine_state", 3), "machine_not_running", id="stopping"),
+    pytest.param(faults.raw_signal("machine_time", 2**32 - 1), "not_available_value", id="no-time"),
+    pytest.param(faults.raw_signal("machine_time", 5), "time_jump", id="time"),
 ]
 
 
 @pytest.mark.parametrize(
     ("change", "fault"), [WHOLE_CYCLE[0], WHOLE_CYCLE[-1], SIGNALS[0], SIGNALS[-3], SIGNALS[-1]]
 )
-def test_a_fault_holds_then_ramps_to_zero_and_recovery_is_ramped(bench, change, fault):
-    bench.settle(WARM)
-    held = bench.offsets
+def test_a_fault_holds_then_ramps_to_zero_and_recovery_is_ramped(warm, change, fault):
+    held = warm.offsets
     assert max(map(abs, held)) > 10.0
-    do = change(bench.database)
+    do = change(warm.database)
     if fault == "repeated":
-        bench.cycle(WARM, do)  # the good frame at which the sender then is stuck
-    first, begun = len(bench.answers), bench.now
-    while bench.now - begun < HOLD_S + 6.0:
-        before = len(bench.answers)
-        bench.cycle(WARM, do)
-        if len(bench.answers) > before:
-            assert bench.last["bus_fault"] == fault or bench.now - begun > 0.4
-            holds = bench.now - begun < HOLD_S
-            assert not holds or (bench.last["status"], bench.offsets) == ("holding_missing", held)
-    after = bench.answers[first:]
-    assert {answer["valid"] for answer in after} == {"invalid"}
-    assert {answer["status"] for answer in after} == {
-        "holding_missing",
-        "ramping_missing",
-        "zero_missing",
-    }
-    assert bench.offsets == (0.0, 0.0, 0.0)
-    recovered_at = bench.now
-    while bench.last["valid"] == "invalid" and bench.now - recovered_at < 60.0:
-        bench.cycle(WARM)
-    assert bench.last["valid"] == "valid"
-    assert bench.last["bus_fault"] == "none"
-    assert bench.now - recovered_at >= RECOVER_S + max(map(abs, held)) / SLEW_UM_PER_S - 0.5
-    assert bench.offsets == pytest.approx(held, abs=2 * RESOLUTION_UM)
-    assert_no_step(bench)
+        warm.cycle(WARM, do)  # the good frame at which the sender then is stuck
+    first, begun = len(warm.answers), warm.now
+    while warm.now - begun < HOLD_S + 6.0:
+        before = len(warm.answers)
+        warm.cycle(WARM, do)
+        if len(warm.answers) > before:
+            assert warm.last["bus_fault"] == fault or warm.now - begun > 0.4
+            holds = warm.now - begun < HOLD_S
+            assert not holds or (warm.last["status"], warm.offsets) == ("holding_missing", held)
+    after = warm.answers[first:]
+    assert validity(after) == {"invalid"}
+    ways = {answer["status"] for answer in after}
+    assert ways == {"holding_missing", "ramping_missing", "zero_missing"}
+    assert warm.offsets == (0.0, 0.0, 0.0)
+    recovered_at = warm.now
+    while warm.last["valid"] == "invalid" and warm.now - recovered_at < 60.0:
+        warm.cycle(WARM)
+    assert warm.last["valid"] == "valid"
+    assert warm.last["bus_fault"] == "none"
+    assert warm.now - recovered_at >= RECOVER_S + max(map(abs, held)) / SLEW_UM_PER_S - 0.5
+    assert warm.offsets == pytest.approx(held, abs=2 * RESOLUTION_UM)
+    assert_no_step(warm)
 
 
 def assert_no_step(bench: Bench, pause_s: float = 0.36) -> None:
@@ -91,50 +82,41 @@ def assert_no_step(bench: Bench, pause_s: float = 0.36) -> None:
 
 
 @pytest.mark.parametrize(("change", "fault"), [*WHOLE_CYCLE, *SIGNALS[:-1]])
-def test_one_fault_is_enough_to_hold(bench, change, fault):
-    bench.settle(WARM)
-    held = bench.offsets
-    do = change(bench.database)
+def test_one_fault_is_enough_to_hold(warm, change, fault):
+    held = warm.offsets
+    do = change(warm.database)
     if fault == "repeated":
-        bench.cycle(WARM, do)
-    before = len(bench.answers)
-    bench.cycle(WARM, do)
-    for _ in range(3):
-        bench.cycle(WARM)
-    answers = bench.answers[before:]
+        warm.cycle(WARM, do)
+    answers = [*warm.cycles(1, WARM, do), *warm.cycles(3, WARM)]
     assert fault in {str(answer["bus_fault"]) for answer in answers}
     assert answers[-1]["status"] == "holding_missing"
-    assert bench.offsets == held
-    for _ in range(round(RECOVER_S / 0.1) + 5):
-        bench.cycle(WARM)
-    assert bench.last["valid"] == "valid"
+    assert warm.offsets == held
+    warm.cycles(round(RECOVER_S / 0.1) + 5, WARM)
+    assert warm.last["valid"] == "valid"
 
 
-def test_a_machine_time_that_jumps_and_comes_back_is_time_not_seen(bench):
-    bench.settle(WARM)
-    reached, time_s = bench.unit.time_s, bench.time_s
-    bench.cycle(WARM, raw_signal("machine_time", 5)(bench.database))
-    bench.cycle(WARM)
-    assert bench.last["bus_fault"] == "time_jump"
-    assert bench.unit.time_s - reached == pytest.approx(time_s, abs=0.5)
-    for _ in range(200):
-        bench.cycle(WARM)
-    assert bench.last["valid"] == "valid"
-    assert_no_step(bench)
+def test_a_machine_time_that_jumps_and_comes_back_is_time_not_seen(warm):
+    reached, time_s = warm.unit.time_s, warm.time_s
+    warm.cycle(WARM, faults.raw_signal("machine_time", 5)(warm.database))
+    warm.cycle(WARM)
+    assert warm.last["bus_fault"] == "time_jump"
+    assert warm.unit.time_s - reached == pytest.approx(time_s, abs=0.5)
+    warm.cycles(200, WARM)
+    assert warm.last["valid"] == "valid"
+    assert_no_step(warm)
 
 
-@pytest.mark.parametrize("place", PLACES)
-def test_a_stray_frame_with_a_bad_crc_or_length_does_not_stop_the_loop(bench, place):
-    bench.settle(WARM)
+@pytest.mark.parametrize("place", faults.PLACES)
+def test_a_stray_frame_with_a_bad_crc_or_length_does_not_stop_the_loop(warm, place):
     for data in (bytes(8), b"", b"\x01", bytes(range(7))):
 
-        def stray(messages: Messages, data: bytes = data) -> Messages:
+        def stray(messages: faults.Messages, data: bytes = data) -> faults.Messages:
             return [*messages[:place], with_bytes(messages[place], data), *messages[place:]]
 
-        answer = bench.cycle(WARM, stray)
+        answer = warm.cycle(WARM, stray)
         assert answer["valid"] == "valid"
-    assert bench.node.reception.counts["wrong_length"] == 3
-    assert bench.node.reception.counts["bad_crc"] == 1
+    assert warm.node.reception.counts["wrong_length"] == 3
+    assert warm.node.reception.counts["bad_crc"] == 1
 
 
 @pytest.mark.parametrize("timeout_s", [None, 2.0])
@@ -157,9 +139,8 @@ def test_silence_is_noticed_in_time_and_a_late_cycle_is_not_used(database, unit,
     assert bench.last["valid"] == "invalid"
 
 
-def test_a_sensor_that_the_model_does_not_use_may_be_missing(bench):
-    bench.settle(WARM)
-    answer = bench.cycle({**WARM, "T11": float("nan")})
+def test_a_sensor_that_the_model_does_not_use_may_be_missing(warm):
+    answer = warm.cycle({**WARM, "T11": float("nan")})
     assert answer["valid"] == "valid"
     assert answer["bus_fault"] == "not_available_value"
     assert answer["bus_fault_frame"] == "MachineTemperatures4"
@@ -168,12 +149,11 @@ def test_a_sensor_that_the_model_does_not_use_may_be_missing(bench):
 def test_nothing_is_valid_before_the_machine_runs(bench):
     bench.wait(5.0)
     assert {str(answer["gateway_state"]) for answer in bench.answers} == {"starting"}
-    for _ in range(4):
-        bench.give(bench.frames(state="starting"))
+    bench.begin(count=4)
     assert bench.last["gateway_state"] == "ready"
     assert bench.last["bus_fault"] == "machine_not_running"
-    assert all(answer["valid"] == "invalid" for answer in bench.answers)
-    assert all(answer["status"] == "waiting" for answer in bench.answers)
+    assert validity(bench.answers) == {"invalid"}
+    assert {answer["status"] for answer in bench.answers} == {"waiting"}
     assert bench.node.steps == 0
 
 
@@ -187,83 +167,75 @@ def test_a_machine_that_does_not_come_is_a_startup_timeout(bench):
 
 
 @pytest.mark.parametrize("lost", ["bus_off", "interface_lost"])
-def test_without_a_bus_offsets_are_given_up_and_the_return_is_told_and_ramped(bench, lost):
-    bench.settle(WARM)
-    held = bench.offsets
+def test_without_a_bus_offsets_are_given_up_and_the_return_is_told_and_ramped(warm, lost):
+    held = warm.offsets
     for k in range(100):
-        bench.now += 0.1
-        bench.node.tick(bench.now, lost)
-        assert bench.last["bus_fault"] == lost
-        assert bench.last["gateway_state"] == "reconnecting"
-        assert bench.last["valid"] == "invalid"
+        warm.now += 0.1
+        warm.node.tick(warm.now, lost)
+        assert warm.last["bus_fault"] == lost
+        assert warm.last["gateway_state"] == "reconnecting"
+        assert warm.last["valid"] == "invalid"
         if k < HOLD_S / 0.1 - 2:
-            assert bench.offsets == held
-    assert max(map(abs, bench.offsets)) < max(map(abs, held))
-    bench.node.reconnected()
-    assert bench.cycle(WARM)["bus_fault"] == lost
-    assert not any("lost" in line or "bus off" in line for line in bench.said)  # the link says it
-    while bench.last["valid"] == "invalid" and bench.now < 2000.0:
-        bench.cycle(WARM)
-    assert bench.last["bus_fault"] == "none"
-    assert bench.offsets == pytest.approx(held, abs=2 * RESOLUTION_UM)
-    assert_no_step(bench)
+            assert warm.offsets == held
+    assert max(map(abs, warm.offsets)) < max(map(abs, held))
+    warm.node.reconnected()
+    assert warm.cycle(WARM)["bus_fault"] == lost
+    assert not any("lost" in line or "bus off" in line for line in warm.said)  # the link says it
+    while warm.last["valid"] == "invalid" and warm.now < 2000.0:
+        warm.cycle(WARM)
+    assert warm.last["bus_fault"] == "none"
+    assert warm.offsets == pytest.approx(held, abs=2 * RESOLUTION_UM)
+    assert_no_step(warm)
 
 
-def test_a_machine_that_stops_within_its_step_is_not_one_whose_time_jumps(bench):
-    bench.settle(WARM)
-    bench.time_s = round(bench.time_s - bench.step_s, 3)  # the step that it announced last
-    bench.give(bench.frames(state="stopping"))
-    assert bench.last["bus_fault"] == "machine_not_running"
+def test_a_machine_that_stops_within_its_step_is_not_one_whose_time_jumps(warm):
+    warm.time_s = round(warm.time_s - warm.step_s, 3)  # the step that it announced last
+    warm.give(warm.frames(state="stopping"))
+    assert warm.last["bus_fault"] == "machine_not_running"
 
 
-def test_a_restart_of_the_machine_is_survived(bench, database):
-    bench.settle(WARM)
-    held = bench.offsets
-    bench.sender, bench.time_s, bench.began = type(bench.sender)(database, MACHINE), 0.0, None
-    for _ in range(5):
-        bench.give(bench.frames(WARM, state="starting"))
-    assert bench.last["bus_fault"] == "machine_not_running"
-    assert bench.offsets == held
-    for _ in range(round((RECOVER_S + 1.0) / 0.1)):
-        bench.cycle(WARM)
-    assert bench.last["valid"] == "valid"
-    assert bench.offsets == held
+def test_a_restart_of_the_machine_is_survived(warm, database):
+    held = warm.offsets
+    warm.sender, warm.time_s, warm.began = type(warm.sender)(database, MACHINE), 0.0, None
+    warm.begin(WARM, count=5)
+    assert warm.last["bus_fault"] == "machine_not_running"
+    assert warm.offsets == held
+    warm.cycles(round((RECOVER_S + 1.0) / 0.1), WARM)
+    assert warm.last["valid"] == "valid"
+    assert warm.offsets == held
 
 
-def test_the_tool_frames_give_the_offset_at_other_tool_lengths(bench, database, new_unit):
-    bench.settle(WARM)
+def test_the_tool_frames_give_the_offset_at_other_tool_lengths(warm, database, new_unit):
     other = Bench(database, new_unit())
     other.settle({**WARM, "tool_length": 250.0}, seconds=10.0)
     parts = ("at_tool_length", "per_tool_length", "tool_length")
     for axis in "XYZ":
-        offset, slope, reference = (float(bench.last[f"d{axis}_{part}"]) for part in parts)
+        offset, slope, reference = (float(warm.last[f"d{axis}_{part}"]) for part in parts)
         assert reference == 150.0
-        assert offset == bench.last[f"d{axis}"]
+        assert offset == warm.last[f"d{axis}"]
         at_250 = offset + slope * (250.0 - reference) * 1e-3
         assert at_250 == pytest.approx(other.last[f"d{axis}"], abs=2 * RESOLUTION_UM)
-    assert float(bench.last["dX_per_tool_length"]) != 0.0
+    assert float(warm.last["dX_per_tool_length"]) != 0.0
 
 
-def test_slopes_over_the_tool_length_are_ramped_with_their_offset(bench):
-    bench.settle(WARM)
-    offset, slope = (float(bench.last[f"dX_{part}_tool_length"]) for part in ("at", "per"))
-    begun = bench.now
-    while bench.now - begun < HOLD_S + 6.0:
-        bench.wait(0.1)
-        left = float(bench.last["dX_at_tool_length"]) / offset
-        assert float(bench.last["dX_per_tool_length"]) == pytest.approx(left * slope, abs=0.02)
+def test_slopes_over_the_tool_length_are_ramped_with_their_offset(warm):
+    offset, slope = (float(warm.last[f"dX_{part}_tool_length"]) for part in ("at", "per"))
+    begun = warm.now
+    while warm.now - begun < HOLD_S + 6.0:
+        warm.wait(0.1)
+        left = float(warm.last["dX_at_tool_length"]) / offset
+        assert float(warm.last["dX_per_tool_length"]) == pytest.approx(left * slope, abs=0.02)
     assert left == 0.0
 
 
 def test_the_machine_clock_steps_by_the_machines_time(database, unit):
     bench = Bench(database, unit, GatewaySettings(machine_clock=True))
     bench.step_s = 2.5
-    for _ in range(3):
-        bench.give(bench.frames(state="starting"))
+    bench.begin()
     for n in range(1, 9):
         bench.cycle(WARM)
         assert unit.time_s == pytest.approx(2.5 * n)
-    bench.cycle(WARM, dropped(6)(database))
+    bench.cycle(WARM, faults.dropped(6)(database))
     bench.cycle(WARM)
     assert unit.time_s == pytest.approx(25.0)
 
@@ -280,39 +252,28 @@ def test_the_own_clock_steps_by_the_time_gone_by(database, unit, speed_up):
     assert unit.time_s - reached == pytest.approx(0.49 * speed_up)
 
 
-def test_a_restart_with_the_state_goes_on_after_the_time_in_between(bench, database, new_unit):
-    bench.settle(WARM)
-    saved = Saved(bench.unit.time_s, bench.time_s, 1.5, bench.unit.slave.saved())
+def test_a_restart_with_the_state_goes_on_after_the_time_in_between(warm, database, new_unit):
+    saved = Saved(warm.unit.time_s, warm.time_s, 1.5, warm.unit.slave.saved())
     again = Bench(database, new_unit(), warm=saved)
-    again.sender, again.time_s = bench.sender, bench.time_s
+    again.sender, again.time_s = warm.sender, warm.time_s
     again.cycle(WARM)
-    assert (again.last["valid"], again.offsets) == ("invalid", bench.offsets)
+    assert (again.last["valid"], again.offsets) == ("invalid", warm.offsets)
     assert again.unit.time_s == pytest.approx(saved.time_s + 1.5, abs=0.2)
 
 
-def test_the_farewell_takes_every_offset_back(bench):
-    bench.settle(WARM)
-    bench.node.farewell()
-    assert bench.last["valid"] == "invalid"
-    assert bench.last["gateway_state"] == "stopping"
-    for name in ("dX", "dY", "dZ", "elongation", "dX_at_tool_length", "status"):
-        assert bench.last[name] == "not_available"
-
-
-@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("place", faults.PLACES)
 def test_no_offset_is_valid_without_a_fresh_cycle_whatever_the_fmu_says(bench, place):
     bench.answering(valid=1.0, status=0.0)
     bench.wait(1.0)
-    for _ in range(2):
-        bench.give(bench.frames(state="starting"))
-    assert {answer["valid"] for answer in bench.answers} == {"invalid"}
+    bench.begin(count=2)
+    assert validity(bench.answers) == {"invalid"}
     assert bench.cycle()["valid"] == "valid"
     first = len(bench.answers)
-    bench.cycle(None, corrupted(place)(bench.database))
+    bench.cycle(None, faults.corrupted(place)(bench.database))
     bench.cycle()
-    assert "invalid" in {answer["valid"] for answer in bench.answers[first:]}
+    assert "invalid" in validity(bench.answers[first:])
     bench.cycle()
     first = len(bench.answers)
     bench.wait(2.0)
     bench.node.tick(bench.now, "interface_lost")
-    assert {answer["valid"] for answer in bench.answers[first:]} == {"invalid"}
+    assert validity(bench.answers[first:]) == {"invalid"}

@@ -8,7 +8,6 @@ import socket
 import time
 from collections.abc import Callable, Coroutine, Iterator
 from dataclasses import dataclass
-from math import isnan
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -16,7 +15,7 @@ import pytest
 
 from gateway.database import Database
 from gateway.node import GatewaySettings
-from gateway.protocols.base import Participant, Report
+from gateway.protocols.base import Report
 from gateway.protocols.opcua import HallStatus, Security, checked_url, security_of
 from gateway.serving import Service
 from measurement.errors import BadInput
@@ -69,6 +68,12 @@ async def value_of(client: Client, name: str) -> Any:
     """Return a value, None if its status is bad."""
     data = await (await found(client, name)).read_data_value(raise_on_bad_status=False)
     return data.Value.Value if data.StatusCode.is_good() else None
+
+
+async def validity(client: Client) -> Any:
+    """Connect a client, and return whether the offsets are valid."""
+    async with client:
+        return await value_of(client, "state.valid")
 
 
 @dataclass
@@ -152,18 +157,6 @@ def test_a_client_knows_the_units_by_their_codes(hall):
     assert patiently(read) == ids
 
 
-def test_an_uncertainty_that_nothing_bounds_is_missing(database, quick_fmu):
-    reports: list[Report] = []
-
-    class Ear(Participant):
-        def update(self, now: float, report: Callable[[], Report]) -> None:
-            reports.append(report())
-
-    with gateway_thread(new_wire("virtual"), database, quick_fmu, CLOCK, participants=[Ear()]):
-        until(lambda: bool(reports))
-    assert isnan(reports[0].outputs["dX_uncertainty"])
-
-
 def test_nothing_can_be_written_or_called_or_added(hall):
 
     async def attack() -> list[str]:
@@ -193,22 +186,12 @@ def test_nothing_can_be_written_or_called_or_added(hall):
 
 
 def test_an_administrator_by_name_gets_in_nowhere(hall):
-    patiently(lambda: _visit(hall.url))
-
-    async def enter() -> None:
-        client = Client(hall.url)
-        client.set_user("admin")
-        client.set_password("admin")
-        async with client:
-            await value_of(client, "state.valid")
-
+    patiently(lambda: validity(Client(hall.url)))
+    client = Client(hall.url)
+    client.set_user("admin")
+    client.set_password("admin")
     with pytest.raises(UaError):
-        asyncio.run(enter())
-
-
-async def _visit(url: str) -> None:
-    async with Client(url) as client:
-        await value_of(client, "state.valid")
+        asyncio.run(validity(client))
 
 
 class _Events:
@@ -237,13 +220,6 @@ def test_a_loss_of_validity_is_an_event(hall):
     assert any("not valid" in text and severity == 667 for text, severity in heard), heard
 
 
-async def unknown(url: str) -> None:
-    """Return once the gateway's values are not known any more."""
-    async with Client(url) as client:
-        if await value_of(client, "state.valid") is not None:
-            raise TimeoutError
-
-
 @pytest.mark.long
 def test_a_gateway_that_stands_still_is_told_from_one_that_has_nothing_new(database, unit):
     unit.start()
@@ -253,21 +229,16 @@ def test_a_gateway_that_stands_still_is_told_from_one_that_has_nothing_new(datab
         state |= dict.fromkeys(("status_text", "gateway_state", "bus_fault", "trust"), "a")
         state |= {"machine_time": 1.0, "compensator": "c", "compensator_sha256": "d"}
         state["status_sensor"] = 0
-
-        async def read() -> Any:
-            async with Client(url) as client:
-                return await value_of(client, "state.valid")
-
-        patiently(read)
+        patiently(lambda: validity(Client(url)))
         report = Report({}, {"T1": 20.0}, {"dX": 1.0}, state)
         status.update(0.0, lambda: report)
 
         def shown() -> bool:
             status.update(time.monotonic(), lambda: report)
-            return asyncio.run(read()) is True
+            return asyncio.run(validity(Client(url))) is True
 
         until(shown)
-        patiently(lambda: unknown(url))
+        until(lambda: asyncio.run(validity(Client(url))) is None)
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="needs signals")
@@ -353,7 +324,7 @@ def test_only_who_is_trusted_reads_with_certificates(certificates, unit):
         with pytest.raises((UaError, OSError, TimeoutError)):
             asyncio.run(visit("stranger"))
         with pytest.raises((UaError, OSError, TimeoutError)):
-            asyncio.run(_visit(url))  # without any
+            asyncio.run(validity(Client(url)))  # without any
         assert asyncio.run(visit("client")) == "state.valid"
 
 

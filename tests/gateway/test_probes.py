@@ -32,10 +32,8 @@ def probed(database: Database, shipped: Path) -> Iterator[Bench]:
     """A gateway with the shipped compensator, which takes probes."""
     with contextlib.closing(CompensatorUnit(shipped / "compensator.fmu")) as unit:
         bench = Bench(database, unit)
-        for _ in range(3):
-            bench.give(bench.frames(state="starting"))
-        for _ in range(30):
-            bench.cycle()
+        bench.begin()
+        bench.cycles(30)
         assert bench.last["valid"] == "valid"
         yield bench
 
@@ -74,8 +72,7 @@ def test_one_probe_counts_once_however_often_it_comes(probed):
     sender = ProbeSender(probed.database.events(MACHINE))
     sender.start(MEASURED, 0.0)
     time_s = probed.time_s
-    for _ in range(2):
-        probed.cycle({}, lambda m: [*sender.messages(time_s, 0.0), *m])
+    probed.cycles(2, {}, lambda m: [*sender.messages(time_s, 0.0), *m])
     assert probed.last["probes_taken"] == 1
     assert sender.messages(0.0, 1.0) == []  # it has been taken
     probe = Probe(probed)
@@ -118,21 +115,13 @@ def test_half_a_probe_is_not_used(probed):
 def test_a_probe_waits_for_a_cycle_that_can_be_used(probed):
     sender = ProbeSender(probed.database.events(MACHINE))
     sender.start(MEASURED, 0.0)
-    for lost in (True, True, False):
-        probed.cycle(
-            {},
-            lambda m, lost=lost: [
-                *sender.messages(probed.time_s - probed.step_s, 0.0),
-                *(m[1:] if lost else m),
-            ],
-        )
-        if lost:
-            assert probed.last["probes_taken"] == 0
-    for _ in range(20):
-        probed.cycle({}, lambda m: [*sender.messages(probed.time_s - probed.step_s, 0.0), *m])
-        if probed.last["probes_taken"] == 1:
-            break
-    assert probed.last["probes_taken"] == 1
+
+    def probing(messages: list[can.Message]) -> list[can.Message]:
+        return [*sender.messages(probed.time_s - probed.step_s, 0.0), *messages]
+
+    for _ in range(2):
+        assert probed.cycle({}, lambda m: probing(m[1:]))["probes_taken"] == 0
+    assert 1 in {answer["probes_taken"] for answer in probed.cycles(20, {}, probing)}
 
 
 def test_nobody_takes_it_and_the_control_gives_up(database):

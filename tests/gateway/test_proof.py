@@ -12,7 +12,7 @@ from gateway.node import GatewaySettings
 from gateway.proof import LARGEST_ECHO, Challenges, draw, proof_of, read_key
 from gateway.state import Saved
 from measurement.errors import BadInput
-from tests.gateway.bench import WARM, Bench
+from tests.gateway.bench import WARM, Bench, validity
 
 HOUR_S = 3600.0
 # RFC 4493, section 4, example 4: a key, 64 bytes, and their AES-CMAC.
@@ -86,57 +86,45 @@ def test_a_key_is_of_hexadecimal_digits_that_only_its_owner_reads(tmp_path, text
 # What a proof shows
 
 
-def recorded(bench: Bench, count: int) -> list[list[can.Message]]:
-    kept: list[list[can.Message]] = []
+@pytest.mark.parametrize("pause_s", [0.1, 1.0, 10.0])
+def test_a_recording_is_never_valid(warm, pause_s):
+    recording = []
 
     def keep(messages: list[can.Message]) -> list[can.Message]:
-        kept.append(list(messages))
+        recording.append(list(messages))
         return messages
 
-    for _ in range(count):
-        bench.cycle(WARM, keep)
-    return kept
-
-
-@pytest.mark.parametrize("pause_s", [0.1, 1.0, 10.0])
-def test_a_recording_is_never_valid(bench, pause_s):
-    bench.settle(WARM)
-    recording = recorded(bench, 100)
-    bench.wait(pause_s)
-    first = len(bench.answers)
+    warm.cycles(100, WARM, keep)
+    warm.wait(pause_s)
+    first = len(warm.answers)
     for messages in recording:
-        bench.give(messages)
-    answers = bench.answers[first:]
-    assert {answer["valid"] for answer in answers} == {"invalid"}
+        warm.give(messages)
+    answers = warm.answers[first:]
+    assert validity(answers) == {"invalid"}
     assert {answer["freshness"] for answer in answers} == {"not_proven"}
     assert answers[-1]["bus_fault"] == "not_fresh"
-    for _ in range(20):
-        bench.cycle(WARM)
-    assert (bench.last["valid"], bench.last["freshness"]) == ("valid", "proven")
+    warm.cycles(20, WARM)
+    assert (warm.last["valid"], warm.last["freshness"]) == ("valid", "proven")
 
 
 @pytest.mark.parametrize("odd", [{"machine_time": 5.0}, {"machine_step": float("nan")}, "starting"])
-def test_a_delay_is_not_forgotten_after_an_odd_heartbeat(bench, odd):
-    bench.settle(WARM)
+def test_a_delay_is_not_forgotten_after_an_odd_heartbeat(warm, odd):
     queue: list[list[can.Message]] = []
 
     def late(messages: list[can.Message]) -> list[can.Message]:
         queue.append(messages)
         return queue.pop(0) if len(queue) > 20 else []
 
-    for _ in range(40):
-        bench.cycle(WARM, late)
-    first = len(bench.answers)
+    warm.cycles(40, WARM, late)
+    first = len(warm.answers)
     if isinstance(odd, dict):
-        bench.cycle({**WARM, **odd}, late)
+        warm.cycle({**WARM, **odd}, late)
     else:
-        bench.give(late(bench.frames(WARM, str(odd))))
-    for _ in range(100):
-        bench.cycle(WARM, late)
-    assert {answer["valid"] for answer in bench.answers[first:]} == {"invalid"}
-    for _ in range(30):
-        bench.cycle(WARM)
-    assert bench.last["valid"] == "valid"
+        warm.give(late(warm.frames(WARM, str(odd))))
+    warm.cycles(100, WARM, late)
+    assert validity(warm.answers[first:]) == {"invalid"}
+    warm.cycles(30, WARM)
+    assert warm.last["valid"] == "valid"
 
 
 def test_a_gateway_that_is_started_into_a_delay_is_never_valid(bench):
@@ -144,7 +132,7 @@ def test_a_gateway_that_is_started_into_a_delay_is_never_valid(bench):
     for _ in range(200):
         queue.append(bench.frames(WARM))
         bench.give(queue.pop(0))
-    assert {answer["valid"] for answer in bench.answers} == {"invalid"}
+    assert validity(bench.answers) == {"invalid"}
 
 
 def test_a_machine_that_cannot_prove_it_is_served_and_marked(database, unit):
@@ -189,32 +177,29 @@ def test_hours_that_this_clock_has_not_seen_are_told_to_the_compensator(
     bench.cycle(WARM)
     assert bench.last["valid"] == "invalid"
     assert unit.time_s - reached == pytest.approx(5.0 * HOUR_S, abs=1.0)
-    for _ in range(300):
-        bench.cycle(WARM)
+    bench.cycles(300, WARM)
     assert bench.last["valid"] == "valid"
     assert unit.time_s - reached == pytest.approx(5.0 * HOUR_S + 30.0, abs=1.0)
 
 
-def test_a_time_of_day_that_is_set_ahead_moves_nothing_while_the_machines_clock_agrees(bench):
-    bench.settle(WARM)
-    before, bench.wall_ahead_s = bench.offsets, bench.wall_ahead_s + HOUR_S
-    bench.cycle(WARM)
-    assert (bench.last["valid"], bench.offsets) == ("valid", before)
+def test_a_time_of_day_that_is_set_ahead_moves_nothing_while_the_machines_clock_agrees(warm):
+    before, warm.wall_ahead_s = warm.offsets, warm.wall_ahead_s + HOUR_S
+    warm.cycle(WARM)
+    assert (warm.last["valid"], warm.offsets) == ("valid", before)
 
 
-def test_a_program_that_stood_still_tells_the_time_as_not_seen(bench):
-    bench.settle(WARM)
+def test_a_program_that_stood_still_tells_the_time_as_not_seen(warm):
     given: list[tuple[int, float]] = []
-    step = bench.unit.step
+    step = warm.unit.step
 
     def watched(values: dict[str, float], step_s: float) -> dict[str, float]:
         given.append((len(values), step_s))
         return step(values, step_s)
 
-    bench.unit.step = watched
-    bench.now += 2.0 * HOUR_S
-    for message in bench.frames(WARM):
-        bench.node.handle(message, bench.now)
+    warm.unit.step = watched
+    warm.now += 2.0 * HOUR_S
+    for message in warm.frames(WARM):
+        warm.node.handle(message, warm.now)
     assert given[0] == (0, pytest.approx(2.0 * HOUR_S, abs=1.0))
 
 
@@ -226,16 +211,14 @@ def test_a_program_that_stood_still_tells_the_time_as_not_seen(bench):
     [(11.0, False, True), (13.0, False, False), (3000.0, True, True), (4000.0, True, False)],
 )
 def test_a_state_is_as_old_as_both_clocks_say_or_too_old(
-    bench, database, new_unit, by_machine_s, machine_clock, known
+    warm, database, new_unit, by_machine_s, machine_clock, known
 ):
     """A computer without a clock battery, or a simulation at many times real time: two seconds."""
-    bench.settle(WARM)
-    saved = Saved(bench.unit.time_s, bench.time_s, 2.0, bench.unit.slave.saved())
+    saved = Saved(warm.unit.time_s, warm.time_s, 2.0, warm.unit.slave.saved())
     settings = GatewaySettings(machine_clock=machine_clock)
     again = Bench(database, new_unit(), settings, saved)
-    again.sender, again.time_s = bench.sender, round(bench.time_s + by_machine_s, 1)
-    for _ in range(100):
-        again.cycle({**WARM, "thermal_state": "warm"})
+    again.sender, again.time_s = warm.sender, round(warm.time_s + by_machine_s, 1)
+    again.cycles(100, {**WARM, "thermal_state": "warm"})
     assert (again.last["valid"] == "valid") == known
     assert (again.last["status"] == "reference_unknown") != known
 
@@ -243,35 +226,30 @@ def test_a_state_is_as_old_as_both_clocks_say_or_too_old(
 # A new reference
 
 
-def test_who_says_that_the_machine_is_cold_has_the_drift_counted_from_now(bench):
-    bench.settle(WARM)
-    assert max(map(abs, bench.offsets)) > 10.0
-    bench.node.renew_reference()
-    for _ in range(60):
-        bench.cycle(WARM)
-    assert bench.last["valid"] == "valid"
-    assert bench.offsets == (0.0, 0.0, 0.0)
-    for _ in range(60):
-        bench.cycle({"T1": 26.0, "T4": 26.0})
-    assert bench.offsets != (0.0, 0.0, 0.0)
+def test_who_says_that_the_machine_is_cold_has_the_drift_counted_from_now(warm):
+    assert max(map(abs, warm.offsets)) > 10.0
+    warm.node.renew_reference()
+    warm.cycles(60, WARM)
+    assert warm.last["valid"] == "valid"
+    assert warm.offsets == (0.0, 0.0, 0.0)
+    warm.cycles(60, {"T1": 26.0, "T4": 26.0})
+    assert warm.offsets != (0.0, 0.0, 0.0)
 
 
 # What people are told
 
 
-def test_the_same_fault_is_not_said_ten_times_a_second(bench):
-    bench.settle(WARM)
-    before = len(bench.said)
+def test_the_same_fault_is_not_said_ten_times_a_second(warm):
+    before = len(warm.said)
     for k in range(400):
-        bench.cycle({**WARM, "T11": nan if k % 2 else 20.0})
-    assert len(bench.said) - before <= 2
+        warm.cycle({**WARM, "T11": nan if k % 2 else 20.0})
+    assert len(warm.said) - before <= 2
 
 
-def test_each_thermometer_that_goes_is_said_and_those_that_go_together_in_a_line(bench):
-    bench.settle(WARM)
-    before, gone = len(bench.said), dict(WARM)
+def test_each_thermometer_that_goes_is_said_and_those_that_go_together_in_a_line(warm):
+    before, gone = len(warm.said), dict(WARM)
     for names in (["T2"], ["T3"], ["T5", "T11"]):
         gone |= dict.fromkeys(names, nan)
-        bench.cycle(gone)
-        bench.cycle(gone)
-    assert [line.count("not available") for line in bench.said[before:]] == [2, 2, 3]
+        warm.cycle(gone)
+        warm.cycle(gone)
+    assert [line.count("not available") for line in warm.said[before:]] == [2, 2, 3]

@@ -7,8 +7,6 @@ import pytest
 
 from gateway.codec import Encoder
 from gateway.database import MACHINE, Database, Frame, Substitute
-from gateway.mapfile import MAPS
-from gateway.mapping import read_mapping
 from gateway.protection import CHECKS, Protection
 from gateway.reception import Reception, Substitution
 
@@ -25,12 +23,6 @@ KNOWN = {
     "sum8": sum(DIGITS) % 256,
     "xor8": 0x31,
 }
-
-
-@pytest.fixture(scope="module")
-def builder() -> Database:
-    """The machine-tool builder's frames."""
-    return read_mapping(MAPS / "machine_builder.toml").database
 
 
 @pytest.fixture

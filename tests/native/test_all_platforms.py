@@ -1,7 +1,6 @@
 """Binaries for every platform, made by the package ziglang on this one."""
 
 import importlib.util
-import os
 import re
 import struct
 import zipfile
@@ -25,7 +24,7 @@ from fmu_packaging.package import Package
 from scenarios.building import native_of
 from tests.fmu_packaging.apart import apart
 from tests.fmus.models import RUN, five_point_text
-from tests.running import output_of
+from tests.running import need_ziglang, output_of
 
 SOURCES = {"one.c": '__attribute__((visibility("default"))) double one(void) { return 1.0; }\n'}
 KINDS = {
@@ -41,9 +40,7 @@ KINDS = {
 @pytest.fixture(scope="module")
 def for_all() -> dict[str, Compiler]:
     """A compiler for each platform, by FMI 3.0's name."""
-    if importlib.util.find_spec("ziglang") is None:
-        problem = "ziglang is not installed"
-        pytest.fail(problem) if os.environ.get("CI") else pytest.skip(problem)
+    need_ziglang()
     return {compiler.platform3: compiler for compiler in compilers_for_all()}
 
 
@@ -130,5 +127,3 @@ def test_without_ziglang_one_line_says_so(tmp_path, monkeypatch, capsys):
     assert build_fmu.main(arguments) == 2
     said = capsys.readouterr().err
     assert said == "--all-platforms: the package ziglang is missing: pip install ziglang\n"
-    assert build_fmu.main(["--leave-out", "sources"]) == 2
-    assert "--leave-out: add --native" in capsys.readouterr().err
