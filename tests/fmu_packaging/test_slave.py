@@ -132,12 +132,14 @@ def steps(fmu, first, count):
 """
 
 
-def test_a_state_continues_bit_for_bit(tiny_fmu):
+def test_a_state_continues_bit_for_bit_and_a_reset_starts_over(tiny_fmu, plain_path):
     found = apart(
         STATE
         + """
-fmu = started(opened(sys.argv[1]), gain=1.7)
-steps(fmu, 0, 5)
+import shutil
+folder = sys.argv[2]
+fmu = started(opened(sys.argv[1], folder), gain=1.7)
+first = steps(fmu, 0, 5)
 state = fmu.getFMUstate()
 data = fmu.serializeFMUstate(state)
 truth = steps(fmu, 5, 20)
@@ -146,17 +148,20 @@ kept = steps(fmu, 5, 20)
 other = opened(sys.argv[1])
 other.setFMUstate(other.deSerializeFMUstate(data))
 elsewhere = steps(other, 5, 20)
+shutil.rmtree(folder)  # a reset reads no files
 fmu.reset()
-started(fmu, gain=1.0)
+started(fmu, gain=1.7)
+anew = steps(fmu, 0, 5)
 fmu.setFMUstate(fmu.deSerializeFMUstate(data))
 after_reset = steps(fmu, 5, 20)
 fmu.freeFMUstate(state)
 show([kept == truth, elsewhere == truth, after_reset == truth, len(truth), truth[-1] != truth[0],
-      data == other.serializeFMUstate(other.deSerializeFMUstate(data))])
+      data == other.serializeFMUstate(other.deSerializeFMUstate(data)), anew == first, messages])
 """,
         tiny_fmu(),
+        plain_path / "unpacked",
     )
-    assert found == [True, True, True, 20, True, True]
+    assert found == [True, True, True, 20, True, True, True, []]
 
 
 def test_a_damaged_or_foreign_state_is_refused(tiny_fmu):
@@ -184,25 +189,6 @@ show([statuses, said, after == before[-1][0]])
     assert "damaged" in found[1][0]
     assert "it belongs to drift_tiny_" in found[1][1]
     assert found[2]
-
-
-def test_reset_gives_the_first_run_again(tiny_fmu, plain_path):
-    found = apart(
-        STATE
-        + """
-import shutil
-folder = sys.argv[2]
-fmu = started(opened(sys.argv[1], folder))
-first = steps(fmu, 0, 10)
-shutil.rmtree(folder)  # a reset reads no files
-fmu.reset()
-started(fmu)
-show([first == steps(fmu, 0, 10), messages])
-""",
-        tiny_fmu(),
-        plain_path / "unpacked",
-    )
-    assert found == [True, []]
 
 
 def test_two_builds_in_one_process_keep_apart(tiny_fmu):

@@ -11,6 +11,7 @@ from fmpy.util import read_csv
 
 import build_fmu
 from fmu_packaging.units import base_unit
+from gateway.dbc import DBC
 from tests.fmus.models import five_point_text
 from tests.running import output_of
 
@@ -87,6 +88,14 @@ def test_the_summary_for_machines(tmp_path, capsys):
         (["--only", "plant", "--name", "2 words"], "--name: '2 words'"),
         (["--out", "broken.json"], "--out: broken.json is not a folder"),
         (["--frobnicate"], "--frobnicate"),
+        (["--arrays"], "--arrays: add --fmi 3"),
+        (["--arrays", "--native"], "--arrays: add --fmi 3"),
+        (["--arrays", "--can", "--fmi", "3"], "--arrays: not with --can"),
+        (["--arrays", "--fmi", "3", "--model", "array.json"], "a variable temperatures already"),
+        (["--can", "--model", "many.json"], "carries no signal T12"),
+        (["--can", "high", "--dbc", "my-bus.dbc"], "letters, digits and underscores"),
+        (["--can", "high", "--dbc", "bus.dbc"], ", T11: degrees: "),
+        (["--leave-out", "sources"], "--leave-out: add --native"),
     ],
 )
 def test_bad_input_is_one_line_and_exit_code_2(tmp_path, monkeypatch, capsys, arguments, named):
@@ -96,6 +105,10 @@ def test_bad_input_is_one_line_and_exit_code_2(tmp_path, monkeypatch, capsys, ar
         five_point_text().replace('"slew_um_per_s": 1.0', '"slew_um_per_s": -1')
     )
     Path("good.json").write_text(five_point_text())
+    Path("many.json").write_text(five_point_text(sensors=12))
+    Path("array.json").write_text(five_point_text().replace('"T3"', '"temperatures"'))
+    for name, unit in (("my-bus.dbc", "degC"), ("bus.dbc", "degrees")):
+        Path(name).write_text(DBC.read_text("utf-8").replace('"degC"', f'"{unit}"'))
     given = ["--model", "good.json", "--out", "dist", *arguments]
     try:
         code = build_fmu.main(given)

@@ -278,17 +278,9 @@ def _spare(random: Random, inputs: int, targets: int, fixed: bool) -> Table:
 
 
 def _sensor(random: Random, number: int) -> Table:
-    return {
-        "name": f"T{number + 1}",
-        "unit": "degC",
-        "low": -20.5,
-        "high": 120.25,
-        "rate_per_s": random.choice([0.05, 2.0]),
-        "noise": 0.5,
-        "stale_after_s": random.choice([None, 30.0]),
-        "trained_low": -5.0,
-        "trained_high": 25.0,
-    }
+    by_hand = five_point_table(1)["sensors"][0] | {"low": -20.5, "high": 120.25}
+    by_hand |= {"name": f"T{number + 1}", "rate_per_s": random.choice([0.05, 2.0])}
+    return by_hand | {"stale_after_s": random.choice([None, 30.0])}
 
 
 class Samples:

@@ -12,7 +12,6 @@ from fmpy.validation import validate_fmu
 
 import build_fmu
 from tests.fmu_packaging.apart import apart
-from tests.fmus.models import five_point_text
 
 pytestmark = pytest.mark.long
 NAMES = [f"T{number}" for number in range(1, 12)]
@@ -115,24 +114,3 @@ def test_too_few_numbers_are_refused_and_none_is_set(folder):
     said, kept = apart(FEW, folder / "compensator_native_fmi3_arrays.fmu")
     assert said == [3, 3, 3]
     assert kept == [20.0] * 11 + [0.0]
-
-
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        ([], "--arrays: add --fmi 3"),
-        (["--native"], "--arrays: add --fmi 3"),
-        (["--can", "--fmi", "3"], "--arrays: not with --can"),
-    ],
-)
-def test_options_that_do_not_go_together_are_refused(options, said, capsys):
-    assert build_fmu.main(["--arrays", *options]) == 2
-    assert capsys.readouterr().err == f"{said}\n"
-
-
-def test_another_variable_of_this_name_is_refused(tmp_path, capsys):
-    model = tmp_path / "model.json"
-    model.write_text(five_point_text().replace('"T3"', '"temperatures"'))
-    options = ["--fmi", "3", "--arrays", "--only", "compensator", "--out", str(tmp_path)]
-    assert build_fmu.main([*options, "--model", str(model)]) == 2
-    assert capsys.readouterr().err == "--arrays: there is a variable temperatures already\n"

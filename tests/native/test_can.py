@@ -11,31 +11,18 @@ import pandas as pd
 import pytest
 from fmpy.validation import validate_fmu
 
-import build_fmu
 from gateway.database import COMPENSATOR
 from gateway.dbc import DBC
 from gateway.mapping import read_database
 from tests.conftest import built
-from tests.fmus.models import five_point_text
 from tests.masters.conftest import needs
-from tests.native.can_bus import (
-    CONFIGURATION,
-    CONFIRM,
-    FAULTS,
-    FORMAT_ERROR,
-    TRANSMIT,
-    Bench,
-    BusNode,
-    log_of_two,
-    operations,
-    transmitted,
-)
+from tests.native import can_bus
 
 
 @pytest.fixture
-def bench(by_hand: Path, tmp_path: Path) -> Bench:
-    node = BusNode(by_hand / "compensator_can.fmu", tmp_path)
-    return Bench(node, by_hand / "compensator_native.fmu")
+def bench(by_hand: Path, tmp_path: Path) -> can_bus.Bench:
+    node = can_bus.BusNode(by_hand / "compensator_can.fmu", tmp_path)
+    return can_bus.Bench(node, by_hand / "compensator_native.fmu")
 
 
 def test_a_run_sends_the_gateway_s_frames(bench):
@@ -50,7 +37,7 @@ def test_under_faults_it_sends_the_gateway_s_frames(bench):
     faults = {}
     for count in range(20, 2000):
         if random.random() < 0.1:
-            kind = random.choice(FAULTS)
+            kind = random.choice(can_bus.FAULTS)
             for further in range(random.randint(1, 8) if kind in ("silence", "stopped") else 1):
                 faults[count + further] = kind
     bench.run(2000, faults)
@@ -69,7 +56,9 @@ def test_with_a_network_of_its_own_it_sends_that_gateway_s_frames(by_hand, tmp_p
     model = ("--only", "compensator", "--model", str(by_hand / "by_hand.json"))
     built(tmp_path / "dist", "--can", *model, "--dbc", str(network), "--name", "second")
     (fmu,) = (tmp_path / "dist").glob("*.fmu")
-    bench = Bench(BusNode(fmu, tmp_path / "fmu"), by_hand / "compensator_native.fmu", network)
+    bench = can_bus.Bench(
+        can_bus.BusNode(fmu, tmp_path / "fmu"), by_hand / "compensator_native.fmu", network
+    )
     bench.run(100, dict.fromkeys(range(40, 60), "again") | dict.fromkeys(range(70, 80), "value"))
     assert bench.frames >= 8 * 100
 
@@ -84,34 +73,34 @@ def test_a_state_goes_on_with_the_same_frames(by_hand, bench, tmp_path):
     bench.run(50)
     fmu = bench.node.fmu
     data = fmu.serializeFMUState(fmu.getFMUState())
-    other = BusNode(by_hand / "compensator_can.fmu", tmp_path / "other")
+    other = can_bus.BusNode(by_hand / "compensator_can.fmu", tmp_path / "other")
     other.fmu.setFMUState(other.fmu.deserializeFMUState(data))
     other.time_s, other.due_s = bench.node.time_s, bench.node.due_s
     assert other.send() == bench.node.send() != b""
 
 
 def test_the_bus_learns_the_bit_rate_first(bench):
-    first = next(operations(bench.node.send()))
-    assert first == (CONFIGURATION, struct.pack("<BI", 1, 500_000))
+    first = next(can_bus.operations(bench.node.send()))
+    assert first == (can_bus.CONFIGURATION, struct.pack("<BI", 1, 500_000))
 
 
 OTHERS = [
-    struct.pack("<III", CONFIRM, 12, 0x190),
+    struct.pack("<III", can_bus.CONFIRM, 12, 0x190),
     struct.pack("<III", 0x30, 12, 0x190),
     struct.pack("<IIIBBB", 0x31, 15, 0x190, 1, 1, 0),
-    struct.pack("<IIBI", CONFIGURATION, 13, 1, 250_000),
-    struct.pack("<IIBB", CONFIGURATION, 10, 4, 1),
+    struct.pack("<IIBI", can_bus.CONFIGURATION, 13, 1, 250_000),
+    struct.pack("<IIBB", can_bus.CONFIGURATION, 10, 4, 1),
     struct.pack("<IIB", 0x41, 9, 1),
     struct.pack("<II", 0x42, 8),
     struct.pack("<IIIBBBH", 0x11, 19, 0x210, 0, 0, 0, 2) + bytes(2),
-    struct.pack("<IIH", FORMAT_ERROR, 12, 2) + bytes(2),
+    struct.pack("<IIH", can_bus.FORMAT_ERROR, 12, 2) + bytes(2),
 ]
 """What CAN has besides frames; the code in 4 bytes, then the length in 4, all of it counted."""
 NONE = [
-    struct.pack("<III", CONFIRM, 12, 0x190)[:-4],
+    struct.pack("<III", can_bus.CONFIRM, 12, 0x190)[:-4],
     struct.pack("<IIB", 0x77, 9, 0),
     struct.pack("<IIBB", 0x41, 10, 1, 0),
-    transmitted(0x210, bytes(8))[:20],
+    can_bus.transmitted(0x210, bytes(8))[:20],
 ]
 """Cut off, unknown, too long, cut off; the last must end what is received."""
 
@@ -121,17 +110,17 @@ def test_other_operations_change_nothing_and_what_is_none_comes_back(bench):
     node = bench.node
     for wrong in NONE:
         node.receive(node.time_s, b"".join(OTHERS) + wrong)
-    sent = list(operations(node.send()))
-    found = [content for code, content in sent if code != TRANSMIT]
+    sent = list(can_bus.operations(node.send()))
+    found = [content for code, content in sent if code != can_bus.TRANSMIT]
     assert found == [struct.pack("<H", len(wrong)) + wrong for wrong in NONE]
-    assert {code for code, _ in sent} == {TRANSMIT, FORMAT_ERROR}
+    assert {code for code, _ in sent} == {can_bus.TRANSMIT, can_bus.FORMAT_ERROR}
 
 
 @needs("fmu-manipulation-toolbox")
 def test_another_tool_links_two_by_their_terminals(by_hand, tmp_path):
     fmu = by_hand / "compensator_can.fmu"
-    log = pd.read_csv(log_of_two(fmu, tmp_path, "CAN", "CAN"), dtype=str)
-    alone = BusNode(fmu, tmp_path / "alone")
+    log = pd.read_csv(can_bus.log_of_two(fmu, tmp_path, "CAN", "CAN"), dtype=str)
+    alone = can_bus.BusNode(fmu, tmp_path / "alone")
     wanted = []
     while alone.due_s < 2.0:
         wanted.append(alone.send().hex().upper())
@@ -176,10 +165,3 @@ def test_the_description_is_that_of_the_layered_standard(by_hand):
             "valueReference"
         )
     assert not [v for v in model.iter("Float64") if v.get("causality") == "input"]
-
-
-def test_frames_without_a_sensor_are_refused(tmp_path, capsys):
-    model = tmp_path / "many.json"
-    model.write_text(five_point_text(sensors=12))
-    assert build_fmu.main(["--can", "--model", str(model), "--out", str(tmp_path)]) == 2
-    assert "carries no signal T12" in capsys.readouterr().err

@@ -12,7 +12,6 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
 
-import build_fmu
 from gateway.codec import Value, decode
 from gateway.database import COMPENSATOR, MACHINE
 from gateway.dbc import DBC
@@ -231,15 +230,3 @@ def test_the_description_is_that_of_the_layered_standard(by_hand):
     heard = known[f"{BUS}.MachineTemperatures1.MachineTemperatures1.T1"]
     assert (heard.unit, float(heard.min), float(heard.max)) == ("degC", -60.0, 400.0)
     assert isnan(float(heard.start))
-
-
-@pytest.mark.parametrize(
-    ("name", "text", "said"),
-    [("my-bus", "", "letters, digits and underscores"), ("bus", "degrees", ", T11: degrees: ")],
-)
-def test_a_network_that_cannot_be_described_is_refused(name, text, said, tmp_path, capsys):
-    network = tmp_path / f"{name}.dbc"
-    network.write_text(DBC.read_text("utf-8").replace('"degC"', f'"{text or "degC"}"'))
-    assert build_fmu.main(["--can", "high", "--dbc", str(network), "--out", str(tmp_path)]) == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    assert said in line
