@@ -4,8 +4,8 @@ import ast
 import doctest
 import inspect
 import json
+import re
 import sys
-from pathlib import Path
 from typing import TypeGuard
 
 import numpy as np
@@ -20,30 +20,8 @@ from scenarios.replay import model_of, replay, rig_of_model
 from spindle_drift._inputs import as_runs
 from tests.running import output_of
 
-FUNCTIONS = [
-    "read_run", "import_log", "summary", "points", "fit", "compare", "Compensator", "Machine",
-    "simulate",
-    "calibrate", "find_gap", "build_fmu", "run_scenario",
-]  # fmt: skip
-RESULTS = [
-    "BadInput",
-    "Calibration",
-    "Comparison",
-    "Gap",
-    "ImportedLog",
-    "Points",
-    "Run",
-    "Scenario",
-    "Summary",
-]
-
-
-def test_the_names_are_these():
-    assert sorted(sd.__all__) == sorted([*FUNCTIONS, *RESULTS])
-    assert sd.__version__[0].isdigit()
-    assert (Path(sd.__file__).parent / "py.typed").is_file()
-    with pytest.raises(AttributeError, match="no attribute 'fitt'"):
-        sd.fitt  # noqa: B018
+FUNCTIONS = [name for name in sd.__all__ if inspect.isfunction(getattr(sd, name))]
+FUNCTIONS += ["Compensator", "Machine"]
 
 
 def test_a_name_is_imported_from_where_type_checkers_read_it():
@@ -57,6 +35,8 @@ def test_a_name_is_imported_from_where_type_checkers_read_it():
     assert homes == sd._HOME
     for name in sd.__all__:
         assert getattr(sd, name).__module__.startswith(sd._HOME[name]), name
+    with pytest.raises(AttributeError, match="no attribute 'fitt'"):
+        sd.fitt  # noqa: B018
 
 
 def is_for_checkers(part: ast.stmt) -> TypeGuard[ast.If]:
@@ -76,11 +56,7 @@ def test_every_name_is_documented_and_typed(name):
     assert "Examples\n--------" in text
     for parameter in inspect.signature(found).parameters.values():
         assert parameter.annotation is not inspect.Parameter.empty
-        assert (
-            f"{parameter.name} :" in text
-            or f", {parameter.name} :" in text
-            or (f"**{parameter.name}" in text or f"{parameter.name}, " in text)
-        ), parameter.name
+        assert re.search(rf"\b{parameter.name}( :|, )|\*\*{parameter.name}", text), parameter.name
 
 
 SLOW = {"find_gap"}
@@ -228,12 +204,8 @@ def test_an_imported_log_can_be_saved(tmp_path):
         sd.import_log(log, splitt="none")
 
 
-@pytest.fixture
-def no_windows(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_results_can_be_looked_at(fitted, runs, tmp_path, monkeypatch):
     monkeypatch.setenv("MPLBACKEND", "agg")
-
-
-def test_results_can_be_looked_at(no_windows, fitted, runs, tmp_path):
     from matplotlib import pyplot
 
     compared = sd.compare(runs[:2], runs[2:], models=["mlr"])

@@ -7,39 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.studies import groupings, tables
+from benchmarks.studies import hybrid as hybrids
 from benchmarks.studies.__main__ import SEEDS, TEMPLATE, page_of
 from benchmarks.studies.claims import convergence_claim, goal_claim, network_claim, tau_claim
 from benchmarks.studies.entrants import ENTRANTS, TRUTH
-from benchmarks.studies.groupings import (
-    GREY,
-    SETTINGS,
-    TREE,
-    Grouped,
-    agreement,
-    groupings_claim,
-    groupings_table,
-)
-from benchmarks.studies.hybrid import (
-    MODELS,
-    SAMPLE_S,
-    SAMPLES,
-    TAUS,
-    Hybrid,
-    averaged,
-    hybrid_table,
-    tau_table,
-    workpiece_table,
-)
 from benchmarks.studies.judge import Score, judge
 from benchmarks.studies.machines import COLDER_K, EVERY_S, PROTOCOLS, truth
 from benchmarks.studies.published import BEST, COMPENSATED, FIT, GA_POINTS, TS_GROUPS, UNSEEN
-from benchmarks.studies.tables import (
-    SEEDS_THAT_REACH,
-    by_place,
-    cells_table,
-    compensation_table,
-    elements,
-)
 from tests.conftest import ROOT
 from tests.docs.test_docs import check_command
 
@@ -57,18 +32,18 @@ SENTENCES = (
 
 def test_the_page_holds_the_text_and_a_table_at_every_place():
     page = (DOCS / "studies.md").read_text(encoding="utf-8")
-    pattern, tables = "", []
+    pattern, holes = "", []
     for part in re.split(r"(\{\w+\})", TEMPLATE.read_text(encoding="utf-8")):
         if not part.startswith("{"):
             pattern += re.escape(part)
         elif part[1:-1] in SENTENCES:
             pattern += r"[^|]+?"
         else:
-            tables.append(part)
+            holes.append(part)
             pattern += r"((?:\|.*\|\n?)+)"
     found = re.fullmatch(pattern, page)
     assert found, "python -m benchmarks.studies --write"
-    assert [table.count("\n") > 2 for table in found.groups()] == [True] * len(tables)
+    assert [table.count("\n") > 2 for table in found.groups()] == [True] * len(holes)
 
 
 def made_up(model: str, eta: float, better: float, seed: int, protocol: str) -> Score:
@@ -82,11 +57,11 @@ def scores(eta: float, better: float, worst: float, ceiling: float) -> dict[obje
         for protocol in PROTOCOLS
         for seed, one in ((1, better), (2, worst))
     ]
-    return by_place(found)
+    return tables.by_place(found)
 
 
 def test_a_cell_is_beaten_only_in_every_seed_and_noise_is_named_where_it_stands_before():
-    lines = cells_table(scores(95.0, 95.0, 60.0, 96.0), "study_size").splitlines()
+    lines = tables.cells_table(scores(95.0, 95.0, 60.0, 96.0), "study_size").splitlines()
     assert len(lines) == 2 + len(FIT) + len(UNSEEN) + len(COMPENSATED)
     fit = next(line for line in lines if line.startswith("| GA-BP, as GA | fit: E/yaw/pitch"))
     assert fit.endswith(
@@ -100,23 +75,25 @@ def test_a_cell_is_beaten_only_in_every_seed_and_noise_is_named_where_it_stands_
 
 def test_the_goal_counts_seeds_in_which_all_three_axes_reach_it():
     found = scores(95.0, max(BEST), max(BEST) - 1.0, 99.0)
-    lines = compensation_table(found, ["study_size"]).splitlines()
+    lines = tables.compensation_table(found, ["study_size"]).splitlines()
     assert next(line for line in lines if "MLRA, as TS" in line).endswith("| 1/1/1 |")
     assert next(line for line in lines if "Ceiling" in line).endswith("|  |")
 
 
 def test_groupings_agree_on_pairs_and_the_claim_counts_what_comes_out():
-    assert agreement([(1, 2), (3,)], [(1, 2), (3,)]) == 1.0
-    assert agreement([(1, 2), (3,)], [(1,), (2, 3)]) == pytest.approx(1 / 3)
-    study = Grouped("jig_borer", TREE, 2, 1, TS_GROUPS, (1, 5, 6, 7, 10))
-    other = Grouped("jig_borer", TREE, 2, 2, ((1, 5), (2, 3, 4, 6, 7, 8, 9, 10, 11)), (1, 5))
-    grey = Grouped("jig_borer", GREY, 0, 1, ((1,),), GA_POINTS)
-    said = groupings_claim([study, other, grey])
+    assert groupings.agreement([(1, 2), (3,)], [(1, 2), (3,)]) == 1.0
+    assert groupings.agreement([(1, 2), (3,)], [(1,), (2, 3)]) == pytest.approx(1 / 3)
+    study = groupings.Grouped("jig_borer", groupings.TREE, 2, 1, TS_GROUPS, (1, 5, 6, 7, 10))
+    other = groupings.Grouped(
+        "jig_borer", groupings.TREE, 2, 2, ((1, 5), (2, 3, 4, 6, 7, 8, 9, 10, 11)), (1, 5)
+    )
+    grey = groupings.Grouped("jig_borer", groupings.GREY, 0, 1, ((1,),), GA_POINTS)
+    said = groupings.groupings_claim([study, other, grey])
     assert "in 1 of 2 cases" in said
     assert "100 % of the pairs" in said
     assert "in 1 of 1" in said
-    assert "| 1 of 2 | T1,T5,T6,T7,T10 | 100 |" in groupings_table(
-        [replace(one, place=place) for one in (study, other) for place in range(5)], TREE
+    assert "| 1 of 2 | T1,T5,T6,T7,T10 | 100 |" in groupings.groupings_table(
+        [replace(one, place=place) for one in (study, other) for place in range(5)], groupings.TREE
     )
 
 
@@ -166,68 +143,53 @@ def test_seeds_have_their_own_noise_and_their_own_unseen_spectrum():
 
 @pytest.mark.long
 def test_the_hybrid_studys_samples_are_76_means_of_three_runs():
-    pair = averaged("elements", 0, 1)
+    pair = hybrids.averaged("elements", 0, 1)
     frame = pair.measured.frame
-    assert len(frame) == SAMPLES == 76
-    assert np.diff(pair.measured.time_s) == pytest.approx(SAMPLE_S)
+    assert len(frame) == hybrids.SAMPLES == 76
+    assert np.diff(pair.measured.time_s) == pytest.approx(hybrids.SAMPLE_S)
     # Three runs' mean has a third of the variance, 0.2 um and 0.1 um of resolution in each.
     noise = frame["elongation_um"] - pair.exact.frame["elongation_um"]
     assert np.std(noise) == pytest.approx(0.2 / 3**0.5, rel=0.35)
     assert frame["speed_rpm"].iloc[-15:].eq(0.0).all()
 
 
-def hybrid(seed: int, vac: float) -> Hybrid:
-    figures = dict.fromkeys(MODELS, (4.0, 2.0, 10.0)) | {"cosine": (vac, vac, vac)}
+def hybrid(seed: int, vac: float) -> hybrids.Hybrid:
+    figures = dict.fromkeys(hybrids.MODELS, (4.0, 2.0, 10.0)) | {"cosine": (vac, vac, vac)}
     pieces = (((4.0, 2.0), (1.0, 1.5)), ((4.0, 2.0), (1.0, 1.0)))
-    sweep = dict.fromkeys(TAUS, ((5.0, 5.0, 20.0), (vac, vac, vac), 0.1))
+    sweep = dict.fromkeys(hybrids.TAUS, ((5.0, 5.0, 20.0), (vac, vac, vac), 0.1))
     sweep["900 s"] = ((5.0, 5.0, 20.0), (0.5, 0.5, 0.5), 0.2)
-    return Hybrid("jig_borer", seed, figures, (0.2, 0.3, 0.5), pieces, sweep)
+    return hybrids.Hybrid("jig_borer", seed, figures, (0.2, 0.3, 0.5), pieces, sweep)
 
 
 def test_the_hybrid_wins_a_seed_only_in_all_figures_over_all_parts():
     elements = [replace(hybrid(seed, 1.0), machine="elements", pieces=()) for seed in (1, 2)]
     found = [hybrid(1, 1.0), hybrid(2, 3.0), *elements]
-    told = tau_claim(tau_table(found))
+    told = tau_claim(hybrids.tau_table(found))
     # In the second seed its MAE is no better than that of its parts; with tau = 900 s it is.
     assert "jig borer: 1 of 2 with tau from equation (8), at most 2 of 2 (900 s)" in told
     assert "finite elements: 2 of 2 with tau from equation (8)" in told
-    table = workpiece_table(found).splitlines()
+    table = hybrids.workpiece_table(found).splitlines()
     assert table[2].endswith("| R | 4.0 (4.0) | 1.0 (1.0) | 75 (75) | 60 |")
     assert table[3].endswith("| L | 2.0 (2.0) | 1.5 (1.5) | 25 (25) | 60 |")
-    assert "| 2.00 (3.00) |" in hybrid_table(found)
+    assert "| 2.00 (3.00) |" in hybrids.hybrid_table(found)
 
 
 def test_sentences_are_made_of_the_tables_cells():
-    memoryless = ENTRANTS["mlr_all"].title
-    goal = (
-        f"| model | here: {SEEDS_THAT_REACH} |\n| --- | --- |\n| {memoryless} | 6/5/6 |\n| x |  |"
-    )
-    repeated, like, other = goal_claim(goal, 6).splitlines()
-    assert repeated == f"- **here, repeated**: 1 of 1 ({memoryless}), 1 of 1 without memory"
-    assert like == "- **here, like**: 0 of 1, 0 of 1 without memory"
-    assert other.startswith("- **here, other**: 1 of 1")
     head = "| model | hidden nodes | iterations to within 1 % of it |\n| --- | --- | --- |\n"
     nodes = [ENTRANTS[name].title for name in ("ga_bp_nodes", "ga_bp_nodes_training")]
-    slow, soon = (
-        f"| {title} | {n} | {k} (1 to 9) |" for title, n, k in zip(nodes, "45", "72", strict=True)
-    )
-    told = convergence_claim(head + slow + "\n" + soon)
+    rows = [f"| {nodes[0]} | 4 | 7 (1 to 9) |", f"| {nodes[1]} | 5 | 2 (1 to 9) |"]
+    told = convergence_claim(head + "\n".join(rows))
     assert f"soonest first: {nodes[1]} 2; {nodes[0]} 7." in told
-    eta = "| eta | a: fit | a: repeated | a: like | a: other |\n| --- | --- | --- | --- | --- |\n"
-    bp, genetic = (ENTRANTS[name].title for name in ("bp_study", "ga_bp_study"))
-    rows = f"| {bp} | 90/60 (80/5) |{' 1/1 (1/1) |' * 3}\n"
-    rows += f"| {genetic} | 92/50 (1/9) |{' 1/1 (1/1) |' * 3}"
-    assert "fit +2/-10; repeated +0/+0" in network_claim(eta + rows)
 
 
 def test_what_the_page_says_is_what_its_tables_say():
     page = (DOCS / "studies.md").read_text(encoding="utf-8")
-    tables = [table.strip() for table in re.findall(r"(?:^\|.*\n)+", page, re.MULTILINE)]
+    shown = [table.strip() for table in re.findall(r"(?:^\|.*\n)+", page, re.MULTILINE)]
 
     def table(head: str) -> str:
-        return next(one for one in tables if head in one.splitlines()[0])
+        return next(one for one in shown if head in one.splitlines()[0])
 
-    assert goal_claim(table(SEEDS_THAT_REACH), SEEDS) in page
+    assert goal_claim(table(tables.SEEDS_THAT_REACH), SEEDS) in page
     assert network_claim(table("eta of E/yaw/pitch")) in page
     assert convergence_claim(table("iterations to within 1 % of it")) in page
     assert tau_claim(table("tau from")) in page
@@ -250,9 +212,9 @@ def test_the_page_is_made_of_what_all_jobs_give():
     ]
     done += [hybrid(1, 1.0), replace(hybrid(1, 1.0), machine="elements", pieces=())]
     done += [
-        Grouped(machine, study, place, seed, TS_GROUPS, GA_POINTS)
+        groupings.Grouped(machine, study, place, seed, TS_GROUPS, GA_POINTS)
         for machine in ("study_size", "jig_borer")
-        for study, settings in SETTINGS.items()
+        for study, settings in groupings.SETTINGS.items()
         for place in range(len(settings))
         for seed in (1, 2)
     ]
@@ -262,7 +224,7 @@ def test_the_page_is_made_of_what_all_jobs_give():
     assert "{" not in page
 
 
-@pytest.mark.parametrize("one", elements(), ids=lambda one: one["element"])
+@pytest.mark.parametrize("one", tables.elements(), ids=lambda one: one["element"])
 def test_each_element_of_the_studies_has_its_command_file_and_test(one):
     check_command(one["command"])
     assert (ROOT / one["file"]).is_file()
