@@ -1,8 +1,10 @@
-"""Film coefficients on surfaces and in channels, from the library ``ht`` if it has them."""
+"""Film coefficients on surfaces, from the library ``ht`` if it has them, and in channels."""
 
 from __future__ import annotations
 
-from math import pi
+from math import pi, sqrt
+
+import numpy as np
 
 from plant_model.drawing.coolants import Coolant
 from plant_model.effects.radiation import STEFAN_BOLTZMANN
@@ -14,20 +16,57 @@ USUAL_RISE = 5.0
 """Temperature rise of a surface above the air for a constant film [K]: set on no data."""
 
 
-def channel_film(fluid: Coolant, flow_lpm: float, width_mm: float, depth_mm: float) -> float:
-    """Return the film coefficient in a rectangular channel [W/(m2 K)].
+TURBULENT = 22_000.0
+"""Reynolds number from which flow in a coil is fully turbulent [1], given by its law."""
 
-    ``ht.Nu_conv_internal`` on the hydraulic diameter: Churchill and Zajic if the flow is
-    turbulent, 3.66 if it is laminar.
+
+def channel_film(
+    fluid: Coolant, flow_lpm: float, width_mm: float, depth_mm: float, coil_mm: float
+) -> float:
+    """Return the film coefficient in a rectangular channel wound around a cylinder [W/(m2 K)].
+
+    Parameters
+    ----------
+    fluid : Coolant
+    flow_lpm : float
+        [l/min].
+    width_mm, depth_mm : float
+        Of the channel [mm].
+    coil_mm : float
+        Mean diameter of its windings [mm].
+
+    Notes
+    -----
+    Gnielinski's law for coils on the hydraulic diameter d: Proc. 8th Int. Heat Transfer Conf. 6
+    (1986) 2847-2854, also in the VDI Heat Atlas. A channel of diameter D bends the flow, which
+    mixes it long before it is turbulent: laminar up to 2300 (1 + 8.6 (d/D)^0.45), turbulent from
+    22,000 on, linear in the Reynolds number between. Without the correction for a warm wall.
     """
-    import ht
-
     width, depth = width_mm * 1e-3, depth_mm * 1e-3
     diameter = 2.0 * width * depth / (width + depth)
     speed = flow_lpm / 60000.0 / (width * depth)
     reynolds = fluid.density * speed * diameter / fluid.viscosity
     prandtl = fluid.viscosity * fluid.specific_heat / fluid.conductivity
-    return float(ht.Nu_conv_internal(reynolds, prandtl)) * fluid.conductivity / diameter
+    bend = diameter / (coil_mm * 1e-3)
+    critical = min(2300.0 * (1.0 + 8.6 * float(bend**0.45)), TURBULENT)
+    ends = _laminar(min(reynolds, critical), prandtl, bend), _turbulent(reynolds, prandtl, bend)
+    share = float(np.interp(reynolds, [critical, TURBULENT], [0.0, 1.0]))
+    nusselt = (1.0 - share) * ends[0] + share * ends[1]
+    return nusselt * fluid.conductivity / diameter
+
+
+def _laminar(reynolds: float, prandtl: float, bend: float) -> float:
+    """Return the Nusselt number of laminar flow in a coil [1]."""
+    power = reynolds ** (0.5 + 0.2903 * bend**0.194) * prandtl ** (1.0 / 3.0)
+    return float(3.66 + 0.08 * (1.0 + 0.8 * bend**0.9) * power)
+
+
+def _turbulent(reynolds: float, prandtl: float, bend: float) -> float:
+    """Return the Nusselt number of turbulent flow in a coil, from `TURBULENT` on [1]."""
+    reynolds = max(reynolds, TURBULENT)
+    drag = (0.3164 / reynolds**0.25 + 0.03 * sqrt(bend)) / 8.0
+    near_wall = 12.7 * sqrt(drag) * (prandtl ** (2.0 / 3.0) - 1.0)
+    return float(drag * reynolds * prandtl / (1.0 + near_wall))
 
 
 def still_air(diameter_mm: float, emissivity: float) -> float:

@@ -34,25 +34,27 @@ def add_surroundings(sheet: Sheet) -> None:
     _tool(sheet)
 
 
-def _channel_area(sheet: Sheet, jacket: JacketForm) -> tuple[float, float]:
-    """Return the wetted wall [m2] and the volume [m3] of a jacket's channel."""
+def _channel_area(sheet: Sheet, jacket: JacketForm) -> tuple[float, float, float]:
+    """Return wetted wall [m2], volume [m3] and mean diameter [mm] of a jacket's channel."""
     channel = jacket.channel
     stretch = sheet.drawing.stretch_at("housing", (jacket.start + jacket.end) / 2.0)
+    coil = (stretch.outer + stretch.inner) / 2.0
     turns = channel.turns or (jacket.end - jacket.start) / (channel.width + RIB)
     around = 1.0 if jacket.side is None else jacket.width / 360.0
-    length = pi * (stretch.outer + stretch.inner) / 2.0 * turns * around
+    length = pi * coil * turns * around
     wetted = (channel.width + 2.0 * channel.depth) * length * 1e-6
-    return wetted, channel.width * channel.depth * length * 1e-9
+    return wetted, channel.width * channel.depth * length * 1e-9, coil
 
 
-def _wall(fluid: Coolant, wetted: float, jacket: JacketForm) -> Known:
+def _wall(fluid: Coolant, wetted: float, coil: float, jacket: JacketForm) -> Known:
     """Return the conductance between coolant and housing [W/K]."""
     if jacket.wall is not None:
         return jacket.wall.known("W/K", 0.5)
-    film = channel_film(fluid, jacket.flow.value, jacket.channel.width, jacket.channel.depth)
+    channel = jacket.channel
+    film = channel_film(fluid, jacket.flow.value, channel.width, channel.depth, coil)
     value = film * wetted
     said = (
-        f"{film:.0f} W/(m2 K) (ht; {fluid.source}) on {wetted:.3f} m2 of channel;"
+        f"{film:.0f} W/(m2 K) (Gnielinski; {fluid.source}) on {wetted:.3f} m2 of channel;"
         " range by judgement"
     )
     return Known(value, 0.5 * value, 1.6 * value, "W/K", said, free=True)
@@ -62,7 +64,7 @@ def _jacket(sheet: Sheet, jacket: JacketForm) -> None:
     fluid = coolant(jacket.fluid)
     assert fluid is not None
     node = f"jacket_{jacket.name}"
-    wetted, volume = _channel_area(sheet, jacket)
+    wetted, volume, coil = _channel_area(sheet, jacket)
     fed_by = f"jacket_{jacket.after}" if jacket.after else jacket.inlet
     heat = within(0.15, 1e3 * volume * fluid.heat_per_litre, "J/K", "coolant in the channel")
     sheet.node(node, heat)
@@ -77,7 +79,7 @@ def _jacket(sheet: Sheet, jacket: JacketForm) -> None:
         flow=sheet.tied(flow, jacket.flow.value, "l/min"),
         heat_capacity=within(0.03, fluid.heat_per_litre, "J/(l K)", fluid.source),
     )
-    wall = _wall(fluid, wetted, jacket)
+    wall = _wall(fluid, wetted, coil, jacket)
     name = sheet.number(f"{node}_wall", wall)
     parts = sheet.mesh.under(jacket)
     for sector, share in parts:

@@ -185,7 +185,7 @@ def _jacket(hand: Hand) -> None:
     water = coolant("water")
     assert water is not None
     length = pi * 0.140 * 120 / 20
-    wall = channel_film(water, 4, 15, 6) * 0.027 * length
+    wall = channel_film(water, 4, 15, 6, 140) * 0.027 * length
     hand.node("jacket_one", 0.015 * 0.006 * length * 1000 * water.heat_per_litre)
     carried = _numbers("l/min", flow=4) | _numbers("J/(l K)", heat_capacity=water.heat_per_litre)
     inlet = {"kind": "coolant_flow", "between": ["jacket_one", "coolant_inlet"]}

@@ -85,14 +85,38 @@ def test_films_are_of_the_handbooks_size():
     assert still_air(190.0, 0.3) < still_air(190.0, 0.9)
     assert 50.0 < turning(80.0, 5000.0) < 200.0
     assert turning(80.0, 0.0) == 0.0
-    water, oil = coolant("water"), coolant("oil 32")
+    water = coolant("water")
     assert water is not None
+    assert 1000.0 < channel_film(water, 4.0, 15.0, 6.0, 150.0) < 10000.0
+
+
+def test_a_channel_has_the_film_of_a_coil():
+    oil, mix = coolant("oil 32"), coolant("glycol 33 %")
     assert oil is not None
-    assert 1000.0 < channel_film(water, 4.0, 15.0, 6.0) < 10000.0
-    assert channel_film(water, 8.0, 15.0, 6.0) > 1.5 * channel_film(water, 4.0, 15.0, 6.0)
-    # Laminar: 3.66 k / D.
-    slow = channel_film(oil, 2.0, 15.0, 6.0)
-    assert slow == pytest.approx(3.66 * oil.conductivity / (2 * 15 * 6 / 21e3), rel=0.01)
+    assert mix is not None
+    d = 2 * 15 * 6 / 21e3  # hydraulic diameter [m]
+    # Hardly flowing: 3.66 k / d as in a straight pipe.
+    slow = channel_film(oil, 1e-6, 15.0, 6.0, 150.0)
+    assert slow == pytest.approx(3.66 * oil.conductivity / d, rel=0.01)
+    # Laminar at Re = 2245, Pr = 17.8, d/D = 0.0429: Nu = 3.66 + 0.0838 * 2245^0.6575 * 17.8^(1/3).
+    assert channel_film(mix, 3.0, 15.0, 6.0, 200.0) * d / mix.conductivity == pytest.approx(
+        38.6, rel=0.01
+    )
+    # Turbulent at Re = 37,417: f = 0.3164 Re^-0.25 + 0.03 (d/D)^0.5 = 0.0290.
+    nusselt = channel_film(mix, 50.0, 15.0, 6.0, 200.0) * d / mix.conductivity
+    drag = 0.0290 / 8
+    by_hand = drag * 37417 * 17.8 / (1 + 12.7 * drag**0.5 * (17.8 ** (2 / 3) - 1))
+    assert nusselt == pytest.approx(by_hand, rel=0.01)
+
+
+@pytest.mark.parametrize("fluid", ["water", "glycol 33 %", "oil 10"])
+def test_a_channels_film_grows_with_its_flow_without_a_jump(fluid):
+    liquid = coolant(fluid)
+    assert liquid is not None
+    films = [channel_film(liquid, flow, 15.0, 6.0, 150.0) for flow in np.geomspace(0.1, 200, 2000)]
+    steps = np.array(films[1:]) / films[:-1]
+    assert steps.min() > 1.0
+    assert steps.max() < 1.01
 
 
 def test_class_values_lie_in_their_ranges_and_say_what_they_are():
