@@ -109,14 +109,25 @@ def _gaps(sheet: Sheet) -> None:
 def add_gap(
     sheet: Sheet, nodes: tuple[str, str], area_m2: float, radius_mm: float, gap_mm: float
 ) -> None:
-    """Add an exchange across an air gap."""
+    """Add an exchange across an air gap.
+
+    Parameters
+    ----------
+    sheet : Sheet
+    nodes : pair of str
+    area_m2, radius_mm : float
+        Of its inner surface [m2], [mm].
+    gap_mm : float
+        Its width [mm]. The law counts with the middle of the gap.
+    """
     usual = CLASS_VALUES["fit_gap"]
     gap = within(0.1, gap_mm, "mm", "page") if gap_mm > 0.05 else usual
+    middle = radius_mm + gap.value / 2.0
     sheet.link(
         "air_gap",
         *nodes,
-        area=within(0.05, area_m2, "m2", "page"),
-        radius=within(0.05, radius_mm, "mm", "page"),
+        area=within(0.05, area_m2 * middle / radius_mm, "m2", "page"),
+        radius=within(0.05, middle, "mm", "page"),
         gap=gap,
     )
 

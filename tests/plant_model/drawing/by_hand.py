@@ -137,8 +137,8 @@ def _gaps(hand: Hand) -> None:
             free = b - a - sum(_within(a, b, *span) for span in taken)
             if b > a and free > 0:
                 for side in SIDES:
-                    area = pi * 0.060 * free / 1000 / 4
-                    hand.gap(f"shaft_{j + 1}", f"housing_{k + 1}_{side}", area, 30, 15)
+                    area = pi * 0.075 * free / 1000 / 4  # of the cylinder in the middle of the gap
+                    hand.gap(f"shaft_{j + 1}", f"housing_{k + 1}_{side}", area, 37.5, 15)
 
 
 def _bearings(hand: Hand) -> None:
@@ -173,7 +173,7 @@ def _motor(hand: Hand) -> None:
     hand.path("contact", "rotor", "shaft_3", on_shaft)
     for side in SIDES:
         hand.path("contact", "stator", f"housing_3_{side}", in_housing / 4)
-    hand.gap("rotor", "stator", pi * 0.090 * 0.050, 45, 0.7)
+    hand.gap("rotor", "stator", pi * 0.0907 * 0.050, 45.35, 0.7)
     hand.table["sources"].append(
         {"kind": "motor", "name": "motor", "rotor": "rotor", "stator": "stator"}
         | {"driven_by": "speed", "loss": number(20, "W/(1000 r/min)")}

@@ -107,6 +107,19 @@ def test_one_sidedness_does_not_depend_on_the_sectors():
     assert simulate(even, warm_up(even)).pose[0, WARM, 3] == 0.0
 
 
+def test_still_air_in_a_gap_conducts_as_a_hollow_cylinder():
+    machine = machine_of(small_page())
+    wide = [item for item in machine.of_kind("links", "air_gap") if "rotor" not in item.name]
+    assert wide
+    for item in wide:
+        area, radius, gap = (item.parameters[key].value for key in ("area", "radius", "gap"))
+        length = area * 1e3 / (2 * np.pi * radius)
+        # Per watt and kelvin of air; shaft of 60 mm, gap of 15 mm.
+        exact = 2 * np.pi * length / np.log(45 / 30)
+        assert gap == 15.0
+        assert area / (gap * 1e-3) == pytest.approx(exact, rel=0.015)
+
+
 def test_a_bearing_warmer_on_one_side_tilts_alike_in_all_sectors():
     page = without_one_sidedness()
     tilts = []
