@@ -13,7 +13,7 @@ from plant_model.drawing.layout import Seat
 from plant_model.drawing.lubricant import viscosity
 from plant_model.drawing.materials import MATERIALS
 from plant_model.drawing.sheet import Sheet
-from plant_model.drawing.spindle import add_gap
+from plant_model.drawing.spindle import add_gap, beyond, turning_in_air
 
 USUAL_DIAMETER = 70.0
 """Mean diameter of the bearings that class values are for [mm], given by their sources."""
@@ -215,12 +215,15 @@ def _built_in(sheet: Sheet, motor: MotorForm) -> None:
 def _belt(sheet: Sheet, motor: MotorForm) -> None:
     middle = (motor.start + motor.end) / 2.0
     shaft = sheet.drawing.stretch_at("shaft", middle).outer
-    outside = motor.pulley_outer or 2.0 * shaft
+    pulley = motor.pulley_outer or 2.0 * shaft
     metres = (motor.end - motor.start) * 1e-3
-    volume = pi / 4.0 * (outside**2 - shaft**2) * 1e-6 * metres
+    volume = pi / 4.0 * (pulley**2 - shaft**2) * 1e-6 * metres
     heat = within(0.3, volume * MATERIALS["steel"].heat.value, "J/K", "page, a solid pulley")
     sheet.node("pulley", heat)
     joint = _Joint(sheet, "pulley_seat", CLASS_VALUES["motor_joint"])
     _seat_on(sheet, "shaft", "pulley", (motor.start, motor.end), shaft, joint)
+    spans = beyond(motor, sheet.drawing.span_of("housing"))
+    if free := sum(end - start for start, end in spans):
+        turning_in_air(sheet, "pulley", (pi * pulley * free * 1e-6, pulley))
     half = Known(0.5, 0.3, 0.7, "1", CLASS + "half of the belt's loss in its small pulley")
     _source(sheet, motor, "pulley", motor.into or "", half)

@@ -9,7 +9,7 @@ from typing import Any
 from plant_model.drawing.cells import Cell, overlap
 from plant_model.drawing.class_values import CLASS_VALUES
 from plant_model.drawing.films import blown, still_air, turning
-from plant_model.drawing.form import FaceForm, PatchForm
+from plant_model.drawing.form import FaceForm, MotorForm, PatchForm
 from plant_model.drawing.known import BY_DATA_SHEET, CLASS, Known, within
 from plant_model.drawing.layout import ENCLOSURE
 from plant_model.drawing.materials import Material
@@ -235,8 +235,17 @@ def _outside(sheet: Sheet) -> None:
             if rest > 1e-6:
                 to_air(sheet, sector.node, air, around * rest, still)
     low, high = sheet.drawing.span_of("housing")
+    motor = sheet.form.motor
+    pulley = [] if motor is None or motor.drive != "belt" else beyond(motor, (low, high))
     for cell in sheet.mesh.shaft:
         outer = sheet.mesh.stretch(cell).outer
-        length = cell.length - max(0.0, min(cell.end, high) - max(cell.start, low))
+        covered = sum(overlap(cell, *span) for span in [(low, high), *pulley])
+        length = cell.length - covered
         if length > 1e-6:
             turning_in_air(sheet, cell.name, (pi * outer * length * 1e-6, outer))
+
+
+def beyond(motor: MotorForm, housing: tuple[float, float]) -> list[tuple[float, float]]:
+    """Return the spans of a pulley outside the housing [mm]."""
+    spans = [(motor.start, min(motor.end, housing[0])), (max(motor.start, housing[1]), motor.end)]
+    return [span for span in spans if span[1] - span[0] > 1e-6]

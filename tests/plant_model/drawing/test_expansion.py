@@ -120,6 +120,20 @@ def test_still_air_in_a_gap_conducts_as_a_hollow_cylinder():
         assert area / (gap * 1e-3) == pytest.approx(exact, rel=0.015)
 
 
+def test_a_pulley_has_the_film_of_its_own_surface_and_covers_the_shafts():
+    machine = read_machine("belt_spindle")
+    film = machine.parameters["numbers.nose_film_at_rest"].value
+    areas: dict[str, float] = {}
+    for item in machine.of_kind("links", "contact"):
+        node, other = item.refs["between"]
+        if other == "enclosure_air" and node.startswith(("shaft", "pulley")):
+            areas[node] = item.parameters["conductance"].value / film
+    # A pulley of 120 mm over 60 mm; of 100 mm of shaft behind the housing, 65 mm thick, 40 mm stay
+    # free, and 40 mm of 100 mm in front.
+    assert areas.pop("pulley") == pytest.approx(np.pi * 0.120 * 0.060)
+    assert sum(areas.values()) == pytest.approx(np.pi * (0.065 * 0.040 + 0.100 * 0.040))
+
+
 def test_a_bearing_warmer_on_one_side_tilts_alike_in_all_sectors():
     page = without_one_sidedness()
     tilts = []
