@@ -110,3 +110,10 @@ def test_a_compensation_table_by_axis():
 def test_tables_that_do_not_match_are_refused(change, expected):
     with pytest.raises(ValueError, match=expected):
         compensation_table(*change(*tables()))
+
+
+def test_mape_leaves_out_what_is_near_zero_and_says_how_many():
+    y, yhat = [0.5, 1.0, 100.0], [1.5, 2.0, 101.0]
+    found = figures_of_merit(y, yhat)  # near zero: below 1 % of 100
+    assert found["mape_left_out"] == 1.0
+    assert found["mape"] == pytest.approx((100.0 + 1.0) / 2)

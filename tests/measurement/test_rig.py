@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from measurement.errors import BadInput
 from measurement.rig import POSE, DirectRig, FivePointRig, axis_of, default_rig, rig_from_table
-from measurement.runs import Run
+from measurement.runs import Run, read_run
 from tests.refusing import refusal
 
 JIG_BORER = {"kind": "five_point", "spacing_mm": 100.0, "near_to_gauge_mm": 30.0}
@@ -177,3 +177,24 @@ def test_the_default_rig_is_the_machines_where_it_fits_and_else_by_name():
 def test_a_run_that_does_not_tell_is_refused_with_what_to_give(columns, expected):
     with pytest.raises(BadInput, match=expected + ".*give a machine file"):
         default_rig(run_of(**columns))
+
+
+@pytest.mark.real_data
+def test_the_measured_runs_tell_their_axes(lathe_runs, electric_spindle_run):
+    run = read_run(lathe_runs[0])
+    assert list(default_rig(run).targets(run)) == ["disp_x_um", "disp_z_um"]
+    spindle = read_run(electric_spindle_run)
+    rig = default_rig(spindle)
+    assert isinstance(rig, DirectRig)
+    # It grows as it warms: the nose goes towards -Z.
+    assert rig.drift(spindle.frame)["drift_Z_um"].iloc[-1] < -10.0
+
+
+@given(st.lists(st.floats(-60, 60), min_size=5, max_size=5))
+def test_the_small_angle_form_agrees_to_a_nanoradian(values):
+    # 60 um at each sensor is beyond what the studies' spindles do in any run.
+    rig = five_point()
+    near_x, near_y, distal_x, distal_y, _ = values
+    small = 1e3 / rig.spacing_mm * np.array([distal_x - near_x, distal_y - near_y])
+    exact = rig.pose(readings(*values))[["yaw_urad", "pitch_urad"]].to_numpy()[0]
+    npt.assert_allclose(small, exact, rtol=0, atol=1e-3)  # urad
