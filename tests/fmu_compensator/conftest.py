@@ -9,9 +9,10 @@ import pandas as pd
 import pytest
 
 from fmu_compensator.runtime.modelfile import Model, parse_model
-from measurement.rig import DirectRig, FivePointRig
+from measurement.rig import POSE, DirectRig, FivePointRig
 from measurement.runs import Run
 from tests.fmu_compensator.gaussians import knows_nothing
+from tests.fmu_compensator.models.made import lag
 from tests.fmus import models
 
 
@@ -38,17 +39,11 @@ def five_point_table() -> dict[str, Any]:
 @pytest.fixture
 def direct_table(five_point_table: dict[str, Any]) -> dict[str, Any]:
     """A compensator with one displacement column each for X and Z."""
+    axes = {"disp_x": {"axis": "X", "sign": 1}, "disp_z": {"axis": "Z", "sign": -1}}
+    numbers = {"intercept": [0.0, 0.0], "coefficients": [[1.0, 0.0], [0.0, 3.0]]}
     return five_point_table | {
-        "geometry": {
-            "kind": "direct",
-            "axes": {"disp_x": {"axis": "X", "sign": 1}, "disp_z": {"axis": "Z", "sign": -1}},
-        },
-        "error_model": {
-            "kind": "mlr",
-            "targets": ["disp_x", "disp_z"],
-            "intercept": [0.0, 0.0],
-            "coefficients": [[1.0, 0.0], [0.0, 3.0]],
-        },
+        "geometry": {"kind": "direct", "axes": axes},
+        "error_model": {"kind": "mlr", "targets": ["disp_x", "disp_z"], **numbers},
         "gaussian": knows_nothing(2),
     }
 
@@ -61,16 +56,6 @@ def as_model() -> Callable[[dict[str, Any]], Model]:
 
 RIG = FivePointRig(spacing_mm=100.0, near_to_gauge_mm=30.0)
 DIRECT_RIG = DirectRig.model_validate({"axes": {"disp_x": {"axis": "X"}, "disp_z": {"axis": "Z"}}})
-
-
-@pytest.fixture
-def rig() -> FivePointRig:
-    return RIG
-
-
-@pytest.fixture
-def direct_rig() -> DirectRig:
-    return DIRECT_RIG
 
 
 def make_run(
@@ -88,29 +73,11 @@ def make_run(
     # Two lags of one random speed, so that the two temperatures are alike but not the same.
     held = int(1800 / step_s)
     speed = np.repeat(random.integers(0, 13, len(time) // held + 1) * 1000.0, held)[: len(time)]
-    fast, slow = _lagged(time, speed / 1000, 900.0), _lagged(time, speed / 1000, 5400.0)
+    fast, slow = (lag(speed / 1000, tau_s, step_s) for tau_s in (900.0, 5400.0))
     frame = pd.DataFrame({"time_s": time, "speed_rpm": speed})
     rises = {"T1": fast, "T2": 0.9 * fast, "T3": np.zeros_like(time), "T4": 0.6 * slow}
     for column, rise in rises.items():
         frame[f"{column}_degC"] = start + rise + noise * random.standard_normal(len(time))
-    elongation, yaw, pitch = 2.0 * fast + 3.0 * slow, 4.0 * slow, -2.0 * fast
-    near_x, near_y = 0.5 * slow, 0.3 * fast
-    pose = pd.DataFrame(
-        {
-            "elongation_um": elongation,
-            "yaw_urad": yaw,
-            "pitch_urad": pitch,
-            "near_x_um": near_x,
-            "near_y_um": near_y,
-        }
-    )
-    readings = RIG.readings(pose)
-    return Run(name, pd.concat([frame, readings], axis=1))
-
-
-def _lagged(time: np.ndarray, level: np.ndarray, tau_s: float) -> np.ndarray:
-    value = np.zeros_like(time)
-    for k in range(1, len(time)):
-        share = 1 - np.exp(-(time[k] - time[k - 1]) / tau_s)
-        value[k] = value[k - 1] + share * (level[k - 1] - value[k - 1])
-    return value
+    moved = (2.0 * fast + 3.0 * slow, 4.0 * slow, -2.0 * fast, 0.5 * slow, 0.3 * fast)
+    pose = pd.DataFrame(dict(zip(POSE, moved, strict=True)))
+    return Run(name, pd.concat([frame, RIG.readings(pose)], axis=1))

@@ -13,10 +13,10 @@ from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.training import TrainingRun
 from fmu_compensator.runtime.error_models import error_models
 from fmu_compensator.runtime.error_models.base import ErrorModel
-from fmu_compensator.runtime.fields import Fields, ModelFileError
-from measurement.errors import BadInput
+from fmu_compensator.runtime.fields import Fields
 from scenarios.fit_found import told
 from tests.fmu_compensator.conftest import RIG, make_run
+from tests.refusing import refusal
 
 CHOSEN = [0, 3]
 NAMES = ["T1", "T4"]
@@ -134,20 +134,16 @@ def test_equal_data_give_equal_numbers(kind):
 
 @pytest.mark.parametrize("kind", LEARNING)
 def test_unknown_options_are_refused_in_one_line(kind):
-    with pytest.raises(BadInput, match="turbo: is not a known option") as caught:
-        fitted_models()[kind].fit(task_of(kind, "rise"), turbo=True)
-    assert len(str(caught.value).splitlines()) == 1
+    said = refusal(fitted_models()[kind].fit, task_of(kind, "rise"), turbo=True)
+    assert "turbo: is not a known option" in said
 
 
 @pytest.mark.parametrize("kind", LEARNING)
 def test_too_few_rows_are_refused_in_one_line(kind):
     task = task_of(kind, "rise")
-    few = Task(
-        [task.runs[0].at(np.arange(len(task.runs[0].time_s)) < 4)], NAMES, task.target_names, "rise"
-    )
-    with pytest.raises(BadInput, match="too few") as caught:
-        fitted_models()[kind].fit(few)
-    assert len(str(caught.value).splitlines()) == 1
+    rows = task.runs[0].at(np.arange(len(task.runs[0].time_s)) < 4)
+    few = Task([rows], NAMES, task.target_names, "rise")
+    assert "too few" in refusal(fitted_models()[kind].fit, few)
 
 
 def read(kind: str, table: dict[str, Any]) -> None:
@@ -164,10 +160,7 @@ def test_every_field_of_the_file_is_checked(kind, bad):
         # An empty list is right for some fields (no lag, no prior, no outside); nothing else is.
         if bad == [] and key in {"prior", "lags_s", "outside_inputs"}:
             continue
-        with pytest.raises(ModelFileError) as caught:
-            read(kind, {**table, key: bad})
-        assert key in str(caught.value)
-        assert len(str(caught.value).splitlines()) == 1
+        assert key in refusal(read, kind, {**table, key: bad})
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -175,7 +168,5 @@ def test_no_field_may_be_missing_or_unknown(kind):
     table = fitted(kind, "rise").table()
     read(kind, table)
     for key in table:
-        with pytest.raises(ModelFileError, match=key):
-            read(kind, {k: v for k, v in table.items() if k != key})
-    with pytest.raises(ModelFileError, match="turbo"):
-        read(kind, {**table, "turbo": 1.0})
+        assert key in refusal(read, kind, {k: v for k, v in table.items() if k != key})
+    assert "turbo" in refusal(read, kind, {**table, "turbo": 1.0})

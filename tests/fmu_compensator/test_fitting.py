@@ -13,9 +13,9 @@ from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.points import choose_points, on_grid
 from fmu_compensator.runtime.modelfile import parse_model
 from measurement.errors import BadInput
-from measurement.rig import DirectRig
-from measurement.runs import Run, read_run
-from tests.fmu_compensator.conftest import make_run
+from measurement.runs import Run
+from tests.fmu_compensator.conftest import DIRECT_RIG, RIG, make_run
+from tests.refusing import refusal
 
 RUNS = [make_run(name, seed) for seed, name in enumerate("abcd")]
 FINE = [make_run(name, seed, step_s=30.0) for seed, name in enumerate("abcd")]
@@ -30,8 +30,8 @@ def fitted(*given: Any, **options: Any) -> dict[str, Any]:
     return fit_compensator(*given, judge=False, **options)
 
 
-def test_grey_points_take_one_of_each_group(rig):
-    table = fitted(RUNS, rig, "mlr", created="2026-01-31")
+def test_grey_points_take_one_of_each_group():
+    table = fitted(RUNS, RIG, "mlr", created="2026-01-31")
     choice = table["provenance"]["figures"]["choice"]
     # T2 copies T1; T3 shows noise only; T4 is slower.
     assert choice["hardly_moving"] == ["T3"]
@@ -40,8 +40,8 @@ def test_grey_points_take_one_of_each_group(rig):
 
 
 @pytest.mark.parametrize("model", [None, "mlr"])
-def test_what_is_promised_is_what_runs_left_out_show(rig, model):
-    table = fit_compensator(RUNS, rig, model)
+def test_what_is_promised_is_what_runs_left_out_show(model):
+    table = fit_compensator(RUNS, RIG, model)
     assert table["error_model"]["kind"] == (model or "gaussian")
     figures = table["provenance"]["figures"]
     for axis, row in figures["unseen"]["like"].items():
@@ -51,27 +51,27 @@ def test_what_is_promised_is_what_runs_left_out_show(rig, model):
         assert 0.5 < row["inside"] <= 1.0
     assert [row["run"] for row in figures["unseen"]["by_run"]] == list("abcd")
     # The promise is that of a compensator made without the run, driven through it.
-    left = fit_compensator(RUNS[1:], rig, model, limits={"slew_um_per_s": 1000.0}, judge=False)
-    driven = drive(parse_model(compensator_text(left), "left"), RUNS[0], RUNS[0], rig, 100.0)
+    left = fit_compensator(RUNS[1:], RIG, model, limits={"slew_um_per_s": 1000.0}, judge=False)
+    driven = drive(parse_model(compensator_text(left), "left"), RUNS[0], RUNS[0], RIG, 100.0)
     miss = np.sqrt(np.nanmean((driven.error / driven.half_width) ** 2, axis=0))
     assert figures["unseen"]["by_run"][0]["miss"] == pytest.approx(miss.tolist(), rel=1e-4)
 
 
-def test_sampling_does_not_change_what_a_run_counts(direct_rig):
+def test_sampling_does_not_change_what_a_run_counts():
     def run_of(name: str, slope: float, step_s: float) -> Run:
         made = make_run(name, 5, step_s=step_s, noise=0.0)
         rise = made.frame["T4_degC"] - 21.0
         return changed(made, disp_x_um=slope * rise, disp_z_um=rise)
 
     table = fitted(
-        [run_of("dense", 1.0, 10.0), run_of("sparse", 3.0, 60.0)], direct_rig, "mlr", points="T4"
+        [run_of("dense", 1.0, 10.0), run_of("sparse", 3.0, 60.0)], DIRECT_RIG, "mlr", points="T4"
     )
     assert table["error_model"]["coefficients"][0][0] == pytest.approx(2.0, abs=0.02)
 
 
-def test_the_rise_form_ignores_a_level_that_jumps_between_runs(rig):
+def test_the_rise_form_ignores_a_level_that_jumps_between_runs():
     shifted = [*FINE[:3], changed(FINE[3], T4_degC=FINE[3].frame["T4_degC"] + 31.0)]
-    plain, moved = (fitted(runs, rig, "mlr", points="T1,T4") for runs in (FINE, shifted))
+    plain, moved = (fitted(runs, RIG, "mlr", points="T1,T4") for runs in (FINE, shifted))
     for one, other in zip(
         plain["error_model"]["coefficients"], moved["error_model"]["coefficients"], strict=True
     ):
@@ -79,116 +79,109 @@ def test_the_rise_form_ignores_a_level_that_jumps_between_runs(rig):
     (note,) = moved["provenance"]["notes"]
     off = r"reads \+31 K compared with its level in the other runs; "
     assert re.match(f"d, T4_degC, .* {off}", note)
-    absolute = fitted(shifted, rig, "mlr", points="all", input_form="absolute")
+    absolute = fitted(shifted, RIG, "mlr", points="all", input_form="absolute")
     assert absolute["chosen"] == ["T1", "T2", "T3"]
     reason = "T4 is no candidate: the absolute form would carry its wrong level into the offsets"
     assert reason in absolute["provenance"]["notes"]
 
 
-def test_a_sensor_that_leaves_the_others_is_left_out_from_there_on(rig):
+def test_a_sensor_that_leaves_the_others_is_left_out_from_there_on():
     readings = RUNS[1].frame["T2_degC"].to_numpy().copy()
     readings[100:] += 31.0
-    table = fitted([RUNS[0], changed(RUNS[1], T2_degC=readings), *RUNS[2:]], rig, "mlr")
+    table = fitted([RUNS[0], changed(RUNS[1], T2_degC=readings), *RUNS[2:]], RIG, "mlr")
     assert table["chosen"] == ["T1", "T4"]
     assert "T2 is no candidate: broken for most of b" in table["provenance"]["notes"]
     assert any(n.startswith("b, T2_degC, 100 to 240 min: ") for n in table["provenance"]["notes"])
 
 
 @pytest.mark.parametrize("model", [None, "mlr"])
-def test_a_thermometer_that_stands_still_in_a_short_run_is_used(rig, model):
+def test_a_thermometer_that_stands_still_in_a_short_run_is_used(model):
     """A run of a minute takes no thermometer from the others; one dead in most runs is told."""
     short = Run("short", make_run("short", 9).frame.head(4).assign(T4_degC=21.0))
     runs = [changed(run, T3_degC=20.0) for run in (*RUNS, short)]
-    table = fit_compensator(runs, rig, model, points="all")
+    table = fit_compensator(runs, RIG, model, points="all")
     assert table["chosen"] == ["T1", "T2", "T4"]
     assert "T3 is left out: broken in a, b, c and 1 more" in table["provenance"]["notes"]
 
 
-def test_a_sensor_that_is_read_rarely_counts_by_straight_lines(rig):
+def test_a_sensor_that_is_read_rarely_counts_by_straight_lines():
     # It is judged with its last reading held, as in a control: more is left than with every one.
     rare = [
         changed(run, T4_degC=np.where(np.arange(len(run.frame)) % 20, np.nan, run.frame["T4_degC"]))
         for run in RUNS
     ]
-    tables = [fit_compensator(runs, rig, "mlr", points="T1,T4") for runs in (RUNS, rare)]
+    tables = [fit_compensator(runs, RIG, "mlr", points="T1,T4") for runs in (RUNS, rare)]
     unseen = [table["provenance"]["figures"]["unseen"]["like"]["Z"]["model"] for table in tables]
     assert unseen[0] < unseen[1] < 2.0 * unseen[0]
     assert [table["provenance"]["runs"][0]["rows"] for table in tables] == [len(RUNS[0].frame)] * 2
 
 
-def test_a_named_sensor_that_is_dead_in_a_run_is_refused(rig):
+def test_a_named_sensor_that_is_dead_in_a_run_is_refused():
     runs = [RUNS[0], changed(RUNS[1], T4_degC=0.0), *RUNS[2:]]
     with pytest.raises(BadInput, match="points: T4: has no usable reading in b"):
-        fitted(runs, rig, "mlr", points="T1,T4")
+        fitted(runs, RIG, "mlr", points="T1,T4")
 
 
-def test_a_short_warm_up_in_a_long_rest_is_seen(rig):
-    long = []
+def test_a_short_warm_up_in_a_long_rest_is_seen():
+    names, long = [f"T{n}_degC" for n in range(1, 5)], []
     for run in RUNS:
-        rest = run.frame.iloc[np.zeros(10 * len(run.frame), dtype=int)]
-        noise = 0.02 * np.random.default_rng(3).standard_normal((len(rest), 4))
-        names = [f"T{n}_degC" for n in range(1, 5)]
-        rest = rest.assign(**dict(zip(names, (rest[names] + noise).to_numpy().T, strict=True)))
+        rest = run.frame.iloc[np.zeros(10 * len(run.frame), dtype=int)].copy()
+        rest[names] += 0.02 * np.random.default_rng(3).standard_normal((len(rest), 4))
         frame = pd.concat([rest, run.frame], ignore_index=True)
-        step = float(np.diff(run.time_s)[0])
-        long.append(Run(run.name, frame.assign(time_s=step * np.arange(len(frame)))))
-    choice = fitted(long, rig, "mlr")["provenance"]["figures"]["choice"]
+        long.append(Run(run.name, frame.assign(time_s=60.0 * np.arange(len(frame)))))
+    choice = fitted(long, RIG, "mlr")["provenance"]["figures"]["choice"]
     assert choice["hardly_moving"] == ["T3"]
 
 
-def test_a_spike_in_the_first_displacement_does_not_shift_the_run(rig):
+def test_a_spike_in_the_first_displacement_does_not_shift_the_run():
     first = FINE[0].frame["S5_um"].to_numpy().copy()
     first[0] += 50.0
-    tables = [
-        fit_compensator(runs, rig, "mlr", points="T1,T4")
-        for runs in (FINE, [changed(FINE[0], S5_um=first), *FINE[1:]])
-    ]
     plain, spiked = (
-        table["provenance"]["figures"]["training"]["Z"]["no_model"] for table in tables
+        fit_compensator(runs, RIG, "mlr", points="T1,T4")["provenance"]
+        for runs in (FINE, [changed(FINE[0], S5_um=first), *FINE[1:]])
     )
-    assert spiked == pytest.approx(plain, rel=0.01)
-    assert any(
-        "a, S5_um, at 0 min: the first reading is off by +" in note
-        for note in tables[1]["provenance"]["notes"]
-    )
+    left, wanted = (one["figures"]["training"]["Z"]["no_model"] for one in (spiked, plain))
+    assert left == pytest.approx(wanted, rel=0.01)
+    told = "a, S5_um, at 0 min: the first reading is off by +"
+    assert any(told in note for note in spiked["notes"])
 
 
-def test_constant_and_missing_sensors_are_left_out_with_a_reason(rig):
+def test_constant_and_missing_sensors_are_left_out_with_a_reason():
     runs = [
         changed(RUNS[0], T1_degC=25.0),
         Run("b", RUNS[1].frame.drop(columns="T3_degC")),
         RUNS[2],
     ]
-    table = fitted(runs, rig, "mlr", points="all")
+    table = fitted(runs, RIG, "mlr", points="all")
     assert table["chosen"] == ["T2", "T4"]
     assert [sensor["name"] for sensor in table["sensors"]] == ["T1", "T2", "T4"]
     assert "T3 is left out: missing in b" in table["provenance"]["notes"]
     assert "T1 is no candidate: broken for most of a" in table["provenance"]["notes"]
 
 
-def test_missing_rows_are_dropped_and_counted(rig):
+def test_missing_rows_are_dropped_and_counted():
     gappy = RUNS[0].frame["T1_degC"].to_numpy().copy()
     gappy[10:30] = np.nan
-    table = fitted([changed(RUNS[0], T1_degC=gappy), *RUNS[1:]], rig, "mlr", points="T1,T4")
+    table = fitted([changed(RUNS[0], T1_degC=gappy), *RUNS[1:]], RIG, "mlr", points="T1,T4")
     assert "a: 20 rows left out, a value is missing in them" in table["provenance"]["notes"]
     assert table["provenance"]["runs"][0]["rows"] == len(gappy) - 20
 
 
-def test_frozen_displacement_is_not_learnt(rig):
+def test_frozen_displacement_is_not_learnt():
     reading = RUNS[0].frame["S5_um"].to_numpy().copy()
     reading[100:200] = reading[100]
     damaged = [changed(RUNS[0], S5_um=reading), *RUNS[1:]]
-    table = fitted(damaged, rig, "mlr", points="T1,T4")
-    kept = fitted(damaged, rig, "mlr", points="T1,T4", leave_out_frozen=False)
+    table = fitted(damaged, RIG, "mlr", points="T1,T4")
+    kept = fitted(damaged, RIG, "mlr", points="T1,T4", leave_out_frozen=False)
     note = next(note for note in table["provenance"]["notes"] if "S5_um" in note)
     assert note.startswith("a, S5_um, 100 to 199 min: exactly")
-    wanted = fitted(RUNS, rig, "mlr", points="T1,T4")["error_model"]["coefficients"][0]
+    wanted = fitted(RUNS, RIG, "mlr", points="T1,T4")["error_model"]["coefficients"][0]
     assert table["error_model"]["coefficients"][0] == pytest.approx(wanted, abs=0.05)
     assert kept["error_model"]["coefficients"][0] != pytest.approx(wanted, abs=0.05)
 
 
-def test_limits_and_ranges_come_from_the_data(rig):
-    table = fitted(RUNS, rig, "mlr", points="T1,T4", limits={"hold_s": 60.0})
+def test_limits_and_ranges_come_from_the_data():
+    table = fitted(RUNS, RIG, "mlr", points="T1,T4", limits={"hold_s": 60.0})
     largest = max(run.frame["S5_um"].abs().max() for run in RUNS)
     assert table["limits"]["offset_um"] >= 2 * largest
     assert table["limits"]["hold_s"] == 60.0
@@ -200,8 +193,8 @@ def test_limits_and_ranges_come_from_the_data(rig):
     assert first["stale_after_s"] >= 900
 
 
-def test_the_geometry_comes_from_the_rig(rig, direct_rig):
-    table = fitted(RUNS, rig, "mlr", geometry_form="pure_rotation", tool_length_mm=(50, 90))
+def test_the_geometry_comes_from_the_rig():
+    table = fitted(RUNS, RIG, "mlr", geometry_form="pure_rotation", tool_length_mm=(50, 90))
     assert table["geometry"] == {
         "kind": "five_point",
         "form": "pure_rotation",
@@ -212,13 +205,13 @@ def test_the_geometry_comes_from_the_rig(rig, direct_rig):
     runs = [
         changed(run, disp_x_um=run.frame["S1_um"], disp_z_um=run.frame["S5_um"]) for run in RUNS
     ]
-    direct = fitted(runs, direct_rig, "mlr")
+    direct = fitted(runs, DIRECT_RIG, "mlr")
     assert direct["geometry"]["axes"]["disp_z"] == {"axis": "Z", "sign": 1}
     assert direct["error_model"]["targets"] == ["disp_x", "disp_z"]
 
 
-def test_points_can_be_scored_against_one_target(rig):
-    prepared = prepare(RUNS, rig)
+def test_points_can_be_scored_against_one_target():
+    prepared = prepare(RUNS, RIG)
     by_all, by_one = (
         choose_points(prepared.runs, prepared.candidates, target=target) for target in (None, 0)
     )
@@ -232,20 +225,20 @@ def test_points_can_be_scored_against_one_target(rig):
     assert by_one.scores != pytest.approx(by_all.scores)
 
 
-def test_temperatures_recorded_as_rises_are_refused_by_name_where_an_image_needs_their_level(rig):
+def test_temperatures_recorded_as_rises_are_refused_by_name_where_an_image_needs_their_level():
     rises = [
         changed(run, T2_degC=run.frame["T2_degC"] - run.frame["T2_degC"].iloc[0]) for run in RUNS
     ]
     with pytest.raises(BadInput, match=r"T2 starts at 0.*take --image interval"):
-        fitted(rises, rig, "mlr")
-    table = fitted(rises, rig, "mlr", grey={"image": "interval"})
+        fitted(rises, RIG, "mlr")
+    table = fitted(rises, RIG, "mlr", grey={"image": "interval"})
     assert table["provenance"]["options"]["image"] == "interval"
 
 
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"model": "magic"}, "model: 'magic' is not allowed: .*mlr"),
+        ({"model": "magic"}, "model: 'magic' is not allowed: "),
         ({"input_form": "delta"}, "rise, absolute"),
         ({"geometry_form": "bent"}, "rigid, pure_rotation"),
         ({"points": "T1,T9"}, "points: 'T9' is not allowed"),
@@ -266,59 +259,45 @@ def test_temperatures_recorded_as_rises_are_refused_by_name_where_an_image_needs
         ({"speed_up": True}, "speed_up: is not a known option"),
     ],
 )
-def test_wrong_options_are_refused_in_one_line(rig, options, told):
-    with pytest.raises(BadInput, match=told) as caught:
-        fit_compensator(RUNS[:1], rig, **{"model": "mlr", **options})
-    assert len(str(caught.value).splitlines()) == 1
+def test_wrong_options_are_refused_in_one_line(options, told):
+    assert told in refusal(fit_compensator, RUNS[:1], RIG, **{"model": "mlr", **options})
 
 
-def test_runs_that_cannot_be_used_are_refused(rig):
-    cases: list[tuple[list[Run], str]] = [
+STANDING = [changed(run, S5_um=3.25) for run in RUNS]
+
+
+@pytest.mark.parametrize(
+    ("runs", "told"),
+    [
         ([], "at least one run"),
         ([RUNS[0], RUNS[0]], "a: is the same run as a"),
         ([Run("x", RUNS[0].frame.drop(columns="S3_um"))], "x: distal_x"),
         ([Run("x", RUNS[0].frame.head(2))], "x: is shorter than"),
-        ([changed(RUNS[0], **{f"T{k}_degC": 20.0 for k in (1, 2, 3, 4)})], "no temperature moves"),
+        ([changed(RUNS[0], **{f"T{k}_degC": 20.0 for k in range(1, 5)})], "no temperature moves"),
         ([Run("x", RUNS[0].frame.rename(columns={"T1_degC": "T 1_degC"}))], "signal's name"),
         ([changed(RUNS[0], S1_um=np.nan)], "S1_um is broken or missing in almost every row"),
-        ([changed(run, S5_um=3.25) for run in RUNS], "a: S5_um reads exactly 3.25 um in every row"),
-    ]
-    for runs, told in cases:
-        with pytest.raises(BadInput, match=told) as caught:
-            fit_compensator(runs, rig, "mlr", judge=False)
-        assert len(str(caught.value).splitlines()) == 1
+        (STANDING, "a: S5_um reads exactly 3.25 um in every row"),
+    ],
+)
+def test_runs_that_cannot_be_used_are_refused(runs, told):
+    assert told in refusal(fitted, runs, RIG, "mlr")
 
 
 @pytest.mark.parametrize("model", [None, "ridge"])
-def test_a_displacement_that_stands_in_every_run_is_named(rig, model):
-    with pytest.raises(BadInput, match=r"S5_um reads exactly 3.25 um in every row"):
-        fit_compensator([changed(run, S5_um=3.25) for run in RUNS], rig, model)
+def test_a_displacement_that_stands_in_every_run_is_named(model):
+    said = refusal(fit_compensator, STANDING, RIG, model)
+    assert "S5_um reads exactly 3.25 um in every row" in said
 
 
-@pytest.mark.long
-@pytest.mark.real_data
-def test_measured_lathe_runs_unseen(lathe_runs):
-    runs = [read_run(path) for path in lathe_runs]
-    rig = DirectRig.model_validate({"axes": {"disp_x": {"axis": "X"}, "disp_z": {"axis": "Z"}}})
-    table = fit_compensator(runs, rig, "mlr")
-    notes = " ".join(table["provenance"]["notes"])
-    assert "PT10 is no candidate: broken for most of 20200821" in notes
-    assert "PT10" not in table["chosen"]
-    unseen = table["provenance"]["figures"]["unseen"]
-    for axis in ("X", "Z"):
-        assert unseen["like"][axis]["model"] < 0.75 * unseen["like"][axis]["no_model"]
-
-
-def test_processes_side_by_side_give_the_same_file_and_the_same_refusal(rig):
-    one, two = (compensator_text(fit_compensator(RUNS, rig, "mlr", jobs=jobs)) for jobs in (1, 2))
+def test_processes_side_by_side_give_the_same_file_and_the_same_refusal():
+    one, two = (compensator_text(fit_compensator(RUNS, RIG, "mlr", jobs=jobs)) for jobs in (1, 2))
     assert one == two
     for jobs in (1, 2):
-        with pytest.raises(BadInput, match="T9"):
-            fit_compensator(RUNS, rig, "mlr", points="T9", jobs=jobs)
+        assert "T9" in refusal(fit_compensator, RUNS, RIG, "mlr", points="T9", jobs=jobs)
 
 
-def test_a_relational_score_chooses_too(rig):
-    prepared = prepare(RUNS, rig)
+def test_a_relational_score_chooses_too():
+    prepared = prepare(RUNS, RIG)
     choice = choose_points(prepared.runs, prepared.candidates, score="relational")
     assert choice.groups == [[0, 1], [3]]
     assert all(0.3 < score <= 1 for score in choice.scores.values())

@@ -96,15 +96,6 @@ def test_a_measurement_goes_to_the_error_model_or_to_the_gaussian(kind, itself):
     assert changed == [itself, not itself]
 
 
-def together(seed: int, apart: float = 0.0) -> Run:
-    """Return a run in which T1 and T4 rise alike, save what T4 has of its own."""
-    run = make_run(f"run{seed}", seed, hours=3.0, step_s=60.0)
-    rise = run.frame["T1_degC"] - 21.0
-    noise = 0.02 * np.random.default_rng(seed).standard_normal(len(rise))
-    own = apart * np.minimum(run.time_s / 5400.0, 1.0)
-    return Run(run.name, run.frame.assign(T4_degC=21.0 + 0.8 * rise + noise + own))
-
-
 def test_the_interval_holds_what_it_promises_of_runs_drawn_from_the_model():
     weights = np.random.default_rng(2).normal(0.0, 1.0, (2 * (1 + len(LAGS_S)), 2))
     random = np.random.default_rng(3)

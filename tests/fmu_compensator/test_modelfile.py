@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from fmu_compensator.runtime.modelfile import ModelFileError, load_model, model_text, parse_model
 from tests.fmu_compensator.gaussians import knows_nothing, learnt
 from tests.mangling import mangled, places
+from tests.refusing import refusal
 
 FREE = ("provenance.options", "provenance.figures")  # any table of JSON values may stand there
 
@@ -48,6 +49,7 @@ def test_a_written_file_is_read_back_the_same(five_point_table, tmp_path):
     assert model.chosen == (3, 0)
     assert [one.name for one in model.sensors] == ["T1", "T2", "T3", "T4"]
     assert model.limits.tool_length_mm == (0.0, 200.0)
+    assert model.limits.share == 1.0  # it may be left out
 
 
 def test_every_field_is_needed(five_point_table, direct_table):
@@ -106,24 +108,29 @@ def test_any_damaged_bytes_give_a_model_or_one_line(five_point_table, tmp_path, 
 
 
 @pytest.mark.parametrize(
-    ("field", "value", "told"),
+    ("field", "value", "place", "told"),
     [
-        ("format", 5, "newer version"),
-        ("format", 0, "whole number"),
-        ("kind", "other", "spindle-drift compensator"),
-        ("extra", 1, "not a known field"),
-        ("created", "31.1.2026", "date"),
-        ("chosen", ["T9"], "one of the sensors"),
-        ("chosen", ["T1", "T1"], "different"),
-        ("chosen", [], "at least 1 names"),
-        ("input_form", "delta", "rise, absolute"),
-        ("name", "no good", "a name"),
+        ("format", 5, "format", "newer version"),
+        ("format", 0, "format", "whole number"),
+        ("kind", "other", "kind", "spindle-drift compensator"),
+        ("extra", 1, "'extra'", "not a known field"),
+        ("created", "31.1.2026", "created", "date"),
+        ("chosen", ["T9"], "chosen.0", "one of the sensors"),
+        ("chosen", ["T1", "T1"], "chosen.1", "different"),
+        ("chosen", [], "chosen", "at least 1 names"),
+        ("chosen", ["T1"], "error_model.coefficients.0", "a list of 1 numbers"),
+        ("input_form", "delta", "input_form", "rise, absolute"),
+        ("name", "no good", "name", "a name"),
+        ("gaussian", knows_nothing(5, inputs=3), "gaussian.weights.0", ""),
+        ("gaussian", knows_nothing(2), "gaussian.noise", ""),
+        ("limits.share", -0.1, "limits.share", ""),
+        ("limits.share", 1.1, "limits.share", ""),
+        ("limits.share", None, "limits.share", ""),
     ],
 )
-def test_a_refusal_says_what_is_allowed(five_point_table, field, value, told):
-    five_point_table[field] = value
-    error = assert_refused(five_point_table)
-    assert error.place.split(".")[0].strip("'") == field
+def test_a_refusal_says_where_and_what_is_allowed(five_point_table, field, value, place, told):
+    error = assert_refused(mangled(five_point_table, field, value))
+    assert error.place == place
     assert told in str(error)
 
 
@@ -132,27 +139,6 @@ def test_a_file_of_a_version_before_says_how_to_go_on(five_point_table):
     error = assert_refused(five_point_table | fields | {"format": 2})
     again = "fit it again from its runs: spindle-drift fit RUN... -o FILE"
     assert str(error) == f"file.json: format: 2 is of an older version; {again}"
-
-
-def test_a_gaussian_must_fit_the_chosen_sensors_and_the_targets(five_point_table, direct_table):
-    wrong = five_point_table | {"gaussian": knows_nothing(5, inputs=3)}
-    assert assert_refused(wrong).place == "gaussian.weights.0"
-    wrong = direct_table | {"gaussian": five_point_table["gaussian"]}
-    assert assert_refused(wrong).place.split(".")[0] == "gaussian"
-
-
-def test_a_share_may_be_left_out_and_is_between_nothing_and_all(five_point_table):
-    assert parse_model(model_text(five_point_table), "file.json").limits.share == 1.0
-    for share in (-0.1, 1.1, None):
-        five_point_table["limits"]["share"] = share
-        assert assert_refused(five_point_table).place == "limits.share"
-
-
-def test_coefficients_must_fit_the_chosen_sensors(five_point_table):
-    five_point_table["chosen"] = ["T1"]
-    error = assert_refused(five_point_table)
-    assert error.place == "error_model.coefficients.0"
-    assert "a list of 1 numbers" in str(error)
 
 
 def test_two_columns_for_one_axis_are_refused(direct_table):
@@ -173,19 +159,15 @@ def test_two_columns_for_one_axis_are_refused(direct_table):
     ],
 )
 def test_what_is_no_table_is_refused(text, told):
-    with pytest.raises(ModelFileError, match=told) as caught:
-        parse_model(text, "file.json")
-    assert len(str(caught.value).splitlines()) == 1
+    assert told in refusal(parse_model, text, "file.json")
 
 
 def test_a_file_that_cannot_be_read_is_refused(tmp_path):
     for path in (tmp_path / "none.json", tmp_path):
-        with pytest.raises(ModelFileError, match="cannot be read"):
-            load_model(path)
+        assert "cannot be read" in refusal(load_model, path)
     path = tmp_path / "binary.json"
     path.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(ModelFileError, match="UTF-8"):
-        load_model(path)
+    assert "UTF-8" in refusal(load_model, path)
 
 
 def test_nothing_is_written_that_could_not_be_read(five_point_table):
@@ -193,5 +175,4 @@ def test_nothing_is_written_that_could_not_be_read(five_point_table):
     with pytest.raises(ModelFileError):
         model_text(five_point_table)
     five_point_table["limits"]["hold_s"] = -1.0
-    with pytest.raises(ModelFileError, match=r"limits\.hold_s"):
-        model_text(five_point_table)
+    assert "limits.hold_s" in refusal(model_text, five_point_table)

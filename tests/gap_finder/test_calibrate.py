@@ -10,11 +10,11 @@ from gap_finder.calibrate import calibrate
 from gap_finder.linearise import residuals_of
 from gap_finder.observations import observe
 from gap_finder.priors import Priors
-from measurement.errors import BadInput
 from measurement.runs import Run
 from plant_model.machine_file import read_machine
 from plant_model.machine_writer import write_machine
 from tests.gap_finder.conftest import runs_of
+from tests.refusing import refusal
 
 
 def test_priors_go_to_the_fitting_scale_and_back(jig_borer_lumps):
@@ -87,8 +87,7 @@ def test_spans_that_are_bad_are_left_out(jig_borer_lumps):
 
 def test_runs_without_a_channel_to_compare_are_refused(jig_borer_lumps):
     frame = pd.DataFrame({"time_s": [0.0, 1.0, 2.0], "speed_rpm": 0.0, "T5_degC": 21.0})
-    with pytest.raises(BadInput, match="no column to compare"):
-        observe(jig_borer_lumps, [Run("empty", frame)])
+    assert "no column to compare" in refusal(observe, jig_borer_lumps, [Run("empty", frame)])
 
 
 def test_calibration_finds_what_the_runs_determine_and_leaves_the_rest(jig_borer_lumps):

@@ -6,12 +6,7 @@ import numpy as np
 import pytest
 
 from gap_finder.added_paths import AddedPath, path_answers
-from gap_finder.design import (
-    PASSING_SHARE,
-    RunSensitivities,
-    design_of,
-    passing_paths,
-)
+from gap_finder.design import PASSING_SHARE, RunSensitivities, design_of, passing_paths
 from gap_finder.linearise import Linearisation
 from gap_finder.observations import observe
 from plant_model.machine_file import read_machine

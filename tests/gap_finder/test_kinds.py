@@ -63,13 +63,8 @@ def test_a_door_that_an_input_tells_of_lets_in_the_hall(jig_borer_lumps, known):
     frame.loc[frame["time_s"] > 3600.0, "door_1"] = 1.0
     run = replace(known[0].observed.run, frame=frame)
     told = [replace(without[0], observed=replace(known[0].observed, run=run))]
-    places = [one.place for one in changes_of("conductance_with_motion", told)]
-    assert ("housing_rear", "ambient", "door") in places
-    change = next(
-        one
-        for one in changes_of("conductance_with_motion", told)
-        if one.place == ("housing_rear", "ambient", "door")
-    )
+    place = ("housing_rear", "ambient", "door")
+    (change,) = (one for one in changes_of("conductance_with_motion", told) if one.place == place)
     draughty = change.put_into(machine, {"conductance": 20.0})
     hot = np.full((1, len(machine.nodes)), 40.0)
     open_, shut = (

@@ -9,11 +9,9 @@ from gap_finder.candidates import candidates, with_effect
 from gap_finder.leaps import leaps_in
 from gap_finder.linearise import modelled, simulate_at
 from gap_finder.observations import Observations, observe
-from measurement.runs import Run
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
-from plant_model.simulate import simulate
-from tests.gap_finder.conftest import SPECTRA, inputs_of
+from tests.gap_finder.conftest import runs_of
 
 KEY = "bearing_stick_slip"
 
@@ -22,11 +20,7 @@ KEY = "bearing_stick_slip"
 def slipping(jig_borer_lumps: Machine) -> list[Observations]:
     """Runs of a machine whose floating bearing slips."""
     machine = with_effect(jig_borer_lumps, KEY, {"hold": 9.0, "share": 0.6})
-    runs = [
-        Run(name, simulate(machine, inputs_of(name), noise_seed=i).run_frame())
-        for i, name in enumerate(SPECTRA)
-    ]
-    return observe(jig_borer_lumps, runs)
+    return observe(jig_borer_lumps, runs_of(machine, seed=0))
 
 
 def elongation_shown(machine: Machine, observed: Observations) -> np.ndarray:

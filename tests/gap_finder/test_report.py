@@ -59,20 +59,18 @@ def answer(**more: Any) -> dict[str, Any]:
     return table | more
 
 
+def entry(name: str, *rivals: dict[str, Any], **more: Any) -> dict[str, Any]:
+    """Return an effect of the answer."""
+    told = {"name": name, "title": name, "rivals": rivals, "parameters": {}}
+    return told | {"larger_than_usual": [], "evidence": "it explains 74 %"} | more
+
+
 @pytest.mark.parametrize("is_adequate", [True, False])
 @pytest.mark.parametrize("in_doubt", [True, False])
 def test_the_first_line_of_a_name_in_doubt_says_what_it_may_be_instead(in_doubt, is_adequate):
-    named = {
-        "name": "windage",
-        "title": "Windage",
-        "rivals": [],
-        "parameters": {},
-        "larger_than_usual": [],
-        "evidence": "it explains 74 %",
-    }
     table = answer(
         verdict="effect",
-        effects=[named],
+        effects=[entry("windage", title="Windage")],
         one_of_keys=["windage"],
         runners_up=[{"name": "motor_iron_loss", "probability": 0.2}],
         look_at=["links.film.coefficient is 9 where the file has 3: far from usual"],
@@ -92,10 +90,6 @@ def test_the_first_line_of_a_name_in_doubt_says_what_it_may_be_instead(in_doubt,
 
 
 def test_what_the_runs_do_not_exclude_is_told_beside_each_name():
-    def entry(name: str, *rivals: dict[str, Any], **more: Any) -> dict[str, Any]:
-        told = {"name": name, "title": name, "rivals": rivals, "parameters": {}}
-        return told | {"larger_than_usual": [], "evidence": "it explains 74 %"} | more
-
     place = {"name": "sensor_place", "place": ["T1", "head"]}
     lag = entry("sensor_lag", place, {"name": "sensor_lag", "channel": "T2"}, channel="T1")
     effects = [entry("windage"), lag]
@@ -116,12 +110,8 @@ def test_channels_that_got_worse_are_told():
 
 
 def test_channels_keep_their_names_in_the_answer():
-    remaining = {
-        "is_adequate": False,
-        "where": [{"channel": "PT03", "regime": "standing"}],
-        "share": 0.23,
-        "predicted_by": [],
-    }
+    where = [{"channel": "PT03", "regime": "standing"}]
+    remaining = {"is_adequate": False, "where": where, "share": 0.23, "predicted_by": []}
     missing = five_lines(answer(verdict="unknown", remaining=remaining))[0]
     assert missing.endswith(
         " 23% of the remaining error can be predicted from the inputs, mostly in PT03 standing."
@@ -132,21 +122,17 @@ def test_channels_keep_their_names_in_the_answer():
 
 
 def test_the_setting_of_what_a_part_switches_is_told():
-    band = {"value": 1.5, "low": 1.2, "high": 1.8, "unit": "K"}
-    named = {
-        "name": "coolant_thermostat",
-        "title": "Chiller switching on and off",
-        "driver": "rear_outer",
-        "driver_in_words": "rear outer",
-        "rivals": [],
-        "parameters": {"band": band},
-        "switched_at": {
-            "on_above": {"value": 25.5, "unit": "degC"},
-            "dead_band": {"value": 2.5, "unit": "K"},
-        },
-        "larger_than_usual": [],
-        "evidence": "it explains 90 %",
+    switched_at = {
+        "on_above": {"value": 25.5, "unit": "degC"},
+        "dead_band": {"value": 2.5, "unit": "K"},
     }
+    named = entry(
+        "coolant_thermostat",
+        driver="rear_outer",
+        driver_in_words="rear outer",
+        parameters={"band": {"value": 1.5, "low": 1.2, "high": 1.8, "unit": "K"}},
+        switched_at=switched_at,
+    )
     table = answer(verdict="effect", effects=[named], one_of_keys=["coolant_thermostat:rear_outer"])
     added = five_lines(table)[3]
     assert "band = 1.5 (1.2 to 1.8) K, on_above = 25.5 degC, dead_band = 2.5 K ->" in added

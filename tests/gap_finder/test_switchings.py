@@ -6,17 +6,11 @@ import pytest
 from gap_finder.candidates import candidates, with_effect
 from gap_finder.linearise import modelled, simulate_at
 from gap_finder.observations import Observations, observe
-from gap_finder.switchings import (
-    Relay,
-    carried_away,
-    likely_switchings,
-    watched,
-)
+from gap_finder.switchings import Relay, carried_away, likely_switchings, watched
 from measurement.runs import Run
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
-from plant_model.simulate import simulate
-from tests.gap_finder.conftest import SPECTRA, inputs_of, runs_of
+from tests.gap_finder.conftest import runs_of
 
 KEY = "coolant_thermostat:rear_outer"
 SETTING = {"on_above": 26.0, "dead_band": 3.0}
@@ -26,11 +20,7 @@ SETTING = {"on_above": 26.0, "dead_band": 3.0}
 def observed(jig_borer_lumps: Machine) -> list[Observations]:
     """Runs of a machine whose coolant stands until its rear bearing is warm."""
     machine = with_effect(jig_borer_lumps, KEY, {"band": 1.5} | SETTING)
-    runs = [
-        Run(name, simulate(machine, inputs_of(name), noise_seed=i).run_frame())
-        for i, name in enumerate(SPECTRA)
-    ]
-    return observe(jig_borer_lumps, runs)
+    return observe(jig_borer_lumps, runs_of(machine, seed=0))
 
 
 def found(machine: Machine, observed: list[Observations]) -> list[tuple[str, float, float]]:

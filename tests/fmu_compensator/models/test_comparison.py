@@ -15,6 +15,7 @@ from measurement.figures import figures_of_merit
 from measurement.runs import Run
 from tests.fmu_compensator.conftest import RIG, make_run
 from tests.fmu_compensator.test_error_models import QUICK
+from tests.refusing import refusal
 
 RUNS = [make_run(name, seed, hours=2.0) for seed, name in enumerate("abcde")]
 
@@ -114,8 +115,7 @@ def test_a_model_that_cannot_be_fitted_is_left_out_with_a_reason():
     assert "ne" not in [row.name for row in found.rows]
     assert "speed_rpm" in found.left_out["ne"]
     assert found.to_dict()["left_out"][0]["name"] == "ne"
-    with pytest.raises(BadInput, match="speed_rpm"):
-        compare([split], RIG, contestants(["ne"]))
+    assert "speed_rpm" in refusal(compare, [split], RIG, contestants(["ne"]))
 
 
 def test_runs_of_the_same_speeds_are_left_out_together():
@@ -128,14 +128,12 @@ def test_runs_of_the_same_speeds_are_left_out_together():
         split.name: [run.name for run in split.validate] for split in leave_out(runs, "speeds")
     }
     assert splits == {"1000 rpm": ["a", "c"], "2000 rpm": ["b", "d"]}
-    with pytest.raises(BadInput, match="1 group"):
-        leave_out([runs[1], runs[3]], "speeds")
+    assert "1 group" in refusal(leave_out, [runs[1], runs[3]], "speeds")
 
 
 def test_a_sensor_that_the_judged_runs_lack_is_named():
     lacking = [Run(run.name, run.frame.drop(columns="T4_degC")) for run in RUNS[3:]]
-    with pytest.raises(BadInput, match="T4"):
-        compare([Split("x", RUNS[:3], lacking)], RIG, contestants(["mlr"]))
+    assert "T4" in refusal(compare, [Split("x", RUNS[:3], lacking)], RIG, contestants(["mlr"]))
 
 
 def test_all_models_and_variants_take_part_by_default():
@@ -155,5 +153,4 @@ def test_all_models_and_variants_take_part_by_default():
     ("names", "told"), [(["magic"], "'magic' is not allowed"), (["mlr", "mlr"], "given twice")]
 )
 def test_wrong_names_are_refused(names, told):
-    with pytest.raises(BadInput, match=told):
-        contestants(names)
+    assert told in refusal(contestants, names)
