@@ -1,6 +1,5 @@
 """What the tests of this room share."""
 
-import os
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator
@@ -9,8 +8,26 @@ from typing import Any
 
 import pytest
 
+from measurement.runs import Run, write_run
 from scenarios.cli import main
+from scenarios.cosimulation import simulate
+from scenarios.recording import Recording
+from scenarios.scenario import read_scenario
+from scenarios.sweep.plan import Request
+from scenarios.sweep.runner import run_sweep
+from tests.running import cannot_run
 from tests.scenarios.tiny_fmus import COMPENSATOR, PLANT, build_tiny
+
+
+def names(folder: Path) -> list[str]:
+    """Return what is in a folder, in order."""
+    return sorted(path.name for path in folder.iterdir())
+
+
+def written(folder: Path, *runs: Run) -> list[str]:
+    """Write runs under their names, and return their files as a command line takes them."""
+    return [str(write_run(run, folder / f"{run.name}.csv")) for run in runs]
+
 
 FLAGS = [
     "--headless=new",
@@ -49,6 +66,9 @@ tool_length = 100.0
 """
 
 
+MISSING = '\n[[faults]]\nsensor = "T1"\nkind = "missing"\nstart_s = 5\nend_s = 8\n'
+
+
 @pytest.fixture
 def tiny_scenario(tmp_path: Path) -> Path:
     """A scenario file for the small FMUs."""
@@ -65,6 +85,49 @@ def tiny_folder(tmp_path: Path, tiny_plant: Path, tiny_compensator: Path) -> Pat
     shutil.copy(tiny_plant, folder / "plant.fmu")
     shutil.copy(tiny_compensator, folder / "compensator.fmu")
     return folder
+
+
+@pytest.fixture
+def simulated(tiny_scenario: Path, tiny_plant: Path, tiny_compensator: Path) -> Any:
+    """Simulates the tiny scenario with some text added to its file and some keys set."""
+
+    def made(
+        *overrides: tuple[str, Any],
+        more: str = "",
+        plant: Path = tiny_plant,
+        compensator: Path | None = tiny_compensator,
+    ) -> Recording:
+        tiny_scenario.write_text(tiny_scenario.read_text() + more)
+        (case,) = read_scenario(tiny_scenario, overrides).cases
+        return simulate(case, plant, compensator, quiet=True)
+
+    return made
+
+
+@pytest.fixture
+def sweep(tiny_scenario: Path, tiny_folder: Path, tmp_path: Path) -> Any:
+    """Sweeps the tiny scenario into a folder, by what varies and more of a request."""
+
+    def run(
+        out: str, *vary: str, workers: int | None = 1, cluster: str | None = None, **more: Any
+    ) -> dict[str, Any]:
+        request = Request(str(tiny_scenario), vary, **more)
+        where = {"workers": workers, "cluster": cluster}
+        return run_sweep(request, tmp_path / out, tiny_folder, **where, quiet=True)
+
+    return run
+
+
+@pytest.fixture
+def prints(capsys: pytest.CaptureFixture[str]) -> Callable[[list[str]], str]:
+    """Runs a command that must succeed, and returns what it prints."""
+
+    def text_of(argv: list[str]) -> str:
+        capsys.readouterr()
+        assert main(argv) == 0
+        return capsys.readouterr().out
+
+    return text_of
 
 
 @pytest.fixture
@@ -86,8 +149,7 @@ def browser() -> Iterator[Any]:
     binary = shutil.which("chromium") or shutil.which("google-chrome")
     driver = shutil.which("chromedriver")
     if binary is None or driver is None:
-        problem = "chromium and chromedriver are not installed"
-        pytest.fail(problem) if os.environ.get("CI") else pytest.skip(problem)
+        cannot_run("chromium and chromedriver are not installed")
     from selenium import webdriver
     from selenium.webdriver.chrome.service import Service
 

@@ -4,32 +4,27 @@ import json
 
 import pytest
 
-from measurement.runs import write_run
+from measurement.runs import Run
 from plant_model.machine_file import read_machine
-from scenarios.cli import main
 from scenarios.outputs import PAGE, check_output
 from spindle_drift import simulate
+from tests.scenarios.conftest import written
 
 RUNS = ("training_down", "stop_and_go")
 
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
-    folder = tmp_path_factory.mktemp("runs")
     made = [simulate("jig_borer", name, every_s=120.0, noise_seed=1) for name in RUNS]
     # The second has no reading of one thermometer.
     frames = [made[0].frame[:90], made[1].frame[:90].drop(columns="T3_degC")]
-    return [
-        str(write_run(frame, folder / f"{name}.csv"))
-        for frame, name in zip(frames, RUNS, strict=True)
-    ]
+    return written(tmp_path_factory.mktemp("runs"), *map(Run, RUNS, frames))
 
 
-def test_a_page_is_written_beside_the_machine_file(runs, tmp_path, capsys, refused):
+def test_a_page_is_written_beside_the_machine_file(runs, tmp_path, prints, refused):
     out = tmp_path / "mine.toml"
     argv = ["calibrate", "jig_borer", *runs, "-o", str(out), "--starts", "1", "--json", "--quiet"]
-    assert main(argv) == 0
-    told = json.loads(capsys.readouterr().out)
+    told = json.loads(prints(argv))
     assert told["page"] == str(tmp_path / "mine.html")
     assert {path.name for path in tmp_path.iterdir()} == {"mine.toml", "mine.html"}
     text = (tmp_path / "mine.html").read_text(encoding="utf-8")

@@ -5,18 +5,16 @@ import json
 import numpy as np
 import pytest
 
-from measurement.runs import Run, write_run
+from measurement.runs import Run
 from scenarios.cli import main
 from tests.fmu_compensator.conftest import make_run
+from tests.scenarios.conftest import written
 
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
-    folder = tmp_path_factory.mktemp("runs")
-    return [
-        str(write_run(make_run(name, seed, hours=1.5), folder / f"{name}.csv"))
-        for seed, name in enumerate("abcd")
-    ]
+    made = [make_run(name, seed, hours=1.5) for seed, name in enumerate("abcd")]
+    return written(tmp_path_factory.mktemp("runs"), *made)
 
 
 def test_compare_prints_a_ranking_and_writes_page_and_figures(runs, tmp_path, capsys):
@@ -47,9 +45,8 @@ def test_compare_prints_a_ranking_and_writes_page_and_figures(runs, tmp_path, ca
     assert table["models"][0]["score"] < 0.1
 
 
-def test_runs_can_be_left_out_in_turn(runs, capsys):
-    assert main(["compare", "--runs", *runs, "--models", "mlr", "--json"]) == 0
-    table = json.loads(capsys.readouterr().out)
+def test_runs_can_be_left_out_in_turn(runs, prints):
+    table = json.loads(prints(["compare", "--runs", *runs, "--models", "mlr", "--json"]))
     row = next(row for row in table["models"] if row["name"] == "mlr")
     assert [one["run"] for one in row["validate"]["per_run"]] == list("abcd")
     assert row["interval"]["coverage_wanted"] == 0.9
@@ -58,14 +55,8 @@ def test_runs_can_be_left_out_in_turn(runs, capsys):
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        ([], "--train and --validate are needed"),
-        (["--train", "A"], "--train and --validate are needed"),
-        (["--runs", "A", "B", "--train", "A"], "cannot stand beside"),
         (["--train", "A", "--validate", "A"], "is the same run as a in --train"),
-        (["--train", "A", "--validate", "B", "--models", "magic"], "'magic' is not allowed"),
-        (["--train", "A", "--validate", "B", "--points", "T9"], "'T9' is not allowed"),
         (["--train", "A", "--validate", "B", "--seed", "-1"], "seed: -1 is not allowed"),
-        (["--train", "A", "--validate", "missing.csv"], "no such file"),
         (
             ["--train", "A", "--validate", "C"],
             "judged runs: blind: S1_um is broken or missing in almost every row",
@@ -74,8 +65,8 @@ def test_runs_can_be_left_out_in_turn(runs, capsys):
 )
 def test_a_refusal_is_one_line_and_writes_nothing(runs, tmp_path, capsys, arguments, told):
     blind = make_run("blind", 9, hours=1.5)
-    blind = Run("blind", blind.frame.assign(S1_um=np.nan))
-    files = {"A": runs[0], "B": runs[1], "C": str(write_run(blind, tmp_path / "blind.csv"))}
+    (blind,) = written(tmp_path, Run("blind", blind.frame.assign(S1_um=np.nan)))
+    files = {"A": runs[0], "B": runs[1], "C": blind}
     out = tmp_path / "out"
     code = main(["compare", *(files.get(word, word) for word in arguments), "--out", str(out)])
     assert code == 2
@@ -86,10 +77,9 @@ def test_a_refusal_is_one_line_and_writes_nothing(runs, tmp_path, capsys, argume
     assert not out.exists()
 
 
-def test_points_prints_degrees_and_groups_and_draws(runs, tmp_path, capsys):
+def test_points_prints_degrees_and_groups_and_draws(runs, tmp_path, prints):
     out = tmp_path / "points"
-    assert main(["points", *runs, "--clusters", "2", "--out", str(out)]) == 0
-    text = capsys.readouterr().out
+    text = prints(["points", *runs, "--clusters", "2", "--out", str(out)])
     assert "grey comprehensive degree, lambda 0.9: 2 groups\n  T1 T2; T4" in text
     assert "fuzzy c-means: 2 groups" in text
     assert {path.name for path in out.iterdir()} == {
@@ -110,6 +100,5 @@ def test_fit_takes_options_of_the_model(runs, tmp_path, refused):
     for wrong, told in (
         ("hidden", "is not of the form NAME=VALUE"),
         ("rig=1", "must be NAME=VALUE"),
-        ("turbo=1", "turbo: is not a known option"),
     ):
         assert told in refused([*arguments, "--option", wrong])

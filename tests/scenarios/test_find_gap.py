@@ -9,7 +9,7 @@ import pytest
 
 from gap_finder.candidates import with_effect
 from gap_finder.observations import observe
-from measurement.runs import Run, write_run
+from measurement.runs import Run
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
@@ -21,6 +21,7 @@ from scenarios.cli import main
 from scenarios.fmu_files import build_plant
 from scenarios.gap_cosimulation import compare_fmus
 from tests.gap_finder.conftest import runs_of
+from tests.scenarios.conftest import written
 
 RIVALS = ("thermal_preload", "friction_speed_exponent", "centrifugal_shift")
 LEFT_OUT = [name for name in catalogue() if name not in RIVALS]
@@ -36,16 +37,12 @@ def tightening(machine: Machine) -> Machine:
     return with_effect(machine, "thermal_preload", {"gain": 0.3})
 
 
-def written(runs: list[Run], folder: Path) -> list[str]:
-    return [str(write_run(run.frame, folder / f"{run.name}.csv")) for run in runs]
-
-
 def asked(*arguments: str) -> list[str]:
     return ["find-gap", "jig_borer_lumps", *arguments, "--quiet"]
 
 
 def test_a_run_is_not_judged_on_what_it_was_fitted_to(machine, tmp_path, refused):
-    paths = written(runs_of(machine), tmp_path)
+    paths = written(tmp_path, *runs_of(machine))
     out = str(tmp_path / "out")
     line = refused(asked("--runs", *paths, "--holdout", paths[1], "--out", out))
     assert "is the same run as" in line
@@ -56,7 +53,7 @@ def test_a_held_out_run_without_readings_is_refused(machine, tmp_path, refused):
     *runs, last = runs_of(machine)
     driving = {entry.column for entry in machine.inputs} | {"time_s"}
     frame = last.frame[[name for name in last.frame if name in driving]]
-    paths = written([*runs, Run(last.name, frame)], tmp_path)
+    paths = written(tmp_path, *runs, Run(last.name, frame))
     out = str(tmp_path / "out")
     line = refused(asked("--runs", *paths[:3], "--holdout", paths[3], "--out", out))
     assert "--holdout" in line
@@ -71,12 +68,12 @@ def test_a_run_without_what_drives_the_machine_is_refused(
 ):
     run = runs_of(machine)[0]
     frame = run.frame.drop(columns="speed_rpm")
-    paths = written([Run(run.name, frame.assign(speed_rpm=np.nan) if empty else frame)], tmp_path)
+    paths = written(tmp_path, Run(run.name, frame.assign(speed_rpm=np.nan) if empty else frame))
     options = ["--runs", *paths, "--holdout", *paths, "--out", str(tmp_path / "out")]
     if command == "calibrate":
         options = [*paths, "-o", str(tmp_path / "out")]
     if command == "find-gap":
-        other = written([replace(run, name="other")], tmp_path)
+        other = written(tmp_path, replace(run, name="other"))
         options[options.index("--holdout") + 1] = other[0]
     line = refused([command, "jig_borer_lumps", *options, "--quiet"])
     told = "column speed_rpm: has no value" if empty else "has no column speed_rpm, which"
@@ -87,23 +84,15 @@ def test_too_few_runs_that_can_be_used(machine, tmp_path, refused):
     runs = runs_of(machine)
     hall = runs[0].frame["T5_degC"] + np.where(runs[0].time_s > 3000.0, 20.0, 0.0)
     broken = Run(runs[0].name, runs[0].frame.assign(T5_degC=hall))
-    paths = written([broken, *runs[1:]], tmp_path)
+    paths = written(tmp_path, broken, *runs[1:])
     out = str(tmp_path / "out")
     line = refused(asked("--runs", *paths[:3], "--holdout", paths[3], "--out", out))
     assert "only 2 of 3 can be used" in line
     assert "T5" in line
 
 
-@pytest.mark.parametrize(
-    ("option", "value", "allowed"), [("--most", "0", "1..20"), ("--workers", "0", "1..256")]
-)
-def test_a_limit_that_makes_no_sense_is_refused(option, value, allowed, tmp_path, refused):
-    line = refused(asked("--runs", "a.csv", "--out", str(tmp_path / "out"), option, value))
-    assert f"{option}: {value} is outside {allowed}" in line
-
-
 def test_nothing_is_left_of_a_folder_when_something_fails(machine, tmp_path, monkeypatch):
-    paths = written(runs_of(machine), tmp_path)
+    paths = written(tmp_path, *runs_of(machine))
 
     def fails(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
@@ -147,7 +136,7 @@ def test_the_fmus_show_the_gap_that_the_machines_show(machine, tightening, tmp_p
 
 
 @pytest.mark.long
-def test_broken_channels_do_not_hide_what_is_missing(tightening, tmp_path, capsys):
+def test_broken_channels_do_not_hide_what_is_missing(tightening, tmp_path, prints):
     runs = runs_of(tightening)
     t7 = runs[1].frame["T7_degC"] + 31.0
     s3 = runs[2].frame["S3_um"] + np.where(runs[2].time_s > 5000.0, 60.0, 0.0)
@@ -155,11 +144,10 @@ def test_broken_channels_do_not_hide_what_is_missing(tightening, tmp_path, capsy
     runs[1] = Run(runs[1].name, runs[1].frame.assign(T7_degC=t7))
     runs[2] = Run(runs[2].name, runs[2].frame.assign(S3_um=s3))
     runs[3] = Run(runs[3].name, runs[3].frame.assign(T2_degC=t2))
-    paths, out = written(runs, tmp_path), tmp_path / "out"
+    paths, out = written(tmp_path, *runs), tmp_path / "out"
     arguments = ["find-gap", "jig_borer_lumps", "--runs", *paths[:3], "--holdout", paths[3]]
     arguments += ["--out", str(out), "--without", *LEFT_OUT, "--quiet"]
-    assert main(arguments) == 0
-    lines = capsys.readouterr().out.splitlines()
+    lines = prints(arguments).splitlines()
     assert "Left out as broken: T7 (wrong level in stairs); T2 (jumping in steady); S3" in lines[1]
     table = json.loads((out / "gap.json").read_text())
     assert [(f["run"], f["channel"], f["kind"]) for f in table["data_faults"]] == [

@@ -11,6 +11,7 @@ from measurement.warm import WARM_START
 from scenarios.cli import main
 from spindle_drift import simulate
 from tests.measurement.importing.made import HEADER, elapsed, signals, stamps, table
+from tests.scenarios.conftest import names
 
 LOCAL = table(
     stamps("%d.%m.%Y %H:%M:%S"),
@@ -25,10 +26,6 @@ def log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     path = tmp_path / "log.csv"
     path.write_text(LOCAL, encoding="cp1252")
     return path
-
-
-def names(folder: Path) -> list[str]:
-    return sorted(path.name for path in folder.iterdir())
 
 
 def test_it_writes_runs_and_says_what_became_of_every_column(log, capsys):
@@ -111,12 +108,10 @@ def test_a_log_of_the_same_name_does_not_replace_the_run_of_another(log, refused
     assert main([*line, "--force"]) == 0
 
 
-def test_a_second_log_adds_its_runs(log, capsys):
+def test_a_second_log_adds_its_runs(log, prints):
     assert main(["import", "log.csv", "-o", "runs"]) == 0
     Path("next.csv").write_text(LOCAL.replace("02.03.2026", "03.03.2026"), encoding="cp1252")
-    capsys.readouterr()
-    assert main(["import", "next.csv", "-o", "runs", "--json"]) == 0
-    facts = json.loads(capsys.readouterr().out)
+    facts = json.loads(prints(["import", "next.csv", "-o", "runs", "--json"]))
     assert [run["file"] for run in facts["runs"]] == ["runs/20260303_0715.csv"]
     assert list(facts["left_out"]) == ["Druck [bar]"]
     runs = json.loads(Path("runs/imported.json").read_text())["runs"]
@@ -124,27 +119,7 @@ def test_a_second_log_adds_its_runs(log, capsys):
     assert runs["20260303_0715.csv"]["sources"][0]["file"] == "next.csv"
 
 
-@pytest.mark.parametrize(
-    ("options", "told"),
-    [
-        (["--unit", "Druck"], "--unit: 'Druck' is not of the form HEADER=UNIT"),
-        (["--unit", "Druck*=bar"], "--unit: 'bar' is not a known unit: s, min, h"),
-        (["--unit", "Oil=K"], "no column is called 'Oil'"),
-        (["--time", "Druck [bar]"], "is no unit of time"),
-        (["--timezone", "Mars/Olympus"], "'Mars/Olympus' is no time zone"),
-        (["--pause", "0"], "pause_s: 0 is not allowed"),
-        (["--every", "nan"], "every_s: nan is not allowed"),
-        (["--mapping", "log.csv"], "log.csv: is not TOML"),
-        (["--day-first", "--month-first"], "not allowed with argument --day-first"),
-    ],
-)
-def test_a_wrong_option_is_one_line_and_writes_nothing(options, told, log, refused):
-    line = refused(["import", "log.csv", "-o", "runs", *options])
-    assert told in line
-    assert not Path("runs").exists()
-
-
-def test_commands_take_runs_with_the_mark_of_a_warm_start(log, capsys):
+def test_commands_take_runs_with_the_mark_of_a_warm_start(log, prints):
     assert main(["import", "log.csv", "-o", "runs", "--split", "none"]) == 0
     path = Path("runs/20260302_0715.csv")
     run = read_run(path)
@@ -153,16 +128,13 @@ def test_commands_take_runs_with_the_mark_of_a_warm_start(log, capsys):
     run.frame.assign(**{WARM_START: 1.0}).to_csv(marked / path.name, index=False)
     shown = []
     for file in (path, marked / path.name):
-        capsys.readouterr()
-        assert main(["summary", str(file), "--json"]) == 0
-        summary = json.loads(capsys.readouterr().out)[0]
-        assert main(["fit", str(file), "-o", f"{len(shown)}.json", "--json"]) == 0
-        fitted = json.loads(capsys.readouterr().out)
+        summary = json.loads(prints(["summary", str(file), "--json"]))[0]
+        fitted = json.loads(prints(["fit", str(file), "-o", f"{len(shown)}.json", "--json"]))
         shown.append((summary, fitted["figures"]))
     assert shown[0] == shown[1]
 
 
-def test_what_reads_warm_restarts_leaves_them_out_or_says_so(tmp_path, capsys):
+def test_what_reads_warm_restarts_leaves_them_out_or_says_so(tmp_path, capsys, prints):
     names = ("training_down", "training_random", "stop_and_go")
     runs = [simulate("jig_borer", name, every_s=120.0, noise_seed=1) for name in names]
     files = []
@@ -171,15 +143,17 @@ def test_what_reads_warm_restarts_leaves_them_out_or_says_so(tmp_path, capsys):
         files.append(str(write_run(frame, tmp_path / f"{one.name}{len(files)}.csv")))
     warm = Path(files[2]).stem
     fit = ["--model", "mlr", "--json"]
-    assert main(["fit", *files, "-o", str(tmp_path / "some.json"), *fit]) == 0
-    told = json.loads(capsys.readouterr().out)
+    told = json.loads(prints(["fit", *files, "-o", str(tmp_path / "some.json"), *fit]))
     assert f"left out, since the machine was warm when they began: {warm}" in told["notes"]
-    assert main(["fit", *files[:2], "-o", str(tmp_path / "cold.json"), *fit]) == 0
-    assert json.loads(capsys.readouterr().out)["figures"] == told["figures"]
+    assert (
+        json.loads(prints(["fit", *files[:2], "-o", str(tmp_path / "cold.json"), *fit]))["figures"]
+        == told["figures"]
+    )
     argv = ["--train", *files[:2], "--validate", files[2], "--models", "mlr"]
     assert main(["compare", *argv]) == 0
     assert (
         f"judged like cold starts, though the machine was warm: {warm}" in capsys.readouterr().out
     )
-    assert main(["monitor", str(tmp_path / "cold.json"), files[2], "--machine", "jig_borer"]) == 0
-    assert f"the machine was warm when these began: {warm}" in capsys.readouterr().out
+    assert f"the machine was warm when these began: {warm}" in prints(
+        ["monitor", str(tmp_path / "cold.json"), files[2], "--machine", "jig_borer"]
+    )

@@ -45,7 +45,7 @@ def test_each_refusal_and_question_says_what_to_add(lab, tmp_path, capsys, refus
         assert main([*asked, "--every-row", wrong]) == 2
 
 
-def test_eighteen_sheets_become_a_judged_compensator(lab, tmp_path, capsys):
+def test_eighteen_sheets_become_a_judged_compensator(lab, tmp_path, prints):
     runs = sorted((lab / "runs").glob("*.csv"))
     assert [run.stem for run in runs] == [f"Sheet{n:02d}" for n in range(1, SHEETS + 1)]
     for number, path in enumerate(runs, 1):
@@ -54,12 +54,11 @@ def test_eighteen_sheets_become_a_judged_compensator(lab, tmp_path, capsys):
         assert frame["T_rear_degC"].tolist() == temperatures[:, 1].tolist()
         assert frame["Growth_um"].tolist() == moved[:, 1].tolist()
     replay = ["replay", str(lab / "c.json"), str(runs[-1]), "--out", str(tmp_path / "replay")]
-    assert main([*replay, "--json"]) == 0
-    (judged,) = json.loads(capsys.readouterr().out)["table"][0]["rows"][1:]
+    (judged,) = json.loads(prints([*replay, "--json"]))["table"][0]["rows"][1:]
     assert {"X", "Z"} == set(judged["axes"])
 
 
-def test_a_run_in_wrong_units_is_doubted_wherever_it_goes(lab, tmp_path, capsys):
+def test_a_run_in_wrong_units_is_doubted_wherever_it_goes(lab, tmp_path, prints):
     frame = read_run(lab / "runs" / "Sheet18.csv").frame
     frame = frame.assign(time_s=frame["time_s"] / 60.0, Growth_um=frame["Growth_um"] / 1000.0)
     compensator = str(lab / "c.json")
@@ -70,8 +69,7 @@ def test_a_run_in_wrong_units_is_doubted_wherever_it_goes(lab, tmp_path, capsys)
         ["monitor", compensator, wrong],
         ["summary", wrong],
     ):
-        assert main(command) == 0
-        told = capsys.readouterr().out
+        told = prints(command)
         assert "doubtful: time_s" in told
         assert "minutes taken for seconds?" in told
         assert "millimetres taken for micrometres?" in told

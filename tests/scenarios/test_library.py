@@ -97,10 +97,9 @@ def test_an_fmu_that_is_not_there_is_refused_with_the_nearest_name(tiny_folder, 
         find_fmu("a\0b", tiny_folder, tmp_path, tmp_path)
 
 
-def test_a_compensator_that_needs_what_nobody_gives_is_refused(shipped, tiny_plant, tiny_scenario):
-    (case,) = read_scenario(tiny_scenario).cases
+def test_a_compensator_that_needs_what_nobody_gives_is_refused(shipped, simulated):
     with pytest.raises(BadInput, match=r"needs T2, .*T11, which is neither an output"):
-        simulate(case, tiny_plant, shipped / "compensator.fmu", quiet=True)
+        simulated(compensator=shipped / "compensator.fmu")
 
 
 def test_a_machine_file_is_built_into_a_plant(shipped, tmp_path):

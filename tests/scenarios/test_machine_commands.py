@@ -31,10 +31,9 @@ ANSWERS = ("--bearing", "7014", "--speed", "12000", "--power", "15")
         ("--bearing", "NN3020", "--title", "Grüße & <Maße>"),
     ],
 )
-def test_a_new_page_simulates_at_once(options, tmp_path, capsys):
+def test_a_new_page_simulates_at_once(options, tmp_path, prints):
     path = tmp_path / "mine.toml"
-    assert main(["new-machine", "-o", str(path), *ANSWERS, *options]) == 0
-    told = capsys.readouterr().out
+    told = prints(["new-machine", "-o", str(path), *ANSWERS, *options])
     assert f"wrote {path}" in told
     assert "drift of the nose: X" in told
     assert path.read_text(encoding="utf-8").count("CHECK") > 5
@@ -47,13 +46,19 @@ def test_a_new_page_simulates_at_once(options, tmp_path, capsys):
     ]
 
 
-def test_a_new_page_takes_sensors_and_inputs_from_a_run(tmp_path, capsys):
-    run = tmp_path / "run.csv"
-    rows = ["time_s,drive_rpm,hall_degC,supply_degC,nose_degC,stator_2_degC,T7_degC,dz_um"]
-    rows += [
-        f"{60 * k},{9000 if k < 30 else 0},20.5,21,{21 + k / 9},24,22.1,{-k}" for k in range(60)
-    ]
+def run_of(folder: Path, columns: str, speed: str = "speed_rpm") -> Path:
+    """Write a short run with these columns besides time and speed."""
+    names = columns.split()
+    rows = [",".join(["time_s", speed, *names])]
+    rows += [",".join([str(60 * k), "900", *["20"] * len(names)]) for k in range(9)]
+    run = folder / "run.csv"
     run.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    return run
+
+
+def test_a_new_page_takes_sensors_and_inputs_from_a_run(tmp_path, capsys):
+    columns = "hall_degC supply_degC nose_degC stator_2_degC T7_degC dz_um"
+    run = run_of(tmp_path, columns, speed="drive_rpm")
     path = tmp_path / "mine.toml"
     assert main(["new-machine", "-o", str(path), *ANSWERS, "--from-run", str(run)]) == 0
     machine = read_machine(path)
@@ -83,26 +88,15 @@ def test_the_motor_of_a_feed_does_not_turn_the_spindle():
     assert [name for name, place in found.items() if place] == ["T_motor"]
 
 
-def run_of(folder: Path, columns: str) -> Path:
-    """Write a short run with these columns besides time and speed."""
-    run = folder / "run.csv"
-    names = columns.split()
-    rows = [",".join(["time_s", "speed_rpm", *names])]
-    rows += [",".join([str(60 * k), "900", *["20"] * len(names)]) for k in range(9)]
-    run.write_text("\n".join(rows) + "\n", encoding="utf-8")
-    return run
-
-
 BELT = ("--drive", "belt", "--bearing", "7014", "--speed", "6000", "--coolant", "none")
 
 
-def test_a_new_page_has_the_parts_that_thermometers_name(tmp_path, capsys):
+def test_a_new_page_has_the_parts_that_thermometers_name(tmp_path, prints):
     columns = "inside_air_degC hall_degC hall_2_degC front_degC front_below_degC rear_degC"
     columns += " headstock_degC column_top_degC column_degC nut_degC coolant_return_degC"
     run = run_of(tmp_path, columns + " feed_x_mm_min feed_z_mm_min disp_y_um disp_z_um")
     path = tmp_path / "mine.toml"
-    assert main(["new-machine", "-o", str(path), *BELT, "--from-run", str(run)]) == 0
-    told = capsys.readouterr().out
+    told = prints(["new-machine", "-o", str(path), *BELT, "--from-run", str(run)])
     assert "remarks in the page until you do: hall_2, coolant_return\n" in told
     assert "looks wrong" not in told
     page = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -125,20 +119,17 @@ def test_a_new_page_has_the_parts_that_thermometers_name(tmp_path, capsys):
     assert (nut["name"], nut["feed"]) == ("z_nut", {"input": "feed"})
 
 
-def test_a_column_that_a_page_cannot_name_is_told(tmp_path, capsys):
+def test_a_column_that_a_page_cannot_name_is_told(tmp_path, prints):
     run = run_of(tmp_path, "hall_degC front_degC Gehäuse_vorn_degC 3.Lager_degC")
     path = tmp_path / "mine.toml"
-    assert main(["new-machine", "-o", str(path), *BELT, "--from-run", str(run)]) == 0
-    told = capsys.readouterr().out
+    told = prints(["new-machine", "-o", str(path), *BELT, "--from-run", str(run)])
     assert "left out: Gehäuse_vorn_degC, 3.Lager_degC: a thermometer's name has letters" in told
 
 
 def test_a_new_page_knows_german_names_and_names_the_option_that_is_wrong(tmp_path, refused):
-    run, path = tmp_path / "lauf.csv", tmp_path / "mine.toml"
-    names = ("Umgebung", "Kuehlmittel_Vorlauf", "Lager_vorn", "Lager_hinten", "Spindelkasten")
-    rows = ["time_s,speed_rpm," + ",".join(f"{name}_degC" for name in names)]
-    rows += [f"{60 * k},{9000 if k < 30 else 0},20.5,21,{21 + k / 9},22,21" for k in range(60)]
-    run.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    names = ["Umgebung", "Kuehlmittel_Vorlauf", "Lager_vorn", "Lager_hinten", "Spindelkasten"]
+    run = run_of(tmp_path, " ".join(f"{name}_degC" for name in names))
+    path = tmp_path / "mine.toml"
     arguments = ["new-machine", "-o", str(path), *ANSWERS, "--from-run", str(run)]
     assert "--inlet: Vorlauf_degC is not one of" in refused([*arguments, "--inlet", "Vorlauf_degC"])
     assert main(arguments) == 0
@@ -149,23 +140,6 @@ def test_a_new_page_knows_german_names_and_names_the_option_that_is_wrong(tmp_pa
     assert "place it, then uncomment it" not in text
     places = dict(re.findall(r'name = "(Lager_\w+)", part = "housing", at = (-?\d+)', text))
     assert int(places["Lager_hinten"]) < int(places["Lager_vorn"])
-
-
-@pytest.mark.parametrize(
-    ("options", "problem"),
-    [
-        (("--bearing", "7099"), "--bearing: '7099' is not known; known are NN3005 to NN3032"),
-        (("--speed", "nan"), "--speed: nan is not in 100..100000 r/min"),
-        (("--power", "15000"), "--power: 15000.0 is not in 0.1..200 kW"),
-        (("--coolant", "beer"), "--coolant: 'beer' is not one of none, water, glycol N %"),
-        (("--title", 'a "b"'), "--title: must be one line without quotes"),
-    ],
-)
-def test_answers_that_cannot_be(options, problem, tmp_path, refused):
-    path = tmp_path / "mine.toml"
-    line = refused(["new-machine", "-o", str(path), *ANSWERS, *options])
-    assert problem in line
-    assert not path.exists()
 
 
 def test_what_is_missing_or_there_already_is_said(tmp_path, refused, monkeypatch):
@@ -185,8 +159,7 @@ def test_what_is_missing_or_there_already_is_said(tmp_path, refused, monkeypatch
         ["new-machine", "-o", str(path), *ANSWERS]
     )
     assert path.read_bytes() == before
-    run = tmp_path / "run.csv"
-    run.write_text("time_s,T1_degC\n0,20\n10,20\n", encoding="utf-8")
+    run = run_of(tmp_path, "T1_degC")
     other = tmp_path / "other.toml"
     assert "which column is the hall's air? Say --ambient" in refused(
         ["new-machine", "-o", str(other), *ANSWERS, "--from-run", str(run)]
@@ -194,10 +167,9 @@ def test_what_is_missing_or_there_already_is_said(tmp_path, refused, monkeypatch
 
 
 @pytest.mark.parametrize("name", shipped_machines())
-def test_every_shipped_machine_is_shown(name, tmp_path, capsys):
+def test_every_shipped_machine_is_shown(name, tmp_path, prints):
     path = tmp_path / "page.html"
-    assert main(["show-machine", name, "-o", str(path)]) == 0
-    assert f"wrote {path}" in capsys.readouterr().out
+    assert f"wrote {path}" in prints(["show-machine", name, "-o", str(path)])
     text = path.read_text(encoding="utf-8")
     machine = read_machine(name)
     assert machine.title in text
@@ -223,16 +195,14 @@ def test_a_page_is_drawn_with_what_it_names(tmp_path):
     assert len(re.findall(r"<title>(?:front|rear): [\d.]+ degC inside", section)) == 16
 
 
-def test_cells_and_json(tmp_path, capsys, refused):
+def test_cells_and_json(tmp_path, prints):
     path = tmp_path / "page.html"
-    assert main(["show-machine", "belt_spindle", "--cells", "--json", "-o", str(path)]) == 0
-    table = json.loads(capsys.readouterr().out)
+    table = json.loads(
+        prints(["show-machine", "belt_spindle", "--cells", "--json", "-o", str(path)])
+    )
     assert [row["longest_mm"] for row in table["cells"]][:3] == [80.0, 40.0, 20.0]
     assert table["drift_um"][2] < -10.0
     assert 'id="cells"' in path.read_text(encoding="utf-8")
-    assert "is in lumps: only a page" in refused(
-        ["show-machine", "lathe", "--cells", "-o", str(path)]
-    )
 
 
 def test_a_first_page_says_how_warm_its_bearings_run(tmp_path, capsys):

@@ -35,12 +35,11 @@ def new_run(tmp_path: Path) -> Path:
 
 
 def test_an_update_writes_a_file_and_shows_the_old_one_s_errors(
-    compensator, new_run, tmp_path, capsys
+    compensator, new_run, tmp_path, prints
 ):
     before = compensator.read_bytes()
     out = tmp_path / "d.json"
-    assert main(["update", str(compensator), str(new_run), "-o", str(out)]) == 0
-    told = capsys.readouterr().out
+    told = prints(["update", str(compensator), str(new_run), "-o", str(out)])
     assert "  new: X " in told
     assert f"wrote {out}" in told
     names = [run["name"] for run in load_model(out).provenance["runs"]]
@@ -48,11 +47,9 @@ def test_an_update_writes_a_file_and_shows_the_old_one_s_errors(
     assert compensator.read_bytes() == before
 
 
-def test_the_first_line_of_monitor_is_the_verdict(compensator, new_run, tmp_path, capsys):
-    capsys.readouterr()
+def test_the_first_line_of_monitor_is_the_verdict(compensator, new_run, tmp_path, prints):
     out = tmp_path / "watched"
-    assert main(["monitor", str(compensator), str(new_run), "--out", str(out)]) == 0
-    told = capsys.readouterr().out.splitlines()
+    told = prints(["monitor", str(compensator), str(new_run), "--out", str(out)]).splitlines()
     assert told[0] == "fits: still fits"
     assert told[1].startswith("what to do: nothing")
     report = json.loads((out / "monitor.json").read_text())
@@ -61,13 +58,11 @@ def test_the_first_line_of_monitor_is_the_verdict(compensator, new_run, tmp_path
     assert (out / "monitor.png").stat().st_size > 10_000
 
 
-def test_monitor_as_json_is_one_document(compensator, tmp_path, capsys):
+def test_monitor_as_json_is_one_document(compensator, tmp_path, prints):
     frame = make_run("silent", 60, hours=2.0).frame
     frame = frame[[name for name in frame if not str(name).endswith("_um")]]
     silent = write_run(Run("silent", frame), tmp_path / "silent.csv")
-    capsys.readouterr()
-    assert main(["monitor", str(compensator), str(silent), "--json"]) == 0
-    report = json.loads(capsys.readouterr().out)
+    report = json.loads(prints(["monitor", str(compensator), str(silent), "--json"]))
     assert report["verdict"] == "not_measured"
     assert report["runs"][0]["errors"] == []
 

@@ -12,14 +12,7 @@ import pytest
 from measurement.errors import BadInput
 from scenarios import cli, outputs
 from scenarios.cli import main
-from scenarios.outputs import (
-    FOLDER,
-    FOLDER_OF_RUNS,
-    FOLDER_THAT_GOES_ON,
-    check_output,
-    guarding,
-    marked,
-)
+from scenarios.outputs import FOLDER, FOLDER_OF_RUNS, FOLDER_THAT_GOES_ON, check_output, guarding
 from scenarios.results import results_folder, write_table
 
 COMMANDS = sorted(cli.commands())
@@ -139,12 +132,12 @@ def archive(path: Path, name: str, text: str) -> Path:
 
 def test_what_a_former_run_made_is_known_by_its_content(tmp_path):
     ours = tmp_path / "ours"
-    made = marked("format = 1\n")
+    made = outputs.marked("format = 1\n")
     for kind, text, other in (
         (outputs.COMPENSATOR_FILE, '{"kind": "spindle-drift compensator"}', '{"kind": "x"}'),
         (outputs.STATE, '{"kind": "spindle-drift FMU state"}', "[]"),
         (outputs.MACHINE_FILE, made, made.replace("1\n", "2\n")),
-        (outputs.MACHINE_FILE, marked(made), "format = 1\n"),
+        (outputs.MACHINE_FILE, outputs.marked(made), "format = 1\n"),
     ):
         ours.write_text(text, encoding="utf-8")
         assert not refused(ours, kind)
@@ -187,6 +180,11 @@ def test_a_folder_is_replaced_by_the_same_command_only_and_never_with_an_input(t
     (folder / "notes.txt").write_text("mine")
     with pytest.raises(BadInput, match=r"holds notes\.txt, which is no result"):
         results(folder, "run")
+    table = (folder / "table.json").read_text()
+    (folder / "table.json").write_text("[[[")
+    with pytest.raises(BadInput, match="holds files and no results"):
+        results(folder, "run")
+    (folder / "table.json").write_text(table)
     results(folder, "replay", force=True)
     assert {path.name for path in folder.iterdir()} == {
         "notes.txt", "run.csv", "replay.csv", "table.json"

@@ -1,8 +1,10 @@
 """The studies' ways as presets of `points`, `fit`, `compare` and the API."""
 
 import json
+from collections.abc import Callable
 from math import pi
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -10,33 +12,37 @@ import pytest
 
 import spindle_drift as sd
 from fmu_compensator.runtime.modelfile import load_model
-from measurement.runs import Run, write_run
-from scenarios.cli import main
+from measurement.runs import Run
 from scenarios.presets import EQUATION_8, PRESETS, TRAINED
 from studies.finite_elements import read_description
 from studies.finite_elements.films import turning_film
 from studies.fit.ne import time_constant
 from tests.fmu_compensator.conftest import make_run
+from tests.scenarios.conftest import written
 
 QUICK = ["--option", "iterations=3", "--option", "population=6", "--option", "generations=2"]
 
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
-    folder = tmp_path_factory.mktemp("runs")
     made = [make_run(name, seed, hours=2.0) for seed, name in enumerate("ab")]
-    return [str(write_run(run, folder / f"{run.name}.csv")) for run in made]
+    return written(tmp_path_factory.mktemp("runs"), *made)
 
 
-def fitted(runs: list[str], tmp_path: Path, *more: str) -> dict:
-    out = tmp_path / "c.json"
-    assert main(["fit", *runs, "-o", str(out), *more]) == 0
-    return load_model(out).table
+@pytest.fixture
+def fitted(runs: list[str], tmp_path: Path, prints: Any) -> Callable[..., tuple[dict, str]]:
+    """Fits a compensator with options; returns its file's table and what the command prints."""
+
+    def made(*more: str, of: list[str] = runs) -> tuple[dict, str]:
+        out = tmp_path / "c.json"
+        text = prints(["fit", *of, "-o", str(out), *more])
+        return load_model(out).table, text
+
+    return made
 
 
-def test_points_as_a_study_has_them_keep_the_air_and_say_what_the_api_says(runs, capsys):
-    assert main(["points", runs[0], "--as", "ts", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+def test_points_as_a_study_has_them_keep_the_air_and_say_what_the_api_says(runs, prints):
+    found = json.loads(prints(["points", runs[0], "--as", "ts", "--json"]))
     assert found == sd.points(runs[0], study="TS").details
     # T3 does not move. The study's way takes it in; ours does not.
     assert found["points"] == ["T1", "T2", "T3", "T4"]
@@ -46,11 +52,9 @@ def test_points_as_a_study_has_them_keep_the_air_and_say_what_the_api_says(runs,
     assert len(named.combinations) == 3
 
 
-def test_the_time_series_study_says_order_tests_and_correlations(runs, tmp_path, capsys):
-    table = fitted(
-        runs, tmp_path, "--as", "TS", "--option", "order=1", "--out", str(tmp_path / "figures")
-    )
-    text = capsys.readouterr().out
+def test_the_time_series_study_says_order_tests_and_correlations(fitted, tmp_path):
+    figures = ["--out", str(tmp_path / "figures")]
+    table, text = fitted("--as", "TS", "--option", "order=1", *figures)
     assert table["error_model"]["kind"] == "arma"
     assert table["geometry"]["form"] == "pure_rotation"
     assert "elongation: ARMA(" in text
@@ -60,9 +64,8 @@ def test_the_time_series_study_says_order_tests_and_correlations(runs, tmp_path,
     assert (tmp_path / "figures" / "correlations.png").stat().st_size > 10_000
 
 
-def test_the_hybrid_study_says_weights_and_what_its_parts_found(runs, tmp_path, capsys):
-    fitted(runs, tmp_path, "--as", "VAC", "--points", "T1,T4")
-    text = capsys.readouterr().out
+def test_the_hybrid_study_says_weights_and_what_its_parts_found(fitted):
+    _, text = fitted("--as", "VAC", "--points", "T1,T4")
     tau = time_constant(**EQUATION_8)
     for said in (
         "weights, steady, elongation: mlr ",
@@ -73,42 +76,33 @@ def test_the_hybrid_study_says_weights_and_what_its_parts_found(runs, tmp_path, 
         assert said in text
 
 
-def test_an_option_after_a_preset_overrides_and_another_model_has_its_own_options(
-    runs, tmp_path, capsys
-):
-    table = fitted(runs, tmp_path, "--as", "TS", "--model", "mlr", "--points", "T1,T4")
+def test_an_option_after_a_preset_overrides_and_another_model_has_its_own_options(fitted):
+    table, text = fitted("--as", "TS", "--model", "mlr", "--points", "T1,T4")
     assert (table["error_model"]["kind"], table["chosen"]) == ("mlr", ["T1", "T4"])
-    text = capsys.readouterr().out
     assert "variance inflation: T1 " in text
     assert ", T4 " in text
 
 
-def test_each_model_of_a_study_has_the_study_s_options(runs, tmp_path):
+def test_each_model_of_a_study_has_the_study_s_options(fitted):
     points = ["--points", "T1,T4", "--option", "iterations=3"]
-    table = fitted(runs, tmp_path, "--as", "TS", "--model", "bp", *points)
+    table, _ = fitted("--as", "TS", "--model", "bp", *points)
     options = table["provenance"]["options"]
     assert (options["hidden"], options["decay"]) == ([5, 5], 0.0)
 
 
-def test_the_network_study_trains_without_decay_on_points_chosen_its_way(runs, tmp_path, capsys):
-    table = fitted(runs, tmp_path, "--as", "GA", *QUICK)
+def test_the_network_study_trains_without_decay_on_points_chosen_its_way(fitted):
+    table, text = fitted("--as", "GA", *QUICK)
     options = table["provenance"]["options"]
     assert options["decay"] == TRAINED["decay"] == 0.0
     assert options["hidden"] == 10
-    assert {key: options[key] for key in ("image", "score")} == {
-        "image": "mean",
-        "score": "relational",
-    }
-    assert "-10-" in next(
-        line for line in capsys.readouterr().out.splitlines() if "network" in line
-    )
+    assert (options["image"], options["score"]) == ("mean", "relational")
+    assert "-10-" in next(line for line in text.splitlines() if "network" in line)
 
 
-def test_a_comparison_takes_options_of_models_and_of_the_choice(runs, capsys, refused):
+def test_a_comparison_takes_options_of_models_and_of_the_choice(runs, prints, refused):
     given = ["compare", "--train", runs[0], "--validate", runs[1], "--as", "TS", "--json"]
     quick = ["--models", "mlr,bp", "--option", "bp.iterations=3", "--option", "bp.hidden=[4]"]
-    assert main([*given, *quick]) == 0
-    found = json.loads(capsys.readouterr().out)
+    found = json.loads(prints([*given, *quick]))
     kinds = {one["name"] for one in found["models"]}
     assert {"mlr", "bp", "no_model"} <= kinds
     assert "fem" in refused([*given, "--option", "fem.identify=false"])
@@ -123,7 +117,6 @@ def test_what_is_no_study_is_refused_in_one_line(runs, refused):
 @pytest.fixture(scope="module")
 def lathe_runs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     """Runs without a tilt, whose first displacement is not the one along the spindle."""
-    folder = tmp_path_factory.mktemp("lathe")
     time = np.arange(0.0, 7200.0, 60.0)
     made = []
     for seed, name in enumerate("ab"):
@@ -134,24 +127,23 @@ def lathe_runs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
         frame = pd.DataFrame({"time_s": time, "speed_rpm": 2000.0, **columns})
         frame["disp_x_um"] = -rises[1] + noise[0]
         frame["disp_z_um"] = 5.0 * rises[3] + noise[1]
-        made.append(str(write_run(Run(name, frame), folder / f"{name}.csv")))
-    return made
+        made.append(Run(name, frame))
+    return written(tmp_path_factory.mktemp("lathe"), *made)
 
 
 @pytest.mark.parametrize("study", ["GA", "TS"])
 def test_a_study_scores_by_what_grows_along_the_spindle_where_there_is_no_tilt(
-    lathe_runs, tmp_path, study
+    lathe_runs, fitted, study
 ):
     assert sd.points(lathe_runs, study=study).survey.target == "disp_z"
     assert sd.points(lathe_runs).survey.target == "disp_z"
     quick = QUICK if study == "GA" else ["--option", "order=1"]
-    table = fitted(lathe_runs, tmp_path, "--as", study, *quick)
+    table, _ = fitted("--as", study, *quick, of=lathe_runs)
     assert table["provenance"]["options"]["target"] == "growth"
 
 
 def test_what_a_study_takes_by_name_is_asked_for_where_it_is_not_recorded(tmp_path, refused):
-    run = make_run("a", 0, hours=1.0)
-    path = str(write_run(run, tmp_path / "a.csv"))
+    (path,) = written(tmp_path, make_run("a", 0, hours=1.0))
     words = "front bearing, rear bearing and air: name yours"
     for command in (["fit", path, "-o", str(tmp_path / "c.json")], ["points", path]):
         assert words in refused([*command, "--as", "VAC"])
@@ -162,29 +154,26 @@ def test_what_a_study_takes_by_name_is_asked_for_where_it_is_not_recorded(tmp_pa
         sd.compare([path], study="VAC")
 
 
-def test_pure_rotation_says_what_it_leaves_out(runs, tmp_path, capsys):
+def test_pure_rotation_says_what_it_leaves_out(fitted):
     left_out = "pure rotation leaves out the radial drift at the gauge line: RMS X "
-    fitted(runs, tmp_path, "--model", "mlr", "--form", "pure_rotation")
-    assert left_out in capsys.readouterr().out
-    fitted(runs, tmp_path, "--model", "mlr")
-    assert left_out not in capsys.readouterr().out
+    assert left_out in fitted("--model", "mlr", "--form", "pure_rotation")[1]
+    assert left_out not in fitted("--model", "mlr")[1]
 
 
 def test_a_network_draws_its_convergence_and_a_regression_says_that_it_draws_nothing(
-    runs, tmp_path, capsys
+    fitted, tmp_path
 ):
     quick = ["--option", "iterations=3", "--option", "hidden=4"]
-    fitted(runs, tmp_path, "--model", "bp", *quick, "--out", str(tmp_path / "bp"))
+    _, text = fitted("--model", "bp", *quick, "--out", str(tmp_path / "bp"))
     assert (tmp_path / "bp" / "convergence.png").stat().st_size > 10_000
-    assert "-4-5, 3 iterations" in capsys.readouterr().out
-    fitted(runs, tmp_path, "--model", "mlr", "--out", str(tmp_path / "mlr"))
-    assert "nothing to draw" in capsys.readouterr().out
+    assert "-4-5, 3 iterations" in text
+    _, text = fitted("--model", "mlr", "--out", str(tmp_path / "mlr"))
+    assert "nothing to draw" in text
     assert not (tmp_path / "mlr").exists()
 
 
-def test_points_of_one_run_say_what_they_cannot_and_refuse_an_unknown_option(runs, capsys):
-    assert main(["points", runs[0], "--clusters", "2"]) == 0
-    told = capsys.readouterr().out
+def test_points_of_one_run_say_what_they_cannot_and_refuse_an_unknown_option(runs, prints):
+    told = prints(["points", runs[0], "--clusters", "2"])
     assert "nan" not in told
     assert "needs a second run" in told
     assert "[um/K]" in told

@@ -15,11 +15,12 @@ from fmu_compensator.runtime.modelfile import load_model
 from measurement.drift import measured_drift
 from measurement.errors import BadInput
 from measurement.rig import DirectRig, FivePointRig, rig_from_table
-from measurement.runs import Run, read_run, write_run
+from measurement.runs import Run, read_run
 from scenarios.cli import main
 from scenarios.fmu_files import build_compensator
 from scenarios.probing import Probing
-from scenarios.replay import model_of, replay, rig_of_model
+from scenarios.replay import Replay, model_of, replay, rig_of_model
+from tests.scenarios.conftest import written
 
 DIRECT = {"kind": "direct", "axes": {"disp_x": {"axis": "X", "sign": -1}, "growth": {"axis": "Z"}}}
 RUNS = [("monday", 7), ("tuesday", 8)]
@@ -77,10 +78,15 @@ def direct_fmu(direct_model: Path, tmp_path_factory: pytest.TempPathFactory) -> 
     return build_compensator(direct_model, tmp_path_factory.mktemp("direct_fmu"))
 
 
+def replayed(fmu: Path, run: Run, *more: float, **options: Any) -> Replay:
+    """Replay a run on an FMU as it is."""
+    model = model_of(fmu)
+    return replay(fmu, model, run, rig_of_model(model), *more, **options)
+
+
 def test_directions_come_from_the_compensator_file(direct_fmu):
-    model = model_of(direct_fmu)
     run = warming("unseen", 9)
-    found = replay(direct_fmu, model, run, rig_of_model(model))
+    found = replayed(direct_fmu, run)
     frame = found.frame
     assert frame["drift_X_um"].to_numpy() == pytest.approx(-run.frame["disp_x_um"].to_numpy())
     assert frame["drift_Z_um"].to_numpy() == pytest.approx(run.frame["growth_um"].to_numpy())
@@ -113,10 +119,9 @@ def test_a_replay_judges_as_fit_does(doubting_fmu, probing):
 def test_the_tilt_counts_at_the_tool_length(tmp_path):
     rig = rig_from_table(FIVE, "rig")
     fmu = build_compensator(built(rig, tmp_path, tool_length_mm=(0.0, 300.0)), tmp_path)
-    model = model_of(fmu)
     run = warming("unseen", 9)
     for length in (30.0, 250.0):
-        frame = replay(fmu, model, run, rig_of_model(model), length).frame
+        frame = replayed(fmu, run, length).frame
         s1, s3 = run.frame["S1_um"].to_numpy(), run.frame["S3_um"].to_numpy()
         expected = s1 + (length - 30.0) * (s3 - s1) / 100.0
         assert frame["drift_X_um"].to_numpy() == pytest.approx(expected, abs=1e-6)
@@ -146,27 +151,25 @@ def test_drift_of_a_tilted_tool_keeps_the_exact_cosine():
 
 
 def test_a_thermometer_that_is_read_rarely_is_held_and_one_that_fails_is_not(direct_fmu):
-    model = model_of(direct_fmu)
     run = warming("unseen", 9)
     rows = np.arange(len(run.frame))
     rare = Run("rare", run.frame.assign(T2_degC=run.frame["T2_degC"].where(rows % 15 == 0)))
     failed = Run("failed", run.frame.assign(T2_degC=run.frame["T2_degC"].where(rows < 180)))
-    frames = [replay(direct_fmu, model, one, rig_of_model(model)).frame for one in (rare, failed)]
+    frames = [replayed(direct_fmu, one).frame for one in (rare, failed)]
     assert set(frames[0]["status_1"]) <= {0, 1, 2}
     assert frames[0]["error_Z_um"].abs().mean() < 0.3 * frames[0]["drift_Z_um"].abs().mean()
     assert frames[1]["status_1"].iloc[-1] == 4
 
 
 def test_rows_with_a_frozen_sensor_do_not_count_unless_asked(direct_fmu):
-    model = model_of(direct_fmu)
     run = warming("frozen", 9)
     frame = run.frame.copy()
     frame.loc[100:250, "disp_x_um"] = frame.loc[100, "disp_x_um"]
     frozen = Run("frozen", frame)
-    found = replay(direct_fmu, model, frozen, rig_of_model(model))
+    found = replayed(direct_fmu, frozen)
     assert found.left_out >= 140
     assert found.frame["drift_X_um"].isna().sum() == found.left_out
-    kept = replay(direct_fmu, model, frozen, rig_of_model(model), keep_frozen=True)
+    kept = replayed(direct_fmu, frozen, keep_frozen=True)
     assert kept.left_out == 0
     assert kept.frame["drift_X_um"].notna().all()
 
@@ -177,29 +180,26 @@ def test_where_a_gauge_starts_is_no_drift(form, tmp_path):
     fmu = build_compensator(
         built(rig_from_table(DIRECT, "rig"), tmp_path, input_form=form), tmp_path
     )
-    model = model_of(fmu)
     run = warming("unseen", 9)
     moved = Run("moved", run.frame.assign(growth_um=run.frame["growth_um"] + 500.0))
-    plain, other = (replay(fmu, model, one, rig_of_model(model)).frame for one in (run, moved))
+    plain, other = (replayed(fmu, one).frame for one in (run, moved))
     assert other["error_Z_um"].to_numpy() == pytest.approx(plain["error_Z_um"].to_numpy())
     assert other["error_Z_um"].abs().mean() < 0.15 * other["drift_Z_um"].abs().mean()
 
 
-def test_a_compensator_that_never_starts_says_why(direct_model, tmp_path, capsys):
+def test_a_compensator_that_never_starts_says_why(direct_model, tmp_path, prints):
     run = warming("hot", 9)
     hot = {name: run.frame[name] + 90.0 for name in run.frame if str(name).endswith("_degC")}
-    path = write_run(Run("hot", run.frame.assign(**hot)), tmp_path / "hot.csv")
-    assert main(["replay", str(direct_model), str(path), "--out", str(tmp_path / "out")]) == 0
-    said = capsys.readouterr().out
+    (path,) = written(tmp_path, Run("hot", run.frame.assign(**hot)))
+    said = prints(["replay", str(direct_model), path, "--out", str(tmp_path / "out")])
     assert "hot: the compensator never started: waiting for the first valid sample: T" in said
     assert " 0 %" in said
 
 
 def test_a_run_without_a_chosen_temperature_is_refused(direct_fmu):
-    model = model_of(direct_fmu)
     run = Run("poor", warming("unseen", 9).frame.drop(columns="T2_degC"))
     with pytest.raises(BadInput, match="column T2_degC: is missing"):
-        replay(direct_fmu, model, run, rig_of_model(model))
+        replayed(direct_fmu, run)
 
 
 def test_an_fmu_without_a_compensator_file_is_refused(tiny_compensator):
@@ -207,12 +207,11 @@ def test_an_fmu_without_a_compensator_file_is_refused(tiny_compensator):
         model_of(tiny_compensator)
 
 
-def test_the_command_replays_several_runs(direct_model, tmp_path, capsys, refused):
-    paths = [write_run(warming(name, seed), tmp_path / f"{name}.csv") for name, seed in RUNS]
+def test_the_command_replays_several_runs(direct_model, tmp_path, prints, refused):
+    paths = written(tmp_path, *(warming(name, seed) for name, seed in RUNS))
     out = tmp_path / "out"
-    argv = ["replay", str(direct_model), *map(str, paths), "--out", str(out)]
-    assert main(argv) == 0
-    shown = capsys.readouterr().out
+    argv = ["replay", str(direct_model), *paths, "--out", str(out)]
+    shown = prints(argv)
     for title in ("All runs together", "monday", "tuesday", "No compensation"):
         assert title in shown
     table = json.loads((out / "table.json").read_text())
@@ -222,33 +221,31 @@ def test_the_command_replays_several_runs(direct_model, tmp_path, capsys, refuse
     assert whole["samples"] == sum(axis["samples"] for axis in single)
     assert whole["improvement_percent"] > 80
     assert read_run(out / "results_monday.csv").frame["time_s"].iloc[0] == 50.0
-    assert "monday: is the name of two of the runs" in refused(
-        [*argv[:3], str(paths[0]), *argv[2:]]
-    )
+    assert "monday: is the name of two of the runs" in refused([*argv[:3], paths[0], *argv[2:]])
 
 
-def test_a_replay_scenario_finds_its_files_beside_it(direct_model, tmp_path, capsys):
-    write_run(warming("monday", 7), tmp_path / "monday.csv")
+def test_a_replay_scenario_finds_its_files_beside_it(direct_model, tmp_path, prints):
+    written(tmp_path, warming("monday", 7))
     (tmp_path / "model.json").write_bytes(direct_model.read_bytes())
     scenario = tmp_path / "again.toml"
     scenario.write_text(
         'format = 1\nname = "again"\ntitle = "Again"\n'
         '[compensator]\nfmu = "model.json"\n[replay]\nruns = ["monday.csv"]\n'
     )
-    assert main(["run", str(scenario), "--out", str(tmp_path / "out"), "--json"]) == 0
-    table = json.loads(capsys.readouterr().out)
+    table = json.loads(prints(["run", str(scenario), "--out", str(tmp_path / "out"), "--json"]))
     assert [group["title"] for group in table["table"]] == ["monday"]
 
 
 @pytest.mark.long
 @pytest.mark.real_data
-def test_a_compensator_of_measured_runs_helps_on_runs_it_never_saw(lathe_runs, tmp_path, capsys):
+def test_a_compensator_of_measured_runs_helps_on_runs_it_never_saw(lathe_runs, tmp_path, prints):
     model, out = tmp_path / "lathe.json", tmp_path / "out"
     training, unseen = lathe_runs[:-6], lathe_runs[-6:]
     few = ["--points", "all"]
     assert main(["fit", *map(str, training), *few, "-o", str(model)]) == 0
-    assert main(["replay", str(model), *map(str, unseen), "--out", str(out)]) == 0
-    assert "All runs together" in capsys.readouterr().out
+    assert "All runs together" in prints(
+        ["replay", str(model), *map(str, unseen), "--out", str(out)]
+    )
     whole = json.loads((out / "table.json").read_text())["table"][0]["rows"][1]["axes"]
     assert set(whole) == {"X", "Z"}
     for axis in whole.values():
@@ -271,15 +268,15 @@ def doubting_fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_probes_at_fixed_intervals_correct_what_the_model_lacks(doubting_fmu):
-    model, run = model_of(doubting_fmu), strange("unseen", 9)
+    run = strange("unseen", 9)
     probing = Probing(every_s=900.0)
-    found = replay(doubting_fmu, model, run, rig_of_model(model), probing=probing)
+    found = replayed(doubting_fmu, run, probing=probing)
     assert found.probes is not None
     assert np.diff(run.time_s[[0, *found.probes]]).tolist() == [900.0] * 7
     frame = found.frame
     probed, unprobed = (frame[f"{what}error_Z_um"].abs().mean() for what in ("", "unprobed_"))
     assert probed < 0.7 * unprobed
-    plain = replay(doubting_fmu, model, run, rig_of_model(model)).frame
+    plain = replayed(doubting_fmu, run).frame
     assert np.array_equal(frame["unprobed_error_Z_um"], plain["error_Z_um"])
     # Up to the first probe there is no difference, and what is held comes from a probe before.
     first = found.probes[0]
@@ -287,19 +284,17 @@ def test_probes_at_fixed_intervals_correct_what_the_model_lacks(doubting_fmu):
     held = (frame["drift_Z_um"] - frame["held_error_Z_um"]).to_numpy()
     assert not held[: first + 1].any()
     assert held[first + 1] == pytest.approx(frame["drift_Z_um"][first], abs=3.0)
-    again = replay(doubting_fmu, model, run, rig_of_model(model), probing=probing)
+    again = replayed(doubting_fmu, run, probing=probing)
     assert again.frame.equals(frame)
 
 
 def test_probes_come_when_the_uncertainty_asks_for_them(doubting_fmu):
-    model, run = model_of(doubting_fmu), strange("unseen", 9)
+    run = strange("unseen", 9)
     count = []
     usual = 1000.0
     for share in (1.0, 0.95, 0.6):
         limit = share * usual
-        found = replay(
-            doubting_fmu, model, run, rig_of_model(model), probing=Probing(when_um=limit)
-        )
+        found = replayed(doubting_fmu, run, probing=Probing(when_um=limit))
         assert found.probes is not None
         wide = found.frame[["dX_uncertainty_um", "dZ_uncertainty_um"]].max(axis=1).to_numpy()
         assert (wide[list(found.probes)] > limit).all()
@@ -309,34 +304,14 @@ def test_probes_come_when_the_uncertainty_asks_for_them(doubting_fmu):
     assert 0 == count[0] < count[1] < count[2]
 
 
-def test_the_command_shows_probes_beside_none_and_the_last_one_held(doubting_fmu, tmp_path, capsys):
-    paths = [tmp_path / f"{name}.csv" for name, _ in RUNS]
-    for path, (name, seed) in zip(paths, RUNS, strict=True):
-        write_run(strange(name, seed).frame, path)
+def test_the_command_shows_probes_beside_none_and_the_last_one_held(doubting_fmu, tmp_path, prints):
+    paths = written(tmp_path, *(strange(name, seed) for name, seed in RUNS))
     out = tmp_path / "results"
-    arguments = ["replay", str(doubting_fmu), *map(str, paths), "--out", str(out)]
-    assert main([*arguments, "--probe-every", "30min", "--probe-noise", "0.2um"]) == 0
-    printed = capsys.readouterr().out
+    arguments = ["replay", str(doubting_fmu), *paths, "--out", str(out)]
+    printed = prints([*arguments, "--probe-every", "30min", "--probe-noise", "0.2um"])
     for label in ("Compensated, with probes", "Last probe held"):
         assert printed.count(label) == 3
     assert "monday: 3 probes, 1.5 an hour, at 30, 60, 90 min." in printed
     table = json.loads((out / "table.json").read_text(encoding="utf-8"))
     assert [len(run["probed_s"]) for run in table["runs"]] == [3, 3]
     assert "Last probe held" in (out / "report.html").read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize(
-    ("options", "told"),
-    [
-        (["--probe-when", "3"], "--probe-when: '3' is not allowed: a number with its unit"),
-        (["--probe-every", "0min"], "--probe-every: '0min' is not allowed: a number with its unit"),
-        (["--probe-noise", "1um"], "--probe-noise: needs --probe-when or --probe-every"),
-        (["--seed", "-1"], "--seed: -1 is not allowed: 0 to "),
-    ],
-)
-def test_probes_that_cannot_be_are_refused(options, told, tmp_path, refused):
-    out = ["--out", str(tmp_path / "out")]
-    error = refused(["replay", "model.json", "run.csv", *options, *out])
-    assert told in error
-
-    assert not (tmp_path / "out").exists()

@@ -9,9 +9,8 @@ import pytest
 
 from scenarios.runner import run_scenario
 from scenarios.scenario import read_scenario
-from tests.scenarios.conftest import TINY
+from tests.scenarios.conftest import MISSING, TINY
 
-FAULT = '\n[[faults]]\nsensor = "T1"\nkind = "missing"\nstart_s = 5\nend_s = 8\n'
 VARIANTS = (
     '\n[[variants]]\nname = "on"\ntitle = "With <b>offsets</b> & care"\n'
     '[[variants]]\nname = "off"\nset = { "compensator.enabled" = false }\n'
@@ -26,7 +25,7 @@ def report(
     folder = tmp_path_factory.mktemp("report")
     shutil.copy(tiny_plant, folder / "plant.fmu")
     shutil.copy(tiny_compensator, folder / "compensator.fmu")
-    (folder / "tiny.toml").write_text(TINY + FAULT + VARIANTS, encoding="utf-8")
+    (folder / "tiny.toml").write_text(TINY + MISSING + VARIANTS, encoding="utf-8")
     run_scenario(read_scenario(folder / "tiny.toml"), folder / "out", folder, quiet=True)
     return folder / "out" / "report.html"
 

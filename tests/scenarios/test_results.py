@@ -9,9 +9,10 @@ from measurement.errors import BadInput
 from measurement.runs import read_run
 from scenarios import runner
 from scenarios.outputs import RESULTS, TABLE
-from scenarios.results import check_folder, results_folder
+from scenarios.results import results_folder
 from scenarios.runner import run_scenario
 from scenarios.scenario import read_scenario
+from tests.scenarios.conftest import MISSING, names
 
 TABLE_TEXT = json.dumps({"kind": RESULTS, "files": [TABLE, "new.txt"]})
 
@@ -27,10 +28,6 @@ def write_half(target: Path, error: type[BaseException]) -> None:
         raise error
 
 
-def names(folder: Path) -> list[str]:
-    return sorted(path.name for path in folder.iterdir())
-
-
 def test_a_failure_half_way_leaves_what_was_there(tmp_path):
     target = tmp_path / "results"
     with results_folder(target) as folder:
@@ -39,21 +36,6 @@ def test_a_failure_half_way_leaves_what_was_there(tmp_path):
         write_half(target, RuntimeError)
     assert (target / "new.txt").read_text() == "old"
     assert names(tmp_path) == ["results"]
-
-
-def test_a_foreign_folder_or_a_file_is_refused(tmp_path):
-    (tmp_path / "thesis.tex").write_text("x")
-    with pytest.raises(BadInput, match="holds files and no results"):
-        check_folder(tmp_path)
-    with pytest.raises(BadInput, match="is a file"):
-        check_folder(tmp_path / "thesis.tex")
-    (tmp_path / TABLE).write_text("[[[")
-    with pytest.raises(BadInput, match="no results"):
-        check_folder(tmp_path)
-    (tmp_path / TABLE).write_text(TABLE_TEXT)
-    with pytest.raises(BadInput, match=r"holds thesis\.tex"):
-        check_folder(tmp_path)
-    assert (tmp_path / "thesis.tex").read_text() == "x"
 
 
 def test_a_scenario_leaves_everything_it_promises(tmp_path, tiny_scenario, tiny_folder):
@@ -111,8 +93,7 @@ def test_a_failure_while_writing_leaves_no_folder(
 
 
 def test_the_same_scenario_gives_the_same_bytes(tmp_path, tiny_scenario, tiny_folder):
-    fault = '\n[[faults]]\nsensor = "T1"\nkind = "missing"\nstart_s = 5\nend_s = 8\n'
-    tiny_scenario.write_text(tiny_scenario.read_text() + fault)
+    tiny_scenario.write_text(tiny_scenario.read_text() + MISSING)
     found = []
     for name in ("a", "b"):
         run_scenario(read_scenario(tiny_scenario), tmp_path / name, tiny_folder, quiet=True)

@@ -13,9 +13,7 @@ import pytest
 
 from measurement.errors import BadInput
 from scenarios import unpacking
-from scenarios.cosimulation import simulate
 from scenarios.fmu import FmuError
-from scenarios.scenario import read_scenario
 from scenarios.unpacking import Unpacked
 from tests.patience import PATIENCE_S, until
 from tests.scenarios.tiny_fmus import PLANT, build_tiny
@@ -29,40 +27,26 @@ def temporary(plain_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return plain_path
 
 
-def test_fmus_in_the_wrong_place_are_refused(tiny_scenario, tiny_folder, tmp_path, refused):
-    plant, compensator = str(tiny_folder / "plant.fmu"), str(tiny_folder / "compensator.fmu")
-    common = ["run", str(tiny_scenario), "--out", str(tmp_path / "out"), "--quiet"]
-    line = refused([*common, "--plant", plant, "--compensator", plant])
-    assert line.endswith(f"{plant}: is no compensator: it has no output dX, dY, dZ, valid, status")
-    line = refused([*common, "--plant", compensator, "--compensator", compensator])
-    assert line.endswith(f"{compensator}: is no plant: it has no input dX, dY or dZ")
-    assert not (tmp_path / "out").exists()
-
-
-def test_a_plant_without_the_error_that_is_left_is_refused(tiny_scenario, tmp_path):
+def test_a_plant_without_the_error_that_is_left_is_refused(simulated, tmp_path):
     source = PLANT.replace('("drift", "offset", "error")', '("drift", "offset")', 2)
     plant = build_tiny(source.replace("error_", "hidden_"), "BlindPlant", tmp_path / "blind")
-    (case,) = read_scenario(tiny_scenario).cases
     with pytest.raises(BadInput, match=r"is no plant: .* output error_X, error_Y, error_Z$"):
-        simulate(case, plant, None, quiet=True)
+        simulated(plant=plant, compensator=None)
 
 
-def test_a_good_run_and_a_failed_start_leave_nothing_unpacked(
-    tiny_scenario, tiny_plant, tmp_path, temporary
-):
-    (case,) = read_scenario(tiny_scenario).cases
-    simulate(case, tiny_plant, None, quiet=True)
+def test_a_good_run_and_a_failed_start_leave_nothing_unpacked(simulated, tmp_path, temporary):
+    simulated(compensator=None)
     # The builder makes an instance of its own, and that one must work.
     failing = 'len("dummyInstance") / (kwargs["instance_name"] == "dummyInstance")'
     source = PLANT.replace("self.speed = 0.0\n", f"self.speed = {failing}\n", 1)
     broken = build_tiny(source, "BrokenPlant", tmp_path / "broken")
     with pytest.raises(FmuError, match="cannot be started"):
-        simulate(case, broken, None, quiet=True)
+        simulated(plant=broken, compensator=None)
     assert list(temporary.iterdir()) == []
 
 
 def test_a_damaged_fmu_is_refused_and_leaves_nothing_unpacked(
-    tiny_scenario, tiny_plant, tmp_path, temporary
+    simulated, tiny_plant, tmp_path, temporary
 ):
     damaged = tmp_path / "damaged.fmu"
     shutil.copy(tiny_plant, damaged)
@@ -72,9 +56,8 @@ def test_a_damaged_fmu_is_refused_and_leaves_nothing_unpacked(
     data = bytearray(damaged.read_bytes())
     data[place] ^= 0xFF
     damaged.write_bytes(data)
-    (case,) = read_scenario(tiny_scenario).cases
     with pytest.raises(BadInput, match="cannot be unpacked into"):
-        simulate(case, damaged, None, quiet=True)
+        simulated(plant=damaged, compensator=None)
     assert list(temporary.iterdir()) == []
 
 

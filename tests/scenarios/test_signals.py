@@ -31,14 +31,27 @@ def test_a_scaled_signal_is_a_factor_times_another():
         build({"kind": "scaled", "signal": {"kind": "rmap"}, "factor": 1.0}, setting())
 
 
-def test_steps_jump_at_their_times_and_hold_before_the_first():
-    steps = {"kind": "steps", "times_s": [5, 10], "values": [1, 2]}
-    assert values(steps) == [1, 1, 1, 1, 2, 2, 2]
+LEVELS = {"kind": "steps", "values": [1, 2]}
+RAMP = {"kind": "ramp", "start": 0, "end": 8, "start_s": 1, "end_s": 9}
+SINE = {"kind": "sine", "mean": 20, "amplitude": 2, "period_s": 40, "phase_deg": 90}
+RISE = {"kind": "first_order", "start": 10, "end": 20, "time_constant_s": 5, "start_s": 5}
+SUM = {"kind": "sum", "parts": [1, {"kind": "steps", "times_s": [0, 5], "values": [0, 2]}]}
 
 
-def test_steps_repeat():
-    steps = {"kind": "steps", "times_s": [0, 5], "values": [1, 2], "repeat_s": 10}
-    assert values(steps) == [1, 1, 2, 2, 1, 1, 1]
+@pytest.mark.parametrize(
+    ("entry", "times", "expected"),
+    [
+        (LEVELS | {"times_s": [5, 10]}, TIMES, [1, 1, 1, 1, 2, 2, 2]),
+        (LEVELS | {"times_s": [0, 5], "repeat_s": 10}, TIMES, [1, 1, 2, 2, 1, 1, 1]),
+        (RAMP, TIMES, [0, 0, 4, 8, 8, 8, 8]),
+        (SINE, np.array([0.0, 10.0, 20.0]), [22, 20, 18]),
+        (RISE, np.array([0.0, 5.0, 10.0]), [10, 10, 10 + 10 * (1 - np.exp(-1))]),
+        (SUM, TIMES, [1, 1, 3, 3, 3, 3, 3]),
+    ],
+    ids=["steps", "repeated steps", "ramp", "sine", "first order", "sum"],
+)
+def test_a_signal_has_the_values_worked_out_by_hand(entry, times, expected):
+    assert values(entry, times) == pytest.approx(expected)
 
 
 STEPS_S = ["0.05", "0.1", "0.3", "0.35", "0.7", "2.5"]
@@ -65,27 +78,6 @@ def test_steps_repeat_at_the_communication_points_that_the_scenario_names(step, 
     }
     times = np.arange(3000) * float(step)
     assert values(steps, times) == [k % count for k in range(3000)]
-
-
-def test_ramp_is_straight_and_level_outside():
-    ramp = {"kind": "ramp", "start": 0, "end": 8, "start_s": 1, "end_s": 9}
-    assert values(ramp) == [0, 0, 4, 8, 8, 8, 8]
-
-
-def test_sine_has_mean_amplitude_and_phase():
-    sine = {"kind": "sine", "mean": 20, "amplitude": 2, "period_s": 40, "phase_deg": 90}
-    assert values(sine, np.array([0.0, 10.0, 20.0])) == pytest.approx([22, 20, 18])
-
-
-def test_first_order_has_done_63_percent_after_its_time_constant():
-    rise = {"kind": "first_order", "start": 10, "end": 20, "time_constant_s": 5, "start_s": 5}
-    found = values(rise, np.array([0.0, 5.0, 10.0]))
-    assert found == pytest.approx([10, 10, 10 + 10 * (1 - np.exp(-1))])
-
-
-def test_sum_adds_its_parts():
-    parts = [1, {"kind": "steps", "times_s": [0, 5], "values": [0, 2]}]
-    assert values({"kind": "sum", "parts": parts}) == [1, 1, 3, 3, 3, 3, 3]
 
 
 def test_table_holds_commands_and_interpolates_measurements(tmp_path):

@@ -13,8 +13,6 @@ from typing import Any
 import pytest
 
 from measurement.errors import BadInput
-from scenarios.sweep.plan import Request
-from scenarios.sweep.runner import run_sweep
 from tests.patience import until
 
 pytest.importorskip("distributed")
@@ -75,8 +73,8 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
     found.close()
 
 
-def request(scenario: Path) -> Request:
-    return Request(str(scenario), ("gain=1e-3..2e-3",), CASES, overrides=(("duration_s", 500.0),))
+SWEPT = ("gain=1e-3..2e-3",)
+MORE = {"repeat": CASES, "overrides": (("duration_s", 500.0),)}
 
 
 def ended(out: Path) -> int:
@@ -85,7 +83,7 @@ def ended(out: Path) -> int:
 
 @pytest.mark.long
 def test_a_worker_that_is_killed_loses_nothing_and_nothing_counts_twice(
-    cluster, tiny_scenario, tiny_folder, tmp_path, monkeypatch
+    cluster, sweep, tmp_path, monkeypatch
 ):
     from scenarios.sweep.store import Store
 
@@ -103,44 +101,34 @@ def test_a_worker_that_is_killed_loses_nothing_and_nothing_counts_twice(
 
     monkeypatch.setattr(Store, "record", watched)
     # The workers are given the FMUs: they do not read this folder.
-    found = run_sweep(
-        request(tiny_scenario), tmp_path / "out", tiny_folder, cluster=cluster.address, quiet=True
-    )
+    found = sweep("out", *SWEPT, **MORE, workers=None, cluster=cluster.address)
     assert victim.poll() == -signal.SIGKILL
     assert (found["cases"], found["failed"]) == (CASES, 0)
     assert kept == dict.fromkeys(range(CASES), 1)
-    local = run_sweep(
-        request(tiny_scenario), tmp_path / "local", tiny_folder, workers=1, quiet=True
-    )
+    local = sweep("local", *SWEPT, **MORE)
     assert found == local
     for name in ("sweep.csv", "sweep.parquet", "percentiles.csv", "summary.json"):
         assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "local" / name).read_bytes()
 
 
-def test_no_scheduler_is_one_line(tiny_scenario, tiny_folder, tmp_path):
-    for address in ("tcp://127.0.0.1:1", "nonsense"):
-        no_answer = pytest.raises(
-            BadInput, match=f"^--cluster: {address}: no Dask scheduler answers"
-        )
-        with dask.config.set(PATIENCE), no_answer:
-            run_sweep(
-                request(tiny_scenario), tmp_path / "out", tiny_folder, cluster=address, quiet=True
-            )
+def refusal(sweep: Any, address: str) -> str:
+    """Return what a sweep on a cluster that does not answer in time is refused with."""
+    with dask.config.set(PATIENCE), pytest.raises(BadInput) as refused:
+        sweep("out", *SWEPT, **MORE, workers=None, cluster=address)
+    return str(refused.value)
 
 
-def test_a_scheduler_without_workers_is_one_line(cluster, tiny_scenario, tiny_folder, tmp_path):
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense"])
+def test_no_scheduler_is_one_line(sweep, address):
+    answer = refusal(sweep, address)
+    assert answer.startswith(f"--cluster: {address}: no Dask scheduler answers")
+
+
+def test_a_scheduler_without_workers_is_one_line(cluster, sweep):
     def it_has_started() -> bool:
-        with dask.config.set(PATIENCE), pytest.raises(BadInput) as refused:
-            run_sweep(
-                request(tiny_scenario),
-                tmp_path / "out",
-                tiny_folder,
-                cluster=cluster.address,
-                quiet=True,
-            )
-        if "no worker has joined in 500ms" in str(refused.value):
-            return True
-        assert "no Dask scheduler answers" in str(refused.value)
-        return False
+        answer = refusal(sweep, cluster.address)
+        started = "no worker has joined in 500ms" in answer
+        assert started or "no Dask scheduler answers" in answer
+        return started
 
     until(it_has_started)

@@ -3,7 +3,6 @@
 import importlib.util
 import json
 import math
-import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,6 +18,7 @@ from scenarios.cli import main
 from scenarios.report import STATES
 from tests.conftest import once
 from tests.fmu_packaging.apart import apart
+from tests.running import need_ziglang
 
 AGREE = 1e-9
 STEPS = 400
@@ -55,9 +55,7 @@ show([shown(place) for place in range(len(rows))])
 @pytest.fixture(scope="module")
 def page(shared: Path) -> Path:
     """The page of the shipped machine and compensator."""
-    if importlib.util.find_spec("ziglang") is None:
-        problem = "ziglang is not installed"
-        pytest.fail(problem) if os.environ.get("CI") else pytest.skip(problem)
+    need_ziglang()
 
     def make(new: Path) -> None:
         assert main(["web", "jig_borer", str(DEFAULT_MODEL), "-o", str(new)]) == 0
@@ -174,18 +172,6 @@ def test_the_page_needs_nothing_else(page):
     assert not re.findall(r'(?:src|href)="(?!data:)[^"]*"', text)
     assert not re.search(r"\b(?:fetch|XMLHttpRequest|import)\s*\(", text)
     assert '<meta name="generator" content="spindle-drift">' in text[:2000]
-
-
-@pytest.mark.parametrize(
-    ("machine", "problem"),
-    [("lathe", "neither an output of the plant nor a signal"), ("mill", "mill")],
-)
-def test_what_does_not_belong_together_is_refused(machine, problem, tmp_path, refused):
-    path = tmp_path / "page.html"
-    said = refused(["web", machine, str(DEFAULT_MODEL), "-o", str(path)])
-    assert problem in said
-
-    assert not path.exists()
 
 
 def test_the_interval_is_named_by_the_share_of_the_compensator_file(tmp_path, monkeypatch):
