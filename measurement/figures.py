@@ -1,4 +1,4 @@
-"""Figures of merit of predictions and compensations.
+"""Figures of merit of predictions.
 
 A pair of values counts only if neither is missing (NaN). A figure that the data do not define is
 NaN.
@@ -7,15 +7,9 @@ NaN.
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
-
-from measurement.rig import AXES, axis_of
-from measurement.units import split_column
 
 NEAR_ZERO_SHARE = 0.01
 """MAPE leaves out samples whose measured value is below this share of the largest one: a percentage
@@ -78,14 +72,13 @@ def figures_of_merit(measured: npt.ArrayLike, predicted: npt.ArrayLike) -> dict[
     }
 
 
-def improvement(before: npt.ArrayLike, after: npt.ArrayLike) -> float:
+def improvement(before: float, after: float) -> float:
     """Return "accuracy improved by": 1 - mean abs(after) / mean abs(before).
 
     Parameters
     ----------
-    before, after : float or array
-        The error without and with compensation [unit]. If the arrays have the same shape, a sample
-        counts only if both values are present; otherwise each array is averaged by itself.
+    before, after : float
+        The mean absolute error without and with compensation [unit].
 
     Returns
     -------
@@ -93,103 +86,7 @@ def improvement(before: npt.ArrayLike, after: npt.ArrayLike) -> float:
         1 is perfect, 0 no gain, negative worse than no compensation; NaN if there was no error
         before.
     """
-    first, second = (np.abs(np.asarray(values, dtype=np.float64)) for values in (before, after))
-    if first.shape == second.shape:
-        both = ~(np.isnan(first) | np.isnan(second))
-        first, second = first[both], second[both]
-    return 1.0 - _ratio(
-        _mean(second[~np.isnan(second)]),
-        _mean(first[~np.isnan(first)]),
-    )
-
-
-@dataclass(frozen=True)
-class CompensationRow:
-    """One axis of a compensation table.
-
-    Attributes
-    ----------
-    axis : str
-        X, Y or Z.
-    before_max_um, before_mean_um, after_max_um, after_mean_um : float
-        Largest and mean absolute drift, without and with compensation [um].
-    improvement_percent : float
-        Reduction of the mean [%].
-    samples : int
-        Number of samples that have both values.
-    """
-
-    axis: str
-    before_max_um: float
-    before_mean_um: float
-    after_max_um: float
-    after_mean_um: float
-    improvement_percent: float
-    samples: int
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the row as a plain dict."""
-        return asdict(self)
-
-
-def compensation_table(before: pd.DataFrame, after: pd.DataFrame) -> list[CompensationRow]:
-    """Return, for each of X, Y and Z, the drift before and after compensation.
-
-    Parameters
-    ----------
-    before, after : DataFrame, same number of rows
-        One column per axis, whose name contains the axis: ``drift_X_um``, ``error_X_um``,
-        ``disp_x_um`` or just ``X`` [um]. Columns that name no axis are ignored.
-
-    Returns
-    -------
-    list of CompensationRow
-        In the order X, Y, Z; an axis that neither frame has is left out.
-
-    Raises
-    ------
-    ValueError
-        If the frames differ in length, two columns name one axis, or only one frame has an axis.
-    """
-    if len(before) != len(after):
-        raise ValueError(f"before has {len(before)} rows and after {len(after)}")
-    first, second = _by_axis(before, "before"), _by_axis(after, "after")
-    if set(first) != set(second):
-        raise ValueError(f"before has the axes {sorted(first)} and after {sorted(second)}")
-    return [_row(axis, first[axis], second[axis]) for axis in AXES if axis in first]
-
-
-def _by_axis(frame: pd.DataFrame, what: str) -> dict[str, npt.NDArray[np.float64]]:
-    columns: dict[str, npt.NDArray[np.float64]] = {}
-    for name in map(str, frame.columns):
-        try:
-            signal, unit = split_column(name)
-        except ValueError:
-            signal, unit = name, "um"
-        found = axis_of(signal) if unit == "um" else None
-        if found is None:
-            continue
-        if found[0] in columns:
-            raise ValueError(f"{what} has two columns for axis {found[0]}, one of them {name!r}")
-        columns[found[0]] = frame[name].to_numpy(dtype=np.float64)
-    return columns
-
-
-def _row(
-    axis: str, before: npt.NDArray[np.float64], after: npt.NDArray[np.float64]
-) -> CompensationRow:
-    both = ~(np.isnan(before) | np.isnan(after))
-    first, second = np.abs(before[both]), np.abs(after[both])
-    largest = [float(part.max()) if part.size else math.nan for part in (first, second)]
-    return CompensationRow(
-        axis,
-        largest[0],
-        _mean(first),
-        largest[1],
-        _mean(second),
-        100.0 * improvement(first, second),
-        int(both.sum()),
-    )
+    return 1.0 - _ratio(after, before)
 
 
 def _mean(values: npt.NDArray[np.float64]) -> float:

@@ -4,15 +4,43 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
-from measurement.figures import CompensationRow, compensation_table
+from measurement.figures import improvement
 from measurement.files import json_ready
+from measurement.rig import AXES
 
 NO_COMPENSATION = "No compensation"
+
+
+@dataclass(frozen=True)
+class CompensationRow:
+    """The drift along one axis, before and after compensation.
+
+    Attributes
+    ----------
+    before_max_um, before_mean_um, after_max_um, after_mean_um : float
+        Largest and mean absolute drift, without and with compensation [um].
+    improvement_percent : float
+        Reduction of the mean [%].
+    samples : int
+        Number of samples that have both values.
+    """
+
+    before_max_um: float
+    before_mean_um: float
+    after_max_um: float
+    after_mean_um: float
+    improvement_percent: float
+    samples: int
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the row ready for JSON; an undefined figure is null."""
+        return dict(json_ready(asdict(self)))
 
 
 @dataclass(frozen=True)
@@ -71,10 +99,9 @@ def group_of(title: str, results: Iterable[tuple[str, str, pd.DataFrame]]) -> Gr
     """
     rows: list[Row] = []
     for name, label, frame in results:
-        before, after = _named(frame, "drift_"), _named(frame, "error_")
         if not rows:
-            rows.append(Row("", NO_COMPENSATION, _by_axis(before, before)))
-        rows.append(Row(name, label, _by_axis(before, after)))
+            rows.append(Row("", NO_COMPENSATION, _by_axis(frame, "drift")))
+        rows.append(Row(name, label, _by_axis(frame, "error")))
     return Group(title, tuple(rows))
 
 
@@ -92,32 +119,40 @@ def overall(groups: Sequence[Group], title: str) -> Group:
             rows = [group.rows[place].axes.get(axis) for group in groups]
             counted = [row for row in rows if row is not None and row.samples]
             if counted:
-                reference[axis], found[axis] = _taken_together(axis, counted)
+                reference[axis], found[axis] = _taken_together(counted)
         lines.append(Row("overall" if place == 1 else f"overall_{place}", label, found))
     return Group(title, (Row("", NO_COMPENSATION, reference), *lines))
 
 
 def _taken_together(
-    axis: str, rows: Sequence[CompensationRow]
+    rows: Sequence[CompensationRow],
 ) -> tuple[CompensationRow, CompensationRow]:
     samples = sum(row.samples for row in rows)
     before = sum(row.before_mean_um * row.samples for row in rows) / samples
     after = sum(row.after_mean_um * row.samples for row in rows) / samples
     before_max = max(row.before_max_um for row in rows)
     after_max = max(row.after_max_um for row in rows)
-    gain = 100.0 * (1.0 - after / before) if before > 0.0 else math.nan
+    gain = 100.0 * improvement(before, after)
     return (
-        CompensationRow(axis, before_max, before, before_max, before, 0.0, samples),
-        CompensationRow(axis, before_max, before, after_max, after, gain, samples),
+        CompensationRow(before_max, before, before_max, before, 0.0, samples),
+        CompensationRow(before_max, before, after_max, after, gain, samples),
     )
 
 
-def _named(frame: pd.DataFrame, prefix: str) -> pd.DataFrame:
-    return frame[[name for name in frame.columns if str(name).startswith(prefix)]]
-
-
-def _by_axis(before: pd.DataFrame, after: pd.DataFrame) -> dict[str, CompensationRow]:
-    return {row.axis: row for row in compensation_table(before, after)}
+def _by_axis(frame: pd.DataFrame, after: str) -> dict[str, CompensationRow]:
+    """Return the row of each axis, for what is left in the columns ``<after>_X_um`` ..."""
+    rows: dict[str, CompensationRow] = {}
+    for axis in AXES:
+        names = [f"{what}_{axis}_um" for what in ("drift", after)]
+        if set(names) <= set(frame):
+            # A sample counts only if it has both values.
+            both = frame[names].dropna().abs().to_numpy(dtype=np.float64)
+            most, means = [math.nan, math.nan], [math.nan, math.nan]
+            if len(both):
+                most, means = both.max(axis=0).tolist(), both.mean(axis=0).tolist()
+            gain = 100.0 * improvement(*means)
+            rows[axis] = CompensationRow(most[0], means[0], most[1], means[1], gain, len(both))
+    return rows
 
 
 def as_text(groups: Sequence[Group]) -> str:
@@ -169,14 +204,10 @@ def as_list(groups: Sequence[Group]) -> list[dict[str, Any]]:
                 {
                     "name": row.name,
                     "label": row.label,
-                    "axes": {axis: _figures(entry) for axis, entry in row.axes.items()},
+                    "axes": {axis: entry.to_dict() for axis, entry in row.axes.items()},
                 }
                 for row in group.rows
             ],
         }
         for group in groups
     ]
-
-
-def _figures(row: CompensationRow) -> dict[str, Any]:
-    return {key: value for key, value in json_ready(row.to_dict()).items() if key != "axis"}

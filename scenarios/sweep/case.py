@@ -23,9 +23,6 @@ POINTS = 240
 """Number of time intervals at which a case's curves are kept: set on no data."""
 
 
-NOT_FIGURES = ("axis", "samples")
-
-
 def outcome_of(job: Job, places: Mapping[str, Path], shelf: Shelf | None = None) -> dict[str, Any]:
     """Simulate a job and return its outcome, ready for JSON.
 
@@ -41,7 +38,7 @@ def outcome_of(job: Job, places: Mapping[str, Path], shelf: Shelf | None = None)
     -------
     dict
         ``number``; ``problem``, empty on success; ``axes``, by axis the figures of
-        `measurement.figures.CompensationRow`; ``valid_percent``, share of the time with valid
+        `scenarios.table.CompensationRow`; ``valid_percent``, share of the time with valid
         offsets; ``time_s`` and ``curves``, drift and error over time [um].
 
     Raises
@@ -66,7 +63,7 @@ def outcome_of(job: Job, places: Mapping[str, Path], shelf: Shelf | None = None)
         "number": job.number,
         "problem": "",
         "axes": {
-            axis: {k: v for k, v in json_ready(row.to_dict()).items() if k not in NOT_FIGURES}
+            axis: {k: v for k, v in row.to_dict().items() if k != "samples"}
             for axis, row in axes.items()
         },
         "valid_percent": 100.0 * float(frame["valid_1"].mean()) if "valid_1" in frame else None,
