@@ -168,38 +168,6 @@ class FivePointRig(SimulatedRig):
         values = (elongation, *tilt, x, y)
         return pd.DataFrame(dict(zip(POSE, values, strict=True)), index=frame.index)
 
-    def readings(self, pose: pd.DataFrame) -> pd.DataFrame:
-        """Return the five sensor readings [um] in a pose: the inverse of :meth:`pose`.
-
-        Parameters
-        ----------
-        pose : DataFrame
-            Has the columns that :meth:`pose` returns.
-
-        Raises
-        ------
-        BadInput
-            If a column is missing.
-        """
-        missing = next((name for name in POSE if name not in pose.columns), None)
-        if missing is not None:
-            raise BadInput("pose", missing, f"is missing; the columns {', '.join(POSE)} are needed")
-        elongation, yaw, pitch, x, y = (pose[name].to_numpy(dtype=np.float64) for name in POSE)
-        slope_x, slope_y = np.tan(yaw * RAD_PER_URAD), np.tan(pitch * RAD_PER_URAD)
-        spacing = self.spacing_mm * UM_PER_MM
-        if self.test_bar_mm:
-            bar = self.test_bar_mm * UM_PER_MM
-            more = _less_one(slope_x, slope_y)
-            elongation = elongation - (elongation + bar) * more / (1.0 + more)
-        values = (
-            self.near_x_sign * x,
-            self.near_y_sign * y,
-            self.distal_x_sign * (x + spacing * slope_x),
-            self.distal_y_sign * (y + spacing * slope_y),
-            self.axial_sign * elongation,
-        )
-        return pd.DataFrame(dict(zip(self.columns, values, strict=True)), index=pose.index)
-
     def targets(self, run: Run) -> pd.DataFrame:
         """Return the targets of an error model in a run: the measured pose.
 

@@ -11,6 +11,7 @@ import pytest
 from fmu_compensator.runtime.modelfile import Model, parse_model
 from measurement.rig import POSE, DirectRig, FivePointRig
 from measurement.runs import Run
+from tests.five_point import readings_of
 from tests.fmu_compensator.gaussians import knows_nothing
 from tests.fmu_compensator.models.made import lag
 from tests.fmus import models
@@ -80,4 +81,4 @@ def make_run(
         frame[f"{column}_degC"] = start + rise + noise * random.standard_normal(len(time))
     moved = (2.0 * fast + 3.0 * slow, 4.0 * slow, -2.0 * fast, 0.5 * slow, 0.3 * fast)
     pose = pd.DataFrame(dict(zip(POSE, moved, strict=True)))
-    return Run(name, pd.concat([frame, RIG.readings(pose)], axis=1))
+    return Run(name, pd.concat([frame, readings_of(RIG, pose)], axis=1))
