@@ -171,3 +171,8 @@ def test_evolution_finds_a_peak_and_keeps_the_best():
     assert best == pytest.approx(target, abs=0.1)
     assert all(b >= a for a, b in pairwise(history))
     assert history[-1] > 5 * history[0]
+
+
+def test_a_4_10_3_network_has_83_genes():
+    # 4 x 10 + 10 x 3 weights and 10 + 3 thresholds; the study's own sum says 110.
+    assert Shape((4, 10, 3)).size == 70 + 13

@@ -71,3 +71,7 @@ def test_two_bars_side_by_side_grow_together():
         axial[basis.nodal_dofs[1::2].ravel()] = True
         found.append(middle[on & axial].mean())
     assert (found[1] - found[0]) * 1e6 == pytest.approx(11.5e-6 * 400e3 * mean, rel=5e-3)
+
+
+def test_a_bar_grows_by_alpha_l_dt(bar):
+    assert bar.growth_row.sum() == pytest.approx(11.5e-6 * 200e3, rel=1e-9)
