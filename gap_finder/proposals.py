@@ -15,13 +15,6 @@ from gap_finder.score import Fit
 from gap_finder.screen import Screen
 from plant_model.effect_names import name_of
 
-PER_KIND = 2
-"""Candidates of each kind that the screening proposes for full scoring. Set for time, on no
-data."""
-
-PROPOSED = 16
-"""Candidates that the screening proposes in total; set for time, on no data."""
-
 LEADERS = 4
 """Candidates that are calibrated to the end, however little they gain at first; set for time, on no
 data."""
@@ -69,7 +62,7 @@ def screened(
         [addition.size_cost() for addition in sized]
     )
     order = np.argsort(-(won - prior)).tolist()
-    likely = _best_of_kinds(tried, order, PER_KIND, PROPOSED)
+    likely = _best_of_kinds(tried, order, 1)
     # Near the calibrated machine, effects that calibration absorbed show little: always score some.
     likely = [i for rank, i in enumerate(likely) if rank < LEADERS or won[i] > prior[i]]
     changes = [i for i in order if isinstance(tried[i], AddedChange)]
@@ -78,9 +71,7 @@ def screened(
     return Proposed([sized[i] for i in likely], [sized[i] for i in places])
 
 
-def _best_of_kinds(
-    tried: Sequence[Addition], order: Sequence[int], of_each: int, most: int | None = None
-) -> list[int]:
+def _best_of_kinds(tried: Sequence[Addition], order: Sequence[int], of_each: int) -> list[int]:
     """Return the positions of the first few candidates of every kind."""
     keys: dict[str, list[str]] = {}
     chosen: list[int] = []
@@ -90,7 +81,7 @@ def _best_of_kinds(
         if key not in of_kind and len(of_kind) < of_each:
             of_kind.append(key)
             chosen.append(i)
-    return chosen[:most]
+    return chosen
 
 
 def is_far_from_linear(addition: Addition) -> bool:
