@@ -13,7 +13,8 @@ from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.points import choose_points, on_grid
 from fmu_compensator.runtime.modelfile import parse_model
 from measurement.errors import BadInput
-from measurement.runs import Run
+from measurement.rig import DirectRig
+from measurement.runs import Run, read_run
 from tests.fmu_compensator.conftest import DIRECT_RIG, RIG, make_run
 from tests.refusing import refusal
 
@@ -301,3 +302,17 @@ def test_a_relational_score_chooses_too():
     choice = choose_points(prepared.runs, prepared.candidates, score="relational")
     assert choice.groups == [[0, 1], [3]]
     assert all(0.3 < score <= 1 for score in choice.scores.values())
+
+
+@pytest.mark.long
+@pytest.mark.real_data
+def test_measured_lathe_runs_unseen(lathe_runs):
+    runs = [read_run(path) for path in lathe_runs]
+    rig = DirectRig.model_validate({"axes": {"disp_x": {"axis": "X"}, "disp_z": {"axis": "Z"}}})
+    table = fit_compensator(runs, rig, "mlr")
+    notes = " ".join(table["provenance"]["notes"])
+    assert "PT10 is no candidate: broken for most of 20200821" in notes
+    assert "PT10" not in table["chosen"]
+    unseen = table["provenance"]["figures"]["unseen"]
+    for axis in ("X", "Z"):
+        assert unseen["like"][axis]["model"] < 0.75 * unseen["like"][axis]["no_model"]

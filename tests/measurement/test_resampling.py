@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from measurement.resampling import resample
-from measurement.runs import Run
+from measurement.runs import Run, read_run
 
 
 def uneven(seed: int, samples: int = 200) -> np.ndarray:
@@ -93,3 +93,15 @@ def test_a_senseless_step_is_refused(step):
     run = Run("r", pd.DataFrame({"time_s": [0.0, 100.0]}))
     with pytest.raises(ValueError, match="step_s"):
         run.resampled(step)
+
+
+@pytest.mark.long
+@pytest.mark.real_data
+def test_measured_runs_have_no_holes_at_any_usual_step(lathe_runs):
+    for path in lathe_runs:
+        run = read_run(path)
+        for step in (1.0, 60.0):
+            frame = run.resampled(step).frame
+            assert not frame.isna().any().any()
+            assert (frame.max() <= run.frame.max() + 1e-9).all()
+            assert (frame.min() >= run.frame.min() - 1e-9).all()

@@ -186,3 +186,14 @@ def test_a_large_file_is_read_by_pandas_and_not_cell_by_cell(tmp_path, monkeypat
     path.write_text("time_s,T1_degC\n0,1_0\n")
     assert "T1_degC" in refusal(read_run, path)
     assert cells
+
+
+@pytest.mark.long
+@pytest.mark.real_data
+def test_every_measured_run_is_read_whole(lathe_runs, electric_spindle_run):
+    for path in [*lathe_runs, electric_spindle_run]:
+        run = read_run(path)
+        assert len(run.frame) == path.read_text().count("\n") - 1
+        assert run.temperatures
+        assert run.displacements
+        assert not run.frame.isna().any().any()
