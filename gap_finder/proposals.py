@@ -31,7 +31,7 @@ class Proposed:
     Attributes
     ----------
     likely : list of Addition
-        The likeliest few, and others that lower the score in the screening.
+        The best of each kind: the likeliest few, and others that lower the score in the screening.
     places : list of Addition
         The next few of every kind of change, to be scored if that kind does best.
     """
