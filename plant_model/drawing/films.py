@@ -50,8 +50,7 @@ def channel_film(
     bend = diameter / (coil_mm * 1e-3)
     critical = min(2300.0 * (1.0 + 8.6 * float(bend**0.45)), TURBULENT)
     ends = _laminar(min(reynolds, critical), prandtl, bend), _turbulent(reynolds, prandtl, bend)
-    share = float(np.interp(reynolds, [critical, TURBULENT], [0.0, 1.0]))
-    nusselt = (1.0 - share) * ends[0] + share * ends[1]
+    nusselt = float(np.interp(reynolds, [critical, TURBULENT], ends))
     return nusselt * fluid.conductivity / diameter
 
 

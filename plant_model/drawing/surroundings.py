@@ -34,7 +34,7 @@ def add_surroundings(sheet: Sheet) -> None:
     _tool(sheet)
 
 
-def _channel_area(sheet: Sheet, jacket: JacketForm) -> tuple[float, float, float]:
+def _channel(sheet: Sheet, jacket: JacketForm) -> tuple[float, float, float]:
     """Return wetted wall [m2], volume [m3] and mean diameter [mm] of a jacket's channel."""
     channel = jacket.channel
     stretch = sheet.drawing.stretch_at("housing", (jacket.start + jacket.end) / 2.0)
@@ -64,7 +64,7 @@ def _jacket(sheet: Sheet, jacket: JacketForm) -> None:
     fluid = coolant(jacket.fluid)
     assert fluid is not None
     node = f"jacket_{jacket.name}"
-    wetted, volume, coil = _channel_area(sheet, jacket)
+    wetted, volume, coil = _channel(sheet, jacket)
     fed_by = f"jacket_{jacket.after}" if jacket.after else jacket.inlet
     heat = within(0.15, 1e3 * volume * fluid.heat_per_litre, "J/K", "coolant in the channel")
     sheet.node(node, heat)
