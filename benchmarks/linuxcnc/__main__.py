@@ -50,10 +50,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     args = parser.parse_args(argv)
     args.out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="spindle-drift-") as name:
-        work, found = Path(name), {}
-        for fmu in ("plant.fmu", str(DEFAULT_MODEL)):
-            found[fmu] = find_fmu(fmu, Path("dist"), Path(), work, quiet=True, native=True)
-        plant, gateway = found.values()
+        work = Path(name)
+        plant, gateway = (
+            find_fmu(fmu, Path("dist"), Path(), work, quiet=True, native=True)
+            for fmu in ("plant.fmu", str(DEFAULT_MODEL))
+        )
         kinds = {GATEWAY: gateway, COMPONENT: DEFAULT_MODEL}
         noses = run_days(work, kinds, plant, Plan(args.parts, args.part, way=args.offsets))
         for kind in noses:

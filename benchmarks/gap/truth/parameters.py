@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
 Parameters = dict[str, float]
@@ -123,11 +121,10 @@ def nominal() -> Parameters:
     return {name: value for name, (value, _) in TABLE.items()}
 
 
-def draw(rng: np.random.Generator, middle: Mapping[str, float] | None = None) -> Parameters:
-    """Return the numbers of a machine of this class, or of one whose middle has other numbers."""
-    found, middle = {}, nominal() | dict(middle or {})
-    for name, (_, kind) in TABLE.items():
-        deviation, most = SPREAD[kind]
-        factor = float(np.exp(np.clip(deviation * rng.standard_normal(), -most, most)))
-        found[name] = middle[name] * factor
+def draw(rng: np.random.Generator, middle: Parameters | None = None) -> Parameters:
+    """Return the numbers of a machine around the class's middle, or around another one."""
+    found = {}
+    for name, value in (middle or nominal()).items():
+        deviation, most = SPREAD[TABLE[name][1]]
+        found[name] = value * float(np.exp(np.clip(deviation * rng.standard_normal(), -most, most)))
     return found
