@@ -14,7 +14,7 @@ from fmu_compensator.runtime.compensator import WAITING, Output, RunningCompensa
 from fmu_compensator.runtime.modelfile import Model
 from measurement.drift import counted, late_by, measured_drift, predicted_drift
 from measurement.errors import BadInput
-from measurement.resampling import GAP_INTERVALS
+from measurement.resampling import GAP_INTERVALS, past_rounding
 from measurement.rig import AXES, Rig
 from measurement.runs import Run
 
@@ -228,7 +228,7 @@ def _probes(
     time_s = run.time_s[rows]
     last = float(time_s[0])
     for row in np.flatnonzero(np.isfinite(targets).all(axis=1)):
-        if time_s[row] - last >= every_s:
+        if past_rounding(float(time_s[row])) - last >= every_s:
             found[row], last = targets[row].tolist(), float(time_s[row])
     return found
 

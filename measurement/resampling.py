@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
+TimeT = TypeVar("TimeT", float, npt.NDArray[np.floating[Any]])
 
 GAP_INTERVALS = 5.0
 """Gaps of more than this many median intervals are not bridged. Set on observed loggers,
@@ -82,6 +83,21 @@ def resample(
         inside = slice(*np.searchsorted(grid_s, [part_time[0], _after(part_time[-1])]))
         result[inside] = _of_part(part_time, part_value, grid_s[inside], step_s)
     return result
+
+
+def past_rounding(time_s: TimeT) -> TimeT:
+    """Return times later by more than their rounding error, for a comparison with a moment.
+
+    A communication point is a number of steps times a step, which may be a little less than the
+    same moment written in a scenario: 36 x 0.3 s is less than 10.8 s. A row of a run at 3660.7 s is
+    less than an hour after one at 60.7 s.
+
+    Parameters
+    ----------
+    time_s : float or array
+        [s].
+    """
+    return time_s + 1e-12 * abs(time_s)
 
 
 def _after(time: float) -> float:

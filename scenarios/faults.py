@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from measurement.errors import BadInput
-from scenarios.signals.base import Duration, Seconds, Value, past_rounding
+from measurement.resampling import past_rounding
+from scenarios.signals.base import Duration, Seconds, Value
 
 Kind = Literal["missing", "frozen", "offset", "spike", "drift", "stuck-at"]
 NEEDS_VALUE = ("offset", "spike", "drift", "stuck-at")

@@ -8,12 +8,13 @@ import numpy as np
 import pandas as pd
 
 from measurement.errors import BadInput
+from measurement.resampling import past_rounding
 from measurement.rig import FivePointRig
 from measurement.units import split_column
 from scenarios.fmu import Port, Slave
 from scenarios.probing import is_due
 from scenarios.scenario import Probe
-from scenarios.signals.base import FloatArray, past_rounding
+from scenarios.signals.base import FloatArray
 from scenarios.wiring import PROBED
 
 

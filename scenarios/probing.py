@@ -12,7 +12,7 @@ from fmu_compensator.driving import begins_late
 from fmu_compensator.runtime.modelfile import Model
 from measurement.drift import counted, measured_drift
 from measurement.errors import BadInput
-from measurement.resampling import SLOW_S
+from measurement.resampling import SLOW_S, past_rounding
 from measurement.rig import Rig
 from measurement.runs import FloatArray, Run
 from measurement.units import split_column
@@ -118,7 +118,8 @@ class ProbedRun:
         probing = self.probing
         if not self._known[row] or (probing.most is not None and len(self.rows) >= probing.most):
             return False
-        since = float(self._time_s[row] - self._time_s[self.rows[-1] if self.rows else 0])
+        last = float(self._time_s[self.rows[-1] if self.rows else 0])
+        since = past_rounding(float(self._time_s[row])) - last
         measured = [half_widths[axis] for axis in self._axes]
         if not is_due(probing, since, measured, is_first=not self.rows):
             return False

@@ -50,7 +50,7 @@ _SPELLINGS: tuple[tuple[Conversion, str], ...] = (
     (Conversion("degC", 1.0, -273.15), "k kelvin degk °k"),
     (Conversion("degC", 5.0 / 9.0, -160.0 / 9.0), "f °f degf fahrenheit degreef °fahrenheit"),
     (Conversion("um"), "um µm micron microns micrometer micrometre mikrometer my"),
-    (Conversion("um", 1e-3), "nm nanometer nanometre"),
+    (Conversion("um", 1e-3), "nanometer nanometre"),
     (Conversion("mm", 25.4), "in inch inches"),
     (Conversion("um", 25.4), "mil thou"),
     (Conversion("mm"), "mm millimeter millimetre"),
@@ -62,7 +62,7 @@ _SPELLINGS: tuple[tuple[Conversion, str], ...] = (
     (Conversion("mm_min"), "mm/min mm_min mmpm"),
     (Conversion("mm_min", 1000.0), "m/min"),
     (Conversion("mm_min", 60.0), "mm/s"),
-    (Conversion("Nm"), "newtonmeter n*m n.m n-m"),
+    (Conversion("Nm"), "newtonmeter n*m n.m n-m nm"),
     (Conversion("W"), "w watt"),
     (Conversion("W", 1e3), "kw kilowatt"),
     (Conversion("lpm"), "l/min lpm liter/min slpm"),
@@ -73,8 +73,8 @@ _SPELLINGS: tuple[tuple[Conversion, str], ...] = (
     (Conversion("urad", 1e6), "rad"),
     (Conversion("1"), "1 - bool boolean flag on/off status code -/-"),
 )
-_EXACT = {"Nm": Conversion("Nm"), "nm": Conversion("um", 1e-3), "N m": Conversion("Nm")}
-"""Units that differ only in case."""
+_EXACT = {"nm": Conversion("um", 1e-3)}
+"""Units that differ from another only in case: only these letters are nanometres, not ``NM``."""
 _BY_SPELLING = {word: kind for kind, words in _SPELLINGS for word in words.split()}
 KNOWN_UNITS = (
     "s, min, h, degC, K, degF, um, mm, rpm, Hz, mm/min, Nm, W, kW, l/min, urad, 1 (a flag)"
@@ -111,6 +111,8 @@ def conversion_of(unit: str, name: str = "") -> Conversion | None:
     [150.0]
     >>> conversion_of("inch", "tool_length")(np.array([5.0])).tolist()
     [127.0]
+    >>> conversion_of("NM").suffix, conversion_of("nm").suffix
+    ('Nm', 'um')
     >>> conversion_of("1/10 K")(np.array([2940.0])).round(3).tolist()
     [20.85]
     """

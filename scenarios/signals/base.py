@@ -6,14 +6,13 @@ import zlib
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 FloatArray = NDArray[np.floating[Any]]
-TimeT = TypeVar("TimeT", float, FloatArray)
 MOST_STEPS = 1_000_000
 """Most steps of a scenario, levels of a signal in it, or cases of a sweep: set on no data."""
 
@@ -25,20 +24,6 @@ Seconds = Annotated[float, Field(ge=0.0, le=1e8, allow_inf_nan=False)]
 
 Duration = Annotated[float, Field(gt=0.0, le=1e8, allow_inf_nan=False)]
 """A duration above 0 [s]."""
-
-
-def past_rounding(time_s: TimeT) -> TimeT:
-    """Return times later by more than their rounding error, for a comparison with a moment.
-
-    A communication point is a number of steps times a step, which may be a little less than the
-    same moment written in a scenario: 36 x 0.3 s is less than 10.8 s.
-
-    Parameters
-    ----------
-    time_s : float or array
-        [s].
-    """
-    return time_s * (1.0 + 1e-12)
 
 
 @dataclass(frozen=True)

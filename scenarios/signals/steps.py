@@ -7,15 +7,8 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from scenarios.signals.base import (
-    Duration,
-    FloatArray,
-    Seconds,
-    Setting,
-    Signal,
-    Value,
-    past_rounding,
-)
+from measurement.resampling import past_rounding
+from scenarios.signals.base import Duration, FloatArray, Seconds, Setting, Signal, Value
 
 
 class Steps(Signal):

@@ -9,9 +9,10 @@ import numpy as np
 from pydantic import Field
 
 from measurement.errors import BadInput
+from measurement.resampling import past_rounding
 from measurement.runs import read_run
 from measurement.units import UNITS, split_column
-from scenarios.signals.base import FloatArray, Setting, Signal, past_rounding
+from scenarios.signals.base import FloatArray, Setting, Signal
 
 
 class Table(Signal):
