@@ -24,8 +24,9 @@ more."""
 LAG_S = 1800.0
 """Longer than any lag between neighbouring thermometers, shorter than a run [s]: set on no data."""
 SLOW_S = 300.0
-"""Rows closer than this say nothing more about slow changes of temperature and drift, nor does a
-probe so soon after the last one [s]: set on no data."""
+"""Temperature and drift change slowly: only over longer times do they move more than noise and
+resolution [s]. Rows closer than this say nothing more, nor does a probe so soon after the last one;
+what a switch makes leap is over by then. Set on the planted faults."""
 WRONG = 0.01
 """Share of logs that are wrong in one of the usual ways (a unit, a place, a seam), and share of
 false alarms by chance alone, as in `monitor` [1]: a judgement, set on no data; docs/results.md

@@ -17,8 +17,8 @@ MISSING, IMPLAUSIBLE, TOO_FAST, STALE = 1, 2, 3, 4
 """The last digit of a status: given by the FMU's interface."""
 SPAN_S = 300.0
 """Rates of change are taken over this span, in which noise and quantisation hardly count; it also
-bounds how far real warming may have moved a sensor when it returns from a jump [s]. Set on no
-data."""
+bounds how far real warming may have moved a sensor when it returns from a jump [s]. Given by
+`measurement.resampling.SLOW_S`, which is not part of an FMU."""
 ALIVE_AFTER = 20
 """A sensor whose reading has changed this often is alive, so that standing still is suspicious. Set
 on no data; a test bench's constants never change."""

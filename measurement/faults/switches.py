@@ -5,17 +5,16 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from measurement.resampling import SLOW_S
 from measurement.runs import Run
 from measurement.spectrum import SAME_SPEED_SHARE
 
 BoolArray = npt.NDArray[np.bool_]
 
-NEAR_S = 300.0
-"""Time around a switch in which readings may leap [s]. Set on the planted faults."""
 _SWITCHED = ("rpm", "mm_min", "Nm", "W", "lpm")
 
 
-def near_switch(run: Run, after_s: float = NEAR_S) -> BoolArray:
+def near_switch(run: Run, after_s: float = SLOW_S) -> BoolArray:
     """Return which rows are near a switch of speed, feed, torque, power or flow, shape (rows,).
 
     Parameters
@@ -28,7 +27,7 @@ def near_switch(run: Run, after_s: float = NEAR_S) -> BoolArray:
     # Switches before the first sample are unknown.
     near: BoolArray = time <= time[0] + after_s
     for at in np.flatnonzero(switched_after(run)).tolist():
-        near |= (time >= time[at] - NEAR_S) & (time <= time[at + 1] + after_s)
+        near |= (time >= time[at] - SLOW_S) & (time <= time[at + 1] + after_s)
         # With coarse sampling the samples on both sides count, however far apart.
         near[max(0, at - 1) : at + 3] = True
     return near

@@ -17,6 +17,7 @@ from fmu_compensator.runtime.checks import (
     Sensor,
     SensorCheck,
 )
+from measurement.resampling import SLOW_S
 
 SENSOR = Sensor("T4", 0.0, 80.0, 0.01, 0.5, 600.0, 0.0, 1.0)
 
@@ -47,6 +48,10 @@ def test_a_lasting_shift_stays_a_fault_until_it_is_where_warming_may_have_taken_
     assert shifted == [0] + [TOO_FAST] * 5000
     allowed = SENSOR.noise + SENSOR.rate_per_s * SPAN_S
     assert causes(check, [20.0 + allowed + 0.1, 20.0 + allowed - 0.1]) == [TOO_FAST, 0]
+
+
+def test_rates_are_taken_over_the_time_in_which_temperatures_change():
+    assert SPAN_S == SLOW_S  # an FMU holds nothing of `measurement`
 
 
 def test_after_a_gap_the_elapsed_time_counts():
