@@ -14,8 +14,9 @@ import numpy as np
 from fmu_compensator.fit.training import Array
 
 MOST = 0.25
-"""Lags up to this share of the shortest run are tried in either direction [1]; the fit is judged on
-the rest. Set on no data."""
+"""Lags up to this share of the shortest run are tried in either direction [1], the longest over
+which correlations should be estimated: given by Box and Jenkins, Time Series Analysis, 2.1.6. The
+fit is judged on the rest."""
 
 
 @dataclass(frozen=True)

@@ -24,8 +24,9 @@ from fmu_compensator.runtime.modelfile import Model
 from measurement.rig import AXES, Rig
 from measurement.runs import Run
 
-FEWEST_JUDGED_ROWS = 3
-"""With fewer measurements a run is not judged [1]: set on no data."""
+FEWEST_JUDGED_ROWS = 2
+"""Fewest measurements of a run that is judged or learnt from, given by arithmetic: the first sets
+the zero [1]."""
 
 
 @dataclass(frozen=True)

@@ -136,8 +136,9 @@ def test_it_refuses_what_it_cannot_take_in():
     with pytest.raises(BadInput, match="T4: missing in run3, and the compensator uses it"):
         update_compensator(model, [Run("run3", new.frame.assign(T4_degC=died))])
     first = np.where(rows < 2, new.frame["S1_um"], np.nan)
-    with pytest.raises(BadInput, match="run3: has fewer than 3 rows with all displacements"):
-        update_compensator(model, [Run("run3", new.frame.assign(S1_um=first))])
+    later = np.where(rows < 1, np.nan, new.frame["S2_um"])
+    with pytest.raises(BadInput, match="run3: has fewer than 2 rows with all displacements"):
+        update_compensator(model, [Run("run3", new.frame.assign(S1_um=first, S2_um=later))])
 
 
 def test_a_run_that_was_broken_off_counts_as_a_part_of_one():
