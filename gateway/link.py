@@ -19,10 +19,8 @@ from gateway.database import EXTENDED
 from gateway.framelog import FrameLog
 from gateway.timebase import CLOCK_DRIFT
 from measurement.errors import BadInput, one_line
+from measurement.stops import LOOK_S
 
-FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 8.0
-"""Back-off: the first and the longest wait before the bus is opened again [s]; a bus that takes no
-frame during the first is lost. Set on no data."""
 ERR_BUS_OFF = 0x40
 """The class of error frames for a controller that has left the bus: given by SocketCAN."""
 WALL_CLOCK = ("socketcan", "udp_multicast", "virtual")
@@ -78,8 +76,8 @@ class Link:
         self._say, self._clock, self._options = say, clock, options or {}
         self._fd = bool(self._options.get("fd"))
         self._bus: can.BusABC | None = None
-        self._wait_s, self._next_try = FIRST_WAIT_S, 0.0
-        self._failing_since = inf
+        self._next_try, self._failing_since = 0.0, inf
+        self._told = False  # that the bus is lost, and not yet that it is back
         self.lost = "interface_lost"
         self.waited_s, self.junk = 0.0, 0
         self._log = log
@@ -121,7 +119,7 @@ class Link:
                         "",
                         f"cannot be opened: {one_line(error)}",
                     ) from None
-                time.sleep(min(FIRST_WAIT_S, left))
+                time.sleep(min(LOOK_S, left))
 
     def _connect(self) -> None:
         self._bus = can.Bus(
@@ -148,28 +146,19 @@ class Link:
         if self.lost:
             return
         self._drop()
-        self.lost = reason
-        self._wait(f"{reason.replace('_', ' ')} ({text})")
-
-    def _wait(self, what: str) -> None:
-        """Report the problem and when the bus is reopened; the next wait is twice as long."""
-        self._next_try = self._clock() + self._wait_s
-        self._say(f"{self.name}: {what}; next try in {self._wait_s:g} s")
-        self._wait_s = min(2.0 * self._wait_s, LONGEST_WAIT_S)
+        self.lost, self._next_try = reason, self._clock() + LOOK_S
+        if not self._told:
+            what = f"{reason.replace('_', ' ')} ({text})"
+            self._say(f"{self.name}: {what}; opened again every {LOOK_S:g} s")
+        self._told = True
 
     def _reopen(self) -> None:
         """Try once to reopen a lost bus."""
         try:
             self._connect()
-        except (can.CanError, OSError, ValueError) as error:
+        except (can.CanError, OSError, ValueError):
             self._drop()
-            self._wait(f"still lost ({one_line(error)})")
-        else:
-            self._say(f"{self.name}: back")
-
-    def trust(self) -> None:
-        """Note that the bus works, so that the next loss starts with the shortest wait again."""
-        self._wait_s = FIRST_WAIT_S
+            self._next_try = self._clock() + LOOK_S
 
     # Frames
 
@@ -202,6 +191,9 @@ class Link:
             return None
         if message.is_extended_id and not self._extended:
             return None
+        if self._told:  # an interface that is down can be opened, too: only a frame shows a bus
+            self._say(f"{self.name}: back")
+            self._told = False
         return message
 
     def send(self, messages: Iterable[can.Message]) -> bool:
@@ -214,7 +206,7 @@ class Link:
             except (can.CanError, OSError, ValueError) as error:
                 # A full queue may drain again.
                 self._failing_since = min(self._failing_since, self._clock())
-                if self._clock() - self._failing_since >= FIRST_WAIT_S:
+                if self._clock() - self._failing_since >= LOOK_S:
                     self._lose("interface_lost", one_line(error))
                 return False
             self._failing_since = inf
