@@ -9,14 +9,12 @@ from __future__ import annotations
 
 from itertools import zip_longest
 
-from measurement.importing.text_tables import HEAD_LINES
-
 START, NAME, UNIT = "Starttime of export", "Name", "Unit"
 
 
 def with_plain_header(rows: list[list[str]]) -> list[list[str]]:
     """Return a text table's rows; those of such an export with a single line of names and units."""
-    labels = [row[0] if len(row) > 1 else "" for row in rows[:HEAD_LINES]]
+    labels = [row[0] if len(row) > 1 else "" for row in rows]
     begun = labels.index(START) if START in labels else len(labels)
     if NAME not in labels[begun:]:
         return rows

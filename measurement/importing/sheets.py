@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from measurement.importing.lvm import BEGIN, read_lvm
 from measurement.importing.plugged import EXCEL, LOGS, read_plugged
 from measurement.importing.quantities import Conversion, conversion_of
 from measurement.importing.scope import with_plain_header
-from measurement.importing.text_tables import HEAD_LINES, NUMBER, cells_of, decimal_mark, decoded
+from measurement.importing.text_tables import NUMBER, cells_of, decimal_mark, decoded
 
 CLOCK = re.compile(
     r"\s*\d{1,4}(?:[-./:]\d{1,2}\b|[-./ ]+[A-Za-zä]{3,9}[-./ ,]+\d{2}).*|\s*\d+ ?d \d+:\d+.*"
@@ -111,16 +112,15 @@ def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
     place = f"{title}, " if title else ""
     fewest, usual = min(2, _usual_filled(rows)), _usual_length(rows[len(rows) // 2 :])
     numeric = _numeric_columns(rows)
-    data = [i for i, row in enumerate(rows[:HEAD_LINES]) if _is_data(row, numeric, fewest)]
-    first = next((i for i in data if i > 0 and len(rows[i]) == usual), None)
-    if data and data[0] == 0:
+    table = (i for i in range(1, len(rows)) if len(rows[i]) == usual)
+    first = next((i for i in table if _is_data(rows[i], numeric, fewest)), None)
+    if rows and _is_data(rows[0], numeric, fewest):
         raise BadInput(path, f"{place}row 1", "holds numbers; a header with names must stand first")
     if first is None:
-        problem = f"no row of numbers in the first {HEAD_LINES} rows"
-        raise BadInput(path, title, f"holds no table: {problem}")
+        raise BadInput(path, title, "holds no table: no row of numbers")
     named, width, skipped = _headings(path, rows, first, place)
     above = max(i for i in range(first) if _filled(rows[i]))
-    if above in data:
+    if _is_data(rows[above], numeric, fewest):
         raise _wrong_width(path, f"{place}row {above + 1}", len(rows[above]), usual)
     notes = [f"{counted(skipped, 'line')} before the header: skipped"] if skipped else []
     last = next(
@@ -146,7 +146,7 @@ def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
         if not entry.text and not all(map(is_missing, columns[at])):
             raise _nameless(path, f"{place}row {first}, column {at + 1}", named)
     left = [at for at, entry in enumerate(named) if entry.text]
-    texts = ([cell for cell in cells[:HEAD_LINES] if isinstance(cell, str)] for cells in columns)
+    texts = ([cell for cell in dict.fromkeys(cells) if isinstance(cell, str)] for cells in columns)
     return Sheet(
         path,
         title,
@@ -274,10 +274,14 @@ def _usual_filled(rows: Sequence[Sequence[Cell]]) -> int:
 
 def _numeric_columns(rows: Sequence[Sequence[Cell]]) -> set[int]:
     """Return the columns that hold numbers or times in most rows of the second half."""
-    later = [row for row in rows[len(rows) // 2 :] if _filled(row)][:HEAD_LINES]
-    said = [(at, cell) for row in later for at, cell in enumerate(row) if not is_missing(cell)]
-    spoken, values = Counter(at for at, _ in said), Counter(at for at, c in said if _is_value(c))
-    return {at for at, count in spoken.items() if 2 * values[at] > count}
+    later = [row for row in rows[len(rows) // 2 :] if _filled(row)]
+    numeric = set[int]()
+    for at, cells in enumerate(zip_longest(*later)):
+        said = {cell: count for cell, count in Counter(cells).items() if not is_missing(cell)}
+        values = sum(count for cell, count in said.items() if _is_value(cell))
+        if 2 * values > sum(said.values()):
+            numeric.add(at)
+    return numeric
 
 
 def _is_data(row: Sequence[Cell], numeric: set[int], fewest: int) -> bool:

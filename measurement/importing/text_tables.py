@@ -15,8 +15,6 @@ SEPARATORS = (";", "\t", "|", ",")
 """In this order: a comma may also be a decimal mark."""
 ONE_COLUMN = "\0"
 """Separator of a table with one column: a character that no text contains."""
-HEAD_LINES = 400
-"""Number of lines in which to look for header and separator: set on no data."""
 _ONE_NUMBER = re.compile(r"\s*[+-]? *\d+(?:[.,]\d*)?(?:[eE][+-]?\d+)?\s*")
 _APART = "' \u00a0\u202f\u2009\u2019"
 _GROUPS = {
@@ -66,7 +64,7 @@ def separator_of(text: str, path: Path) -> str:
     BadInput
         If no separator divides most lines into equally many cells.
     """
-    lines = [line for line in text.split("\n")[:HEAD_LINES] if line.strip()]
+    lines = [line for line in text.split("\n") if line.strip()]
     said = re.match(r"sep=(.)$", lines[0])
     if said:
         return said[1]
@@ -129,11 +127,12 @@ def decimal_mark(columns: Iterable[Sequence[str]], path: Path) -> str:
     either: dict[str, str] = {}
     for cells in columns:
         numbers = [cell.strip() for cell in cells if NUMBER.fullmatch(cell)]
-        whole = [len(cell.lstrip("+- ")) for cell in numbers if not re.search("[.,]", cell)]
+        whole = [cell.lstrip("+- ") for cell in numbers if not re.search("[.,]", cell)]
+        longest = max(map(len, whole), default=0)
         for cell in numbers:
             marks = [mark for mark in ",." if mark in cell]
             grouped = [mark for mark in ",." if GROUPED[mark].fullmatch(cell)]
-            if marks and (not grouped or len(marks) == 2 or max(whole, default=0) > 3):
+            if marks and (not grouped or len(marks) == 2 or longest > 3):
                 sure.setdefault(max(marks, key=cell.rindex), cell)
             elif marks and (whole or cell.count(marks[0]) > 1):
                 apart.setdefault(grouped[0], cell)

@@ -337,6 +337,12 @@ def test_mdf_with_two_clocks(tmp_path):
     check(import_files([path]))
 
 
+def test_a_table_may_begin_far_down(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text(500 * "\n" + table())
+    check(import_files([path]))
+
+
 def test_one_column_alone_is_a_table(log, tmp_path):
     rule = Mapping(time=TimeRule(every_row_s=60.0))
     values = [21.5, 21.75, 22.0, 22.25]
