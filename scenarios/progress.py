@@ -23,8 +23,8 @@ class Stage(NamedTuple):
 CALIBRATE = (Stage("iteration", 1.0, 10),)
 """The messages of calibration, which rarely needs all of its iterations."""
 
-SPEAKS_S = 10.0
-"""Interval of lines if standard error is not a terminal [s]: set on no data."""
+SPEAKS_S = tqdm.monitor_interval
+"""Interval of lines if standard error is not a terminal [s]: that at which tqdm renews a bar."""
 
 _STEP = (
     Stage("screening", 6.0, 1),
