@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -24,10 +25,6 @@ scheme. Set on every effect of the catalogue, alone and all at once, on the jig 
 on a lathe, in steps of 1 to 120 s: compared with a tolerance of 1e-6 K, temperatures are off by at
 most 7e-3 K, and by 0.026 K when coolant stops; a thermometer resolves 0.1 K."""
 
-SMALLEST_SPLIT, SMALLEST_S = 2.0**-15, 5e-4
-"""Error control splits a step down to this fraction, or to this length [s], whichever is less:
-set on no data."""
-
 MOST_PARTS = 100_000
 """Most parts of a step: a step of weeks in which something keeps switching is refused instead of
 running on: set on no data."""
@@ -35,9 +32,6 @@ running on: set on no data."""
 ROUNDING = 1e-6
 """A smaller fraction of a part is ignored, because lengths are sums and counts are whole. It is
 given by arithmetic: far above rounding, far below any part."""
-
-KEPT = 64
-"""Most results kept in a cache: weights of steps, levels of conductances. Set on no data."""
 
 Forcing = Callable[[FloatArray, FloatArray], FloatArray]
 """Takes the fraction of each run's step (0..1), shape (runs,), and the state in modes, shape (sets,
@@ -72,6 +66,35 @@ def phi(order: int, x: FloatArray) -> FloatArray:
     return np.asarray(np.where(small, series, value))
 
 
+def step_weights(decay: FloatArray, length: float) -> tuple[FloatArray, ...]:
+    """Return e^x, h phi1(x) and h phi2(x) for a step, each (sets, size) [1, s, s].
+
+    x = -lambda h with the decay rates lambda, (sets, size) [1/s], and the length h [s].
+    """
+    x = -decay * length
+    return np.exp(x), phi(1, x) * length, phi(2, x) * length
+
+
+def third_order(decay: FloatArray, length: float) -> FloatArray:
+    """Return the weights of the third-order scheme in its order, (7, sets, size) [1, s].
+
+    Decay rates are (sets, size) [1/s], the length is in s.
+    """
+    x = -decay * length
+    p1, p2, p3 = (phi(k, x) for k in (1, 2, 3))
+    return np.stack(
+        [
+            np.exp(x / 2.0),
+            np.exp(x),
+            phi(1, x / 2.0) * (length / 2.0),
+            length * p1,
+            length * (p1 - 3.0 * p2 + 4.0 * p3),
+            length * (4.0 * p2 - 8.0 * p3),
+            length * (4.0 * p3 - p2),
+        ]
+    )
+
+
 @dataclass(frozen=True)
 class Modes:
     """The modes of a network at one set of inputs, followed by the own states of effects.
@@ -82,60 +105,20 @@ class Modes:
         Decay rate of every mode [1/s], zero for own states.
     to_state, to_modes : array, shape (sets or 1, size, size)
         Matrices from modes to [temperatures, own states] and back.
+    weights, third_order : callable
+        `step_weights` and `third_order` of a step's length [s].
     """
 
     decay: FloatArray
     to_state: FloatArray
     to_modes: FloatArray
-    _weights: dict[float, tuple[FloatArray, ...]] = field(default_factory=dict, repr=False)
-    _third: dict[float, FloatArray] = field(default_factory=dict, repr=False)
+    weights: Callable[[float], tuple[FloatArray, ...]] = field(init=False, repr=False)
+    third_order: Callable[[float], FloatArray] = field(init=False, repr=False)
 
-    def weights(self, length: float) -> tuple[FloatArray, ...]:
-        """Return e^x, h phi1(x) and h phi2(x) for a step, each (sets, size) [1, s, s].
-
-        x = -lambda h with the decay rates lambda.
-
-        Parameters
-        ----------
-        length : float
-            h [s]; the weights are kept for the next step of this length.
-        """
-        weights = self._weights.get(length)
-        if weights is None:
-            if len(self._weights) >= KEPT:
-                self._weights.clear()
-            x = -self.decay * length
-            weights = np.exp(x), phi(1, x) * length, phi(2, x) * length
-            self._weights[length] = weights
-        return weights
-
-    def third_order(self, length: float) -> FloatArray:
-        """Return the weights of the third-order scheme in its order, (7, sets, size) [1, s].
-
-        Parameters
-        ----------
-        length : float
-            h [s].
-        """
-        weights = self._third.get(length)
-        if weights is None:
-            x = -self.decay * length
-            p1, p2, p3 = (phi(k, x) for k in (1, 2, 3))
-            weights = np.stack(
-                [
-                    np.exp(x / 2.0),
-                    np.exp(x),
-                    phi(1, x / 2.0) * (length / 2.0),
-                    length * p1,
-                    length * (p1 - 3.0 * p2 + 4.0 * p3),
-                    length * (4.0 * p2 - 8.0 * p3),
-                    length * (4.0 * p3 - p2),
-                ]
-            )
-            if len(self._third) >= KEPT:
-                self._third.clear()
-            self._third[length] = weights
-        return weights
+    def __post_init__(self) -> None:
+        """Keep the weights for the next step of the same length."""
+        object.__setattr__(self, "weights", lru_cache(partial(step_weights, self.decay)))
+        object.__setattr__(self, "third_order", lru_cache(partial(third_order, self.decay)))
 
     @classmethod
     def of(cls, matrix: FloatArray, capacity: FloatArray, state_count: int = 0) -> Modes:
@@ -328,7 +311,7 @@ class ExponentialRungeKutta:
             If even the smallest split does not reach the tolerance.
         """
         at, parts, part = np.zeros(len(lengths)), 0, self.part
-        smallest = np.minimum(SMALLEST_SPLIT, SMALLEST_S / lengths)
+        smallest = np.finfo(np.float64).eps  # a shorter part would not move the time
         left = np.ceil(1.0 / part - ROUNDING)
         while np.any(going := left > 0.0):
             part = np.where(going, (1.0 - at) / np.maximum(left, 1.0), part)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from plant_model.axis import AxisOffset
 from plant_model.instant import Instant, drift_of
-from plant_model.integrate import KEPT, TOLERANCE
+from plant_model.integrate import TOLERANCE
 from plant_model.level import LevelStepper
 from plant_model.machine import Machine
 from plant_model.network import Network, effects_in_force
@@ -65,8 +66,7 @@ class PlantStepper:
         self._noise = SensorNoise(machine)
         self._normal = NormalSequence(noise_seed or 0, len(self._noise.names))
         self._axes = [AxisOffset(machine.axis) for _ in AXES]
-        self._levels: dict[tuple[float, ...], LevelStepper] = {}
-        self._heat: dict[tuple[float, ...], FloatArray] = {}
+        self._level_at, self._heat_at = lru_cache(self._level), lru_cache(self._heat)
         # With the file's parameters, as in C: solving the network is not a formula to trace.
         rests = any(node.rests for node in machine.nodes)
         self._resting = RestingParts.of(machine) if rests else None
@@ -137,7 +137,8 @@ class PlantStepper:
 
     def _advanced(self, step_s: float, inputs: Mapping[str, float]) -> FloatArray:
         level = self._level_at(tuple([inputs[n] for n in self.network.conductance_inputs]))
-        heat = self._heat_at(inputs)
+        # Heat from boundary temperatures is an exchange, so only held inputs matter.
+        heat = self._heat_at(tuple([inputs[name] for name in self._held]))
         boundary = np.array([[inputs[name] for name in self._boundaries]])
         held, outside = _arrays(inputs, self._names), (boundary, boundary)
         state, steps = self._state[None], np.array([step_s])
@@ -150,24 +151,17 @@ class PlantStepper:
         self._part = track.part
         return end
 
-    def _level_at(self, level: tuple[float, ...]) -> LevelStepper:
-        stepper = self._levels.get(level)
-        if stepper is None:
-            network = self.network
-            given = dict.fromkeys(self._names, 0.0)
-            given |= zip(network.conductance_inputs, level, strict=True)
-            stepper = LevelStepper(network, *network.conductances(_arrays(given, self._names)))
-            _keep(self._levels, level, stepper)
-        return stepper
+    def _level(self, values: tuple[float, ...]) -> LevelStepper:
+        given = self._given(self.network.conductance_inputs, values)
+        return LevelStepper(self.network, *self.network.conductances(given))
 
-    def _heat_at(self, inputs: Mapping[str, float]) -> FloatArray:
-        # Heat from boundary temperatures is an exchange, so only held inputs matter.
-        key = tuple([inputs[name] for name in self._held])
-        heat = self._heat.get(key)
-        if heat is None:
-            heat = self.network.heat(_arrays(inputs, self._names))
-            _keep(self._heat, key, heat)
-        return heat
+    def _heat(self, values: tuple[float, ...]) -> FloatArray:
+        return self.network.heat(self._given(self._held, values))
+
+    def _given(self, names: Iterable[str], values: tuple[float, ...]) -> dict[str, FloatArray]:
+        """Return some inputs, and 0 for the others."""
+        given = dict.fromkeys(self._names, 0.0) | dict(zip(names, values, strict=True))
+        return _arrays(given, self._names)
 
     def _refresh(self, inputs: Mapping[str, float]) -> None:
         """Compute all outputs for the present state."""
@@ -215,10 +209,3 @@ class PlantStepper:
 def _arrays(inputs: Mapping[str, float], names: Iterable[str]) -> dict[str, FloatArray]:
     """Return inputs in the form that hooks of effects take, each of shape (1,)."""
     return {name: np.array([inputs[name]]) for name in names}
-
-
-def _keep(cache: dict[Any, Any], key: Any, value: Any) -> None:
-    """Keep a result, dropping the oldest if there are many."""
-    if len(cache) >= KEPT:
-        cache.pop(next(iter(cache)))
-    cache[key] = value

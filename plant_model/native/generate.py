@@ -12,7 +12,7 @@ import numpy as np
 from fmu_packaging.variables import Variable
 from plant_model.axis import MOST_ALLOWANCE
 from plant_model.fmi_slave import start_sensors
-from plant_model.integrate import MOST_PARTS, ROUNDING, SMALLEST_S, SMALLEST_SPLIT, TOLERANCE
+from plant_model.integrate import MOST_PARTS, ROUNDING, TOLERANCE
 from plant_model.machine import Machine
 from plant_model.native.continuous import derivatives_of, is_continuous, nominals
 from plant_model.native.emit import Stage, function, stage_function
@@ -76,8 +76,6 @@ def machine_sources(machine: Machine, equations: Equations | None = None) -> dic
         "KEPT_OF_INPUTS": of_inputs,
         "CONTINUOUS": int(is_continuous(equations)),
         "TOLERANCE": TOLERANCE,
-        "SMALLEST_SPLIT": SMALLEST_SPLIT,
-        "SMALLEST_S": SMALLEST_S,
         "ROUNDING": ROUNDING,
         "MOST_PARTS": MOST_PARTS,
         "MOST_ALLOWANCE": MOST_ALLOWANCE,

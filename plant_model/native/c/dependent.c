@@ -1,5 +1,6 @@
 /* Stepping a network in which something depends on temperature: see the Python twins,
    side_by_side.py and integrate.py, for the scheme and its sources. */
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -113,7 +114,7 @@ static double once(
 static const char *interval(
     const struct step *step, double length, double *part, struct point *state)
 {
-    double at = 0.0, smallest = smaller(SMALLEST_SPLIT, SMALLEST_S / length), now = *part;
+    double at = 0.0, now = *part;
     double least = step->plant->network.fastest * length / MOST_REACH;
     double left = ceil(1.0 / now - ROUNDING);
     struct point end;
@@ -129,10 +130,10 @@ static const char *interval(
                 now *= 2.0;
                 left = ceil(left / 2.0);
             }
-        } else if (now <= smallest || parts > MOST_PARTS || !isfinite(excess)) {
+        } else if (now <= DBL_EPSILON || parts > MOST_PARTS || !isfinite(excess)) {
             return NO_STEP;
         } else {
-            left = ceil(smaller(left * sqrt(excess), (1.0 - at) / smallest));
+            left = ceil(smaller(left * sqrt(excess), (1.0 - at) / DBL_EPSILON));
         }
     }
     *part = smaller(1.0, now);
