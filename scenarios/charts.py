@@ -16,10 +16,6 @@ import numpy.typing as npt
 from measurement.resampling import GAP_INTERVALS
 from scenarios.signals.base import FloatArray
 
-SHOWN = 4
-"""Number of runs, models, numbers or lags that are drawn or named, the first or the farthest: more
-cannot be distinguished. Set on no data."""
-
 CHART_WIDTH, PANEL = 900, 230
 """Width of a chart and height of a panel [px], a hundredth of an inch on paper: set on no data."""
 
@@ -34,6 +30,9 @@ MEASURED = "#3a414b"
 
 LINES = ("#1d5fa8", "#d9822b", "#2f8f6b", "#8a5a9e", "#b8435c", "#5f7a30")
 """Colours of curves to be distinguished, in order."""
+
+SHOWN = len(LINES)
+"""Number of runs, models, numbers or lags that are drawn or named, the first or the farthest."""
 
 MANY = (
     "#332288",

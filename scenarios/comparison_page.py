@@ -161,7 +161,7 @@ def _lines(best: Sequence[Row], number: int, place: int, judged: Judged) -> tupl
     for rank, row in enumerate(best):
         same = next(run for run in row.validate[number:] if run.run == judged.run)
         time, predicted = with_gaps(same.time_s, same.predicted[:, place])
-        lines.append(Line(row.title, time, predicted, LINES[rank % len(LINES)], rank=SHOWN - rank))
+        lines.append(Line(row.title, time, predicted, LINES[rank], rank=SHOWN - rank))
     return tuple(lines)
 
 
