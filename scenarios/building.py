@@ -28,6 +28,7 @@ from fmu_packaging.native.compilers import (
 from fmu_packaging.package import Package, Recipe, build
 from fmu_packaging.publish import Reference, publish
 from measurement.errors import BadInput
+from measurement.files import read_bytes
 from plant_model.fmi_slave import MACHINE_FILE, variable_name
 from plant_model.machine import Machine
 from plant_model.native.build import native_plant
@@ -83,10 +84,7 @@ def compensator_recipe(path: Path, name: str, native: bool = False) -> tuple[Rec
     BadInput, ModelFileError
         If the file cannot be used.
     """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise BadInput(path, "", f"cannot be read: {error.strerror}") from None
+    data = read_bytes(path)
     model = parse_model(data.decode("utf-8", "replace"), str(path))
     own = {"time", *(variable.name for variable in variables(model)[len(model.sensors) :])}
     for place, sensor in enumerate(model.sensors):

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import fmpy
 
-from measurement.errors import BadInput
+from measurement.errors import BadInput, one_line
 
 try:
     import fcntl
@@ -73,8 +73,8 @@ class Unpacked:
             self.remove()
             if not isinstance(error, Exception):
                 raise
-            problem = " ".join(str(error).split())
-            raise BadInput(path, "", f"cannot be unpacked into {place}: {problem}") from None
+            problem = f"cannot be unpacked into {place}: {one_line(error)}"
+            raise BadInput(path, "", problem) from None
 
     def remove(self) -> None:
         """Remove the folder; a second call does nothing."""

@@ -17,7 +17,7 @@ import dask
 from distributed import Client, KilledWorker, WorkerPlugin, as_completed, get_worker
 from distributed.comm.core import connect
 
-from measurement.errors import BadInput
+from measurement.errors import BadInput, one_line
 from measurement.files import write_atomically
 from scenarios.sweep.case import failed, outcome_of
 from scenarios.sweep.plan import Job
@@ -76,8 +76,8 @@ def on_cluster(
     try:
         asyncio.run(_knock(address))
     except (OSError, ValueError, TypeError) as error:
-        said = " ".join(str(error).split())[:200]
-        raise BadInput(OPTION, address, f"no Dask scheduler answers: {said}") from None
+        said = f"no Dask scheduler answers: {one_line(error)[:200]}"
+        raise BadInput(OPTION, address, said) from None
     with Client(address, set_as_default=False) as client:
         try:
             client.wait_for_workers(1, timeout=dask.config.get(PATIENCE))

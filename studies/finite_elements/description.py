@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
-from measurement.errors import BadInput, checked, shown
+from measurement.errors import checked, shown
+from measurement.files import read_toml
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
@@ -182,10 +182,4 @@ def read_description(source: str | Path = "jig_borer") -> Description:
     shipped = Path(__file__).parent / f"{source}.toml"
     if path.suffix != ".toml" and shipped.is_file():
         path = shipped
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise BadInput(path, "", f"cannot be read: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise BadInput(path, "", f"is not a TOML file: {error}") from None
-    return checked(Description, table, path)
+    return checked(Description, read_toml(path), path)
