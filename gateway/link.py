@@ -15,7 +15,7 @@ from typing import Any
 
 import can
 
-from gateway.database import EXTENDED
+from gateway.database import EXTENDED, key_of
 from gateway.framelog import FrameLog
 from gateway.timebase import CLOCK_DRIFT
 from measurement.errors import BadInput, one_line
@@ -27,8 +27,6 @@ WALL_CLOCK = ("socketcan", "udp_multicast", "virtual")
 """Interfaces that stamp frames with this computer's time of day on arrival."""
 ECHOING = ("udp_multicast",)
 """Interfaces on which a node hears its own frames."""
-ECHOES = 256
-"""Number of own frames that may be on their way back: set on no data."""
 Clock = Callable[[], float]
 
 
@@ -71,7 +69,8 @@ class Link:
         options: dict[str, Any] | None = None,
     ) -> None:
         self.interface, self.channel = interface, channel
-        self._filters = [_filter(key) for key in sorted(ids)]
+        self._ids = frozenset(ids)
+        self._filters = [_filter(key) for key in sorted(self._ids)]
         self._extended = any(one["extended"] for one in self._filters)
         self._say, self._clock, self._options = say, clock, options or {}
         self._fd = bool(self._options.get("fd"))
@@ -81,7 +80,7 @@ class Link:
         self.lost = "interface_lost"
         self.waited_s, self.junk = 0.0, 0
         self._log = log
-        self._echoes: deque[tuple[int, bytes]] = deque(maxlen=ECHOES)
+        self._echoes: deque[tuple[int, bytes]] = deque()
         self._quickest_s, self._quickest_at = float("inf"), 0.0
 
     @property
@@ -129,6 +128,7 @@ class Link:
             **self._options,
         )
         self.lost, self._failing_since = "", inf
+        self._echoes.clear()
 
     def close(self) -> None:
         """Leave the bus and close the log."""
@@ -210,7 +210,7 @@ class Link:
                     self._lose("interface_lost", one_line(error))
                 return False
             self._failing_since = inf
-            if self.interface in ECHOING:
+            if self.interface in ECHOING and key_of(message) in self._ids:
                 self._echoes.append((message.arbitration_id, bytes(message.data)))
             if self._log is not None:
                 message.timestamp, message.is_rx = time.time(), False
@@ -222,7 +222,8 @@ class Link:
         frame = (message.arbitration_id, bytes(message.data))
         if frame not in self._echoes:
             return False
-        self._echoes.remove(frame)
+        while self._echoes.popleft() != frame:
+            pass  # frames come back in order, so those before it were lost
         return True
 
     def _age(self, message: can.Message) -> float:
