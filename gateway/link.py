@@ -187,9 +187,10 @@ class Link:
             if message.arbitration_id & ERR_BUS_OFF:
                 self._lose("bus_off", "reported by the controller")
             return None
-        if message.is_remote_frame or (message.is_fd and not self._fd):
-            return None
-        if message.is_extended_id and not self._extended:
+        foreign = (message.is_fd and not self._fd) or (
+            message.is_extended_id and not self._extended
+        )
+        if foreign or message.is_remote_frame:
             return None
         if self._told:  # an interface that is down can be opened, too: only a frame shows a bus
             self._say(f"{self.name}: back")

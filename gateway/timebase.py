@@ -12,9 +12,9 @@ until the offset is right again, whatever the machine reports in between."""
 from __future__ import annotations
 
 CLOCK_DRIFT = 5e-4
-"""Largest drift between two clocks, as a share of the elapsed time [1]: given by Linux, which sets a
-clock right by slowing it down or speeding it up by at most 500 ppm (``MAXFREQ`` of ``timex.h``). A
-delay that grows more slowly cannot be told from drift."""
+"""Largest drift between two clocks, as a share of the elapsed time [1]: given by Linux, which sets
+a clock right by running it at most 500 ppm faster or slower (``MAXFREQ`` of ``timex.h``). A delay
+that grows more slowly cannot be told from drift."""
 WORD_HOLDS_S = 60.0
 """How long a machine's word holds [s]: nothing is trusted after its time ran at another rate, it
 counts as cold after it said so, temperatures count as unchanged between two readings, and the same
