@@ -66,13 +66,14 @@ def phi(order: int, x: FloatArray) -> FloatArray:
     return np.asarray(np.where(small, series, value))
 
 
-def step_weights(decay: FloatArray, length: float) -> tuple[FloatArray, ...]:
-    """Return e^x, h phi1(x) and h phi2(x) for a step, each (sets, size) [1, s, s].
+def step_weights(decay: FloatArray, lengths: tuple[float, ...]) -> tuple[FloatArray, ...]:
+    """Return e^x, h phi1(x) and h phi2(x) for steps, each (steps, sets, size) [1, s, s].
 
-    x = -lambda h with the decay rates lambda, (sets, size) [1/s], and the length h [s].
+    x = -lambda h with the decay rates lambda, (sets, size) [1/s], and the lengths h [s].
     """
-    x = -decay * length
-    return np.exp(x), phi(1, x) * length, phi(2, x) * length
+    h = np.array(lengths)[:, None, None]
+    x = -decay * h
+    return np.exp(x), phi(1, x) * h, phi(2, x) * h
 
 
 def third_order(decay: FloatArray, length: float) -> FloatArray:
@@ -106,17 +107,17 @@ class Modes:
     to_state, to_modes : array, shape (sets or 1, size, size)
         Matrices from modes to [temperatures, own states] and back.
     weights, third_order : callable
-        `step_weights` and `third_order` of a step's length [s].
+        `step_weights` of steps' lengths, and `third_order` of a step's length [s].
     """
 
     decay: FloatArray
     to_state: FloatArray
     to_modes: FloatArray
-    weights: Callable[[float], tuple[FloatArray, ...]] = field(init=False, repr=False)
+    weights: Callable[[tuple[float, ...]], tuple[FloatArray, ...]] = field(init=False, repr=False)
     third_order: Callable[[float], FloatArray] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Keep the weights for the next step of the same length."""
+        """Keep the weights for the next steps of the same lengths."""
         object.__setattr__(self, "weights", lru_cache(partial(step_weights, self.decay)))
         object.__setattr__(self, "third_order", lru_cache(partial(third_order, self.decay)))
 
@@ -208,20 +209,15 @@ def linear_steps(
     array, shape (sets, K, size)
         State at the end of each step, in modes.
     """
-    lengths = dict.fromkeys(steps.tolist())
-    kept = {length: modes.weights(length) for length in lengths}
-    if len(lengths) == 1:
-        weight1, weight2 = (part[:, None] for part in kept[float(steps[0])][1:])
-    else:
-        weight1, weight2 = (
-            np.stack([kept[length][k] for length in steps.tolist()], axis=1) for k in (1, 2)
-        )
-    gain = weight1 * first + weight2 * (last - first)
+    lengths, which = np.unique(steps, return_inverse=True)
+    keep, *gains = modes.weights(tuple(lengths.tolist()))
+    weight1, weight2 = gains if len(lengths) == 1 else (gain[which] for gain in gains)
     # Steps are the first axis and contiguous, so that the loop has only three short operations.
-    out = np.ascontiguousarray(np.swapaxes(gain, 0, 1))
+    first, last = np.swapaxes(first, 0, 1), np.swapaxes(last, 0, 1)
+    out = np.ascontiguousarray(weight1 * first + weight2 * (last - first))
     state = start
-    for row, length in zip(out, steps.tolist(), strict=True):
-        state = kept[length][0] * state
+    for row, k in zip(out, which.tolist(), strict=True):
+        state = keep[k] * state
         state += row
         row[...] = state
     return np.swapaxes(out, 0, 1)
