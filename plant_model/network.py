@@ -87,6 +87,7 @@ class Network:
         self.boundary_count = len(machine.boundary_index)
         columns = [values[f"nodes.{node.name}.capacity"] for node in machine.nodes]
         self.capacity = np.concatenate(np.broadcast_arrays(*columns), axis=1)
+        self._effects = effects
         self._plain = [effect for effect in effects if not effect.temperature_dependent]
         self._dependent = [effect for effect in effects if effect.temperature_dependent]
         self._with_states = [effect for effect in effects if effect.states]
@@ -108,8 +109,10 @@ class Network:
 
     def exchanges(self, inputs: Inputs) -> Iterable[Exchange]:
         """Return the exchanges that depend on inputs only, at many sets of inputs at once."""
-        for effect in self._plain:
-            yield from effect.conductance(inputs, NONE, NONE)
+        for effect in self._effects:
+            yield from effect.constant_exchanges
+            if not effect.temperature_dependent:
+                yield from effect.conductance(inputs, NONE, NONE)
 
     def conductances(self, inputs: Inputs) -> tuple[FloatArray, FloatArray]:
         """Return the symmetric matrix L and the boundary matrix B at one set of inputs.

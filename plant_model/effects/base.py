@@ -295,9 +295,7 @@ class Effect:
     def conductance(
         self, inputs: Inputs, temperatures: FloatArray, states: FloatArray
     ) -> Sequence[Exchange]:
-        """Return heat exchanges.
-
-        If they are constant, ``prepare`` puts them into ``constant_exchanges`` instead.
+        """Return heat exchanges that vary; ``prepare`` puts the others into ``constant_exchanges``.
 
         Parameters
         ----------
@@ -306,7 +304,7 @@ class Effect:
             [degC]; without nodes unless ``temperature_dependent``.
         states : array, shape (sets, times, own states)
         """
-        return self.constant_exchanges
+        return ()
 
     def heat(
         self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray

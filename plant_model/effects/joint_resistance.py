@@ -6,7 +6,15 @@ import numpy as np
 
 from plant_model.anatomy import bearings, incidence
 from plant_model.effects.base import Effect, Inputs
+from plant_model.exchange import Exchange
 from plant_model.parameters import FloatArray, Parameter
+
+USUAL_K = 2.0
+"""Ring above housing at which the part of the excess is taken that counts as constant [K]. It does
+not change the result, but the parts of a step that error control needs. Set on the jig borer, as a
+page and in lumps, over seven hours of random speeds: with gains of 0.25 and 0.5 /K a page takes 662
+and 676 parts instead of 976 and 1,483, and no temperature is off by more than 0.03 K; at 4 K fewer
+still, but 0.07 K off."""
 
 
 class JointResistance(Effect):
@@ -49,15 +57,26 @@ class JointResistance(Effect):
         size = len(machine.nodes)
         self._into = incidence(self._bores, size) - incidence(self._rings, size)
         self._seats = self.table(columns)
+        # A seat responds within a second. What it usually conducts in excess is therefore part of
+        # the constant network, which takes steps of any length exactly.
+        self._usual = self._pressure(np.array(USUAL_K)) ** 0.95 - 1.0
+        self.constant_exchanges = [
+            Exchange(ring, bore, self._usual[..., 0] * conductance)
+            for ring, bore, conductance in zip(self._rings, self._bores, columns, strict=True)
+        ]
 
     def heat(
         self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
-        """Add the exchange in excess of the constant one."""
+        """Add the rest of the exchange."""
         if not self._rings:
             return
         warmer = temperatures[..., self._rings] - temperatures[..., self._bores]
+        excess = self._pressure(warmer) ** 0.95 - 1.0
+        out += (self._seats * (excess - self._usual) * warmer) @ self._into
+
+    def _pressure(self, warmer: FloatArray) -> FloatArray:
+        """Return contact pressure, or inverse resistance, relative to that when cold [1]."""
         tighter = self.own("gain")[..., None] * warmer
         factor = np.where(tighter > 0.0, 1.0 + tighter, 1.0 / (1.0 - np.minimum(tighter, 0.0)))
-        pressure = np.clip(factor, 0.2, 5.0)
-        out += (self._seats * (pressure**0.95 - 1.0) * warmer) @ self._into
+        return np.clip(factor, 0.2, 5.0)

@@ -139,6 +139,12 @@ def heat_of(
     own = None if states is None else np.array([[states]])
     out = np.zeros_like(now)
     effect.heat(values, now, own, out)
+    for entry in effect.constant_exchanges:
+        assert not entry.boundary
+        assert not entry.one_way
+        flow = entry.conductance * (now[..., entry.other] - now[..., entry.node])
+        out[..., entry.node] += flow
+        out[..., entry.other] -= flow
     return {node.name: float(out[0, 0, i]) for i, node in enumerate(machine.nodes)}
 
 
