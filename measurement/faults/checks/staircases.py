@@ -12,6 +12,10 @@ from measurement.faults.fault import Fault, Kind
 from measurement.faults.series import lengths_of
 from measurement.runs import FloatArray, Run
 
+COARSE_SHARE = 1 / 200
+"""A channel is a staircase if its median step is more than this share of its range and most samples
+repeat the previous one [1]: set on no data."""
+
 
 class Staircases(Check):
     """Errors below the step cannot be resolved; the readings are otherwise sound."""
@@ -27,7 +31,7 @@ class Staircases(Check):
                 continue
             still = float((moves == 0).mean())
             usual = float(np.median(moves[moves > 0]))
-            if still > 0.5:
+            if usual > COARSE_SHARE * float(np.ptp(values)) and still > 0.5:
                 text = (
                     f"a staircase with steps of {usual:.2g} um, unchanged in {still:.0%} of samples"
                 )
