@@ -28,6 +28,9 @@ HOT, WARM_BEARING = 120.0, 90.0
 SLOWEST_H = 30.0
 """Longest plausible time constant of a machine tool's part [h]: set on no data."""
 
+MOST_DRIFT, LEAST_DRIFT = 500.0, 1.0
+"""Plausible range of the nose's drift at full speed [um]: set on no data."""
+
 NEAR = 0.3
 """A part is next to a thermometer if more than this share of its conductance leads to a part that
 has one [1]: set on no data."""
@@ -323,7 +326,7 @@ def _wrong(look: _Look, parts: tuple[Part, ...], drift: tuple[float, float, floa
         *_bearings(look),
         *_numbers(look.machine),
         *_unseen(look, parts),
-        *_still(drift),
+        *_far(drift),
         *unused_inputs(look.machine),
         *still_axes(look.machine, look.shown, look.warm_up),
     ]
@@ -431,5 +434,10 @@ def _unseen(look: _Look, parts: tuple[Part, ...]) -> list[str]:
     ]
 
 
-def _still(drift: tuple[float, float, float]) -> list[str]:
-    return [] if any(drift) else ["The nose does not drift at full speed: is the structure there?"]
+def _far(drift: tuple[float, float, float]) -> list[str]:
+    most = max(abs(part) for part in drift)
+    if most > MOST_DRIFT:
+        return [f"The nose drifts by {most:.0f} um at full speed, more than spindles do."]
+    if most < LEAST_DRIFT:
+        return [f"The nose drifts by {most:.2g} um at full speed: is the structure there?"]
+    return []
