@@ -17,6 +17,7 @@ from gap_finder.linearise import (
     bias_columns,
     linear_about,
     nuisance_columns,
+    residuals_at,
 )
 from gap_finder.observations import Observations
 from gap_finder.priors import FAR, Priors
@@ -114,7 +115,10 @@ class Calibration:
 
 
 class _LeastSquares:
-    """Least squares over all runs; the nuisance parameters of each run are eliminated exactly."""
+    """Least squares over all runs; the nuisance parameters of each run are eliminated exactly.
+
+    Simulates several points at once, because many parameter sets cost hardly more than one.
+    """
 
     def __init__(
         self,
@@ -131,47 +135,43 @@ class _LeastSquares:
             self._nuisance = [part.nuisance for part in sensitivities]
             self._bias = [part.bias for part in sensitivities]
 
-    def at(self, x: FloatArray) -> tuple[float, list[Linearisation]]:
-        """Return the cost at a point, (P,), and every run linearised about it.
-
-        The cost is infinite if the machine cannot be stepped there.
-        """
-        try:
-            parts = linear_about(self.machine, self.observed, self.priors, x)
-        except IntegrationError:
-            return np.inf, []
-        return self.gram(parts)[2] + float(x @ x), parts
-
-    def step(self, descent: Descent) -> tuple[FloatArray, float]:
-        """Return the point that a descent tries next, (P,), and the gain that it promises."""
-        x, priors = descent.x, self.priors
-        matrix, right, _ = self.gram(descent.parts)
-        matrix, right = matrix + np.eye(len(x)), right + x
-        damped = matrix + descent.damping * np.diag(np.diag(matrix))
-        moved = _bounded_step(damped, right, x, priors)
-        promised = -float((2.0 * right + matrix @ moved) @ moved)
-        return np.clip(x + moved, priors.low, priors.high), promised
+    def linear(self, points: FloatArray) -> list[list[Linearisation]]:
+        """Linearise every run about every point, (S, P)."""
+        return linear_about(self.machine, self.observed, self.priors, points)
 
     def gram(self, parts: Sequence[Linearisation]) -> tuple[FloatArray, FloatArray, float]:
-        """Return the normal matrix (P, P), right side and squares, all else eliminated."""
-        every: FloatArray | float = 0.0
+        """Return the normal matrix, right side and squares for parameters and biases together."""
+        matrix: FloatArray | float = 0.0
+        right: FloatArray | float = 0.0
+        squares = 0.0
         for part, own, bias in zip(parts, self._nuisance, self._bias, strict=True):
-            weight = robust_weights(part.residual)[:, None]
-            shared = np.hstack([bias, part.by_parameter, part.residual[:, None]]) * weight
+            weight = robust_weights(part.residual)
+            r = part.residual * weight
+            shared = np.hstack([part.by_parameter, bias]) * weight[:, None]
+            single = own * weight[:, None]
             # Minimising over the run's own unknowns projects the other columns.
-            every = every + shared.T @ (shared - own * weight @ _answer(own * weight, shared))
-        every, count = np.asarray(every), self._bias[0].shape[1]
-        errors, rest = every[:count], every[count:, count:]
-        rest = rest - errors[:, count:].T @ np.linalg.solve(
-            errors[:, :count] + np.eye(count), errors[:, count:]
+            inner = single.T @ single + np.eye(single.shape[1])
+            solved = np.linalg.solve(inner, single.T @ np.column_stack([shared, r]))
+            cleaned = np.column_stack([shared, r]) - single @ solved
+            full = np.column_stack([shared, r]).T @ cleaned
+            matrix = matrix + full[:-1, :-1]
+            right = right + full[:-1, -1]
+            squares += full[-1, -1]
+        return np.asarray(matrix), np.asarray(right), float(squares)
+
+    def costs(self, points: FloatArray) -> FloatArray:
+        """Return the cost at every point, (S,); NaN if the machine cannot be stepped there."""
+        residuals = residuals_at(self.machine, self.observed, self.priors, points)
+        return np.array(
+            [self.cost(x, [shown[i] for shown in residuals]) for i, x in enumerate(points)]
         )
-        return rest[:-1, :-1], rest[:-1, -1], float(rest[-1, -1])
 
-
-def _answer(columns: FloatArray, targets: FloatArray) -> FloatArray:
-    """Return how far unknowns with a prior of one move to follow each target."""
-    inner = columns.T @ columns + np.eye(columns.shape[1])
-    return np.asarray(np.linalg.solve(inner, columns.T @ targets))
+    def cost(self, x: FloatArray, residuals: Sequence[FloatArray]) -> float:
+        """Return the cost at a point, (P,), from its residuals, each (N,)."""
+        parts = [Linearisation(shown, np.zeros((len(shown), 0))) for shown in residuals]
+        matrix, right, squares = self.gram(parts)
+        inner = matrix + np.eye(len(right))
+        return squares - float(right @ np.linalg.solve(inner, right)) + float(x @ x)
 
 
 def robust_weights(residual: FloatArray, beyond: float = ROBUST) -> FloatArray:
@@ -245,8 +245,14 @@ def calibrate(
 
 def _begun(problem: _LeastSquares, points: FloatArray) -> list[Descent]:
     """Return descents from those points, (S, P), at which the machine can be stepped."""
-    begun = [Descent(x, *problem.at(x)) for x in points]
-    begun = [descent for descent in begun if np.isfinite(descent.cost)]
+    begun = []
+    for x in points:
+        try:
+            (parts,) = problem.linear(x[None])
+        except IntegrationError:
+            continue
+        cost = problem.cost(x, [part.residual for part in parts])
+        begun.append(Descent(x, cost, parts))
     if not begun:
         raise IntegrationError("the machine cannot be stepped from where calibration starts")
     return begun
@@ -255,30 +261,51 @@ def _begun(problem: _LeastSquares, points: FloatArray) -> list[Descent]:
 def _descend(
     problem: _LeastSquares, descents: list[Descent], iterations: int, progress: Progress
 ) -> list[Descent]:
-    """Descend from all starts, within physical bounds."""
+    """Descend from all starts side by side, within physical bounds."""
     for iteration in range(iterations):
+        progress(f"iteration {iteration + 1}")
         going = [descent for descent in descents if not descent.is_done]
         if not going:
             break
-        progress(f"iteration {iteration + 1}")
-        for descent in going:
-            x, promised = problem.step(descent)
-            if descent.promised(promised):
-                descent.take(x, *problem.at(x), promised)
+        trials = [_trials(problem, descent) for descent in going]
+        costs = np.split(problem.costs(np.concatenate(trials)), len(going))
+        triples = zip(going, trials, costs, strict=True)
+        moved = [descent for descent, *tried in triples if descent.take(*tried) is not None]
+        if not moved:
+            continue
+        parts_of = problem.linear(np.array([descent.x for descent in moved]))
+        for descent, parts in zip(moved, parts_of, strict=True):
+            descent.parts = parts
     return descents
+
+
+def _trials(problem: _LeastSquares, descent: Descent) -> FloatArray:
+    """Return the trial points of a descent, shape (T, P)."""
+    priors, x = problem.priors, descent.x
+    matrix, right, _ = problem.gram(descent.parts)
+    matrix += np.eye(len(matrix))
+    right[: len(x)] += x
+    diagonal = np.diag(np.diag(matrix))
+    steps = [
+        _bounded_step(matrix + damping * diagonal, right, x, priors) for damping in descent.dampings
+    ]
+    return np.asarray(np.clip(x + np.array(steps), priors.low, priors.high))
 
 
 def _bounded_step(
     matrix: FloatArray, right: FloatArray, x: FloatArray, priors: Priors
 ) -> FloatArray:
     """Return the step, shape (P,), that minimises the quadratic model inside the bounds."""
+    count = len(x)
     factor = np.linalg.cholesky(matrix)
+    free = np.full(len(right) - count, np.inf)
     # Derivatives are unreliable farther away than half the width of a range.
     low, high = np.maximum(priors.low - x, -FAR), np.minimum(priors.high - x, FAR)
+    room = np.concatenate([low, -free]), np.concatenate([high, free])
     # Rounding must not put the current point outside its bounds.
-    bounds = np.minimum(low, -1e-12), np.maximum(high, 1e-12)
+    bounds = np.minimum(room[0], -1e-12), np.maximum(room[1], 1e-12)
     target = -np.linalg.solve(factor, right)
-    return np.asarray(lsq_linear(factor.T, target, bounds, method="bvls").x)
+    return np.asarray(lsq_linear(factor.T, target, bounds, method="bvls").x[:count])
 
 
 def _estimates(
@@ -286,7 +313,8 @@ def _estimates(
 ) -> tuple[ParameterEstimate, ...]:
     matrix, _, _ = problem.gram(parts)
     covariance = np.linalg.inv(matrix + np.eye(len(matrix)))
-    return intervals(machine, problem.priors, x, np.sqrt(np.diag(covariance)))
+    spread = np.sqrt(np.diag(covariance))[: len(x)]
+    return intervals(machine, problem.priors, x, spread)
 
 
 def intervals(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from gap_finder.linearise import Linearisation
 from plant_model.parameters import FloatArray
 
@@ -13,17 +15,20 @@ ITERATIONS = 20
 ENOUGH = 1e-3
 """Relative improvement of the cost below which a descent has converged [1]; set on no data."""
 
-GROWTH = 2.0
-"""Factor on the damping after a first failure, and on itself after each further one: given by
-Nielsen's method."""
+SHARES = (0.0, 1 / 6.0, 1.0, 6.0)
+"""Multiples of the last damping that are tried together [1]; set on no data."""
+
+BOLD = 0.5
+"""Share of the best trial's gain that suffices for a step with less damping [1]: always taking the
+best single step creeps along narrow curved valleys. Set on no data."""
 
 
 @dataclass(eq=False)
 class Descent:
     """A descent from one starting point.
 
-    Damping follows the ratio of a step's gain to the gain that the linear model promises (Nielsen,
-    Damping parameter in Marquardt's method, IMM-REP-1999-05, Technical University of Denmark).
+    Less damping is preferred if it gains nearly as much, as in Transtrum and Sethna,
+    arXiv:1201.5885 (2012).
 
     Attributes
     ----------
@@ -35,46 +40,39 @@ class Descent:
         Every run, linearised about that point.
     damping : float
         In diagonals of the normal matrix [1].
-    growth : float
-        Factor on the damping if the next step fails [1].
     is_done : bool
-        Whether it has converged.
+        Whether it has converged, or no step helps.
     """
 
     x: FloatArray
     cost: float
     parts: list[Linearisation]
     damping: float = 1e-2
-    growth: float = GROWTH
     is_done: bool = False
 
-    def promised(self, gain: float) -> bool:
-        """Return whether a step is worth taking that should lower the cost by *gain*.
+    @property
+    def dampings(self) -> list[float]:
+        """Dampings to try next."""
+        return [self.damping * share for share in SHARES]
 
-        After a step that failed it is: damping makes any promise small.
-        """
-        self.is_done = self.growth == GROWTH and gain < ENOUGH * self.cost
-        return not self.is_done
-
-    def take(self, x: FloatArray, cost: float, parts: list[Linearisation], promised: float) -> None:
-        """Move to *x* if the cost there is lower, and damp the next step accordingly.
+    def take(self, trials: FloatArray, costs: FloatArray) -> int | None:
+        """Take one of the tried steps; return its index, or None if none helps.
 
         Parameters
         ----------
-        x : array
-        cost : float
-            At *x*; infinite if the machine cannot be stepped there.
-        parts : list of Linearisation
-            Every run about *x*.
-        promised : float
-            Gain expected from the linear model.
+        trials : array, shape (len(SHARES), P)
+            Points reached.
+        costs : array, shape (len(SHARES),)
+            Cost at each; NaN if the machine cannot be stepped there.
         """
-        gain = self.cost - cost
-        self.is_done = abs(gain) < ENOUGH * self.cost
-        if not gain > 0.0:
-            self.damping *= self.growth
-            self.growth *= GROWTH
-            return
-        self.x, self.cost, self.parts = x, cost, parts
-        self.damping *= max(1.0 / 3.0, 1.0 - (2.0 * gain / promised - 1.0) ** 3)
-        self.growth = GROWTH
+        won = np.nan_to_num(self.cost - costs, nan=-np.inf)
+        if not won.max() > 0.0:
+            # It has converged, or already follows the slope with short steps.
+            self.is_done = bool(won.max() > -ENOUGH * self.cost or self.damping > 1.0)
+            self.damping *= SHARES[-1] / SHARES[1]
+            return None
+        taken = int(np.argmax(won >= BOLD * won.max()))
+        self.is_done = bool(won.max() < ENOUGH * self.cost)
+        self.x, self.cost = trials[taken], float(costs[taken])
+        self.damping = max(self.damping * max(SHARES[taken], SHARES[1]), 1e-6)
+        return taken

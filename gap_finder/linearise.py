@@ -9,6 +9,7 @@ import numpy as np
 
 from gap_finder.observations import Observations
 from gap_finder.priors import Priors
+from plant_model.integrate import IntegrationError
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
@@ -177,16 +178,44 @@ def residuals_of(
     return [run.weighted(modelled(simulated, run)) for run, simulated in pairs]
 
 
+def residuals_at(
+    machine: Machine, observed: Sequence[Observations], priors: Priors, points: FloatArray
+) -> list[FloatArray]:
+    """Return the weighted residuals of every run at several points, (S, P), of the fitting scale.
+
+    Returns
+    -------
+    list of array, each (S, N)
+        NaN at points from which the machine cannot be stepped.
+    """
+    try:
+        return residuals_of(machine, observed, priors.values(points))
+    except IntegrationError:  # A single extreme point stops all of them.
+        if len(points) == 1:
+            return [np.full((1, run.weights.size), np.nan) for run in observed]
+        each = [residuals_at(machine, observed, priors, point[None]) for point in points]
+        return [np.concatenate(of_run) for of_run in zip(*each, strict=True)]
+
+
 def linear_about(
-    machine: Machine, observed: Sequence[Observations], priors: Priors, point: FloatArray
-) -> list[Linearisation]:
-    """Linearise every run about a point, (P,), in the priors' fitting scale."""
+    machine: Machine, observed: Sequence[Observations], priors: Priors, points: FloatArray
+) -> list[list[Linearisation]]:
+    """Linearise every run about several points, (S, P), in the priors' fitting scale.
+
+    Returns
+    -------
+    list of list of Linearisation
+        For every point, every run.
+    """
     step = DIFFERENCE * priors.usual
-    # A difference that would leave the physical range goes the other way.
-    way = np.where(point + step > priors.high, -step, step)
-    sets = point + np.concatenate([np.zeros((1, len(way))), np.diag(way)])
-    of_runs = residuals_of(machine, observed, priors.values(sets), near=True)
-    return [Linearisation(r[0], ((r[1:] - r[0]) / way[:, None]).T) for r in of_runs]
+    linear = []
+    for point in points:
+        # A difference that would leave the physical range goes the other way.
+        way = np.where(point + step > priors.high, -step, step)
+        sets = point + np.concatenate([np.zeros((1, len(way))), np.diag(way)])
+        of_runs = residuals_of(machine, observed, priors.values(sets), near=True)
+        linear.append([Linearisation(r[0], ((r[1:] - r[0]) / way[:, None]).T) for r in of_runs])
+    return linear
 
 
 def nuisance_columns(machine: Machine, observed: Observations) -> FloatArray:
