@@ -78,7 +78,7 @@ def test_the_summary_for_machines(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "named"),
     [
-        (["--model", "absent.json"], "absent.json: cannot be read"),
+        (["--model", "absent.json"], "absent.json: no such file"),
         (["--model", "broken.json"], "broken.json: line 1"),
         (["--model", "wrong.json"], "wrong.json: limits.slew_um_per_s"),
         (["--machine", "absent.toml"], "absent.toml"),
