@@ -15,18 +15,22 @@ from typing import Any
 
 import can
 
-from gateway.database import EXTENDED, key_of
+from gateway.database import EXTENDED
 from gateway.framelog import FrameLog
 from gateway.timebase import CLOCK_DRIFT
 from measurement.errors import BadInput, one_line
-from measurement.stops import LOOK_S
 
+FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 8.0
+"""Back-off: the first and the longest wait before the bus is opened again [s]; a bus that takes no
+frame during the first is lost. Set on no data."""
 ERR_BUS_OFF = 0x40
 """The class of error frames for a controller that has left the bus: given by SocketCAN."""
 WALL_CLOCK = ("socketcan", "udp_multicast", "virtual")
 """Interfaces that stamp frames with this computer's time of day on arrival."""
 ECHOING = ("udp_multicast",)
 """Interfaces on which a node hears its own frames."""
+ECHOES = 256
+"""Number of own frames that may be on their way back: set on no data."""
 Clock = Callable[[], float]
 
 
@@ -69,18 +73,17 @@ class Link:
         options: dict[str, Any] | None = None,
     ) -> None:
         self.interface, self.channel = interface, channel
-        self._ids = frozenset(ids)
-        self._filters = [_filter(key) for key in sorted(self._ids)]
+        self._filters = [_filter(key) for key in sorted(ids)]
         self._extended = any(one["extended"] for one in self._filters)
         self._say, self._clock, self._options = say, clock, options or {}
         self._fd = bool(self._options.get("fd"))
         self._bus: can.BusABC | None = None
-        self._next_try, self._failing_since = 0.0, inf
-        self._told = False  # that the bus is lost, and not yet that it is back
+        self._wait_s, self._next_try = FIRST_WAIT_S, 0.0
+        self._failing_since = inf
         self.lost = "interface_lost"
         self.waited_s, self.junk = 0.0, 0
         self._log = log
-        self._echoes: deque[tuple[int, bytes]] = deque()
+        self._echoes: deque[tuple[int, bytes]] = deque(maxlen=ECHOES)
         self._quickest_s, self._quickest_at = float("inf"), 0.0
 
     @property
@@ -118,7 +121,7 @@ class Link:
                         "",
                         f"cannot be opened: {one_line(error)}",
                     ) from None
-                time.sleep(min(LOOK_S, left))
+                time.sleep(min(FIRST_WAIT_S, left))
 
     def _connect(self) -> None:
         self._bus = can.Bus(
@@ -128,7 +131,6 @@ class Link:
             **self._options,
         )
         self.lost, self._failing_since = "", inf
-        self._echoes.clear()
 
     def close(self) -> None:
         """Leave the bus and close the log."""
@@ -146,19 +148,28 @@ class Link:
         if self.lost:
             return
         self._drop()
-        self.lost, self._next_try = reason, self._clock() + LOOK_S
-        if not self._told:
-            what = f"{reason.replace('_', ' ')} ({text})"
-            self._say(f"{self.name}: {what}; opened again every {LOOK_S:g} s")
-        self._told = True
+        self.lost = reason
+        self._wait(f"{reason.replace('_', ' ')} ({text})")
+
+    def _wait(self, what: str) -> None:
+        """Report the problem and when the bus is reopened; the next wait is twice as long."""
+        self._next_try = self._clock() + self._wait_s
+        self._say(f"{self.name}: {what}; next try in {self._wait_s:g} s")
+        self._wait_s = min(2.0 * self._wait_s, LONGEST_WAIT_S)
 
     def _reopen(self) -> None:
         """Try once to reopen a lost bus."""
         try:
             self._connect()
-        except (can.CanError, OSError, ValueError):
+        except (can.CanError, OSError, ValueError) as error:
             self._drop()
-            self._next_try = self._clock() + LOOK_S
+            self._wait(f"still lost ({one_line(error)})")
+        else:
+            self._say(f"{self.name}: back")
+
+    def trust(self) -> None:
+        """Note that the bus works, so that the next loss starts with the shortest wait again."""
+        self._wait_s = FIRST_WAIT_S
 
     # Frames
 
@@ -187,14 +198,10 @@ class Link:
             if message.arbitration_id & ERR_BUS_OFF:
                 self._lose("bus_off", "reported by the controller")
             return None
-        foreign = (message.is_fd and not self._fd) or (
-            message.is_extended_id and not self._extended
-        )
-        if foreign or message.is_remote_frame:
+        if message.is_remote_frame or (message.is_fd and not self._fd):
             return None
-        if self._told:  # an interface that is down can be opened, too: only a frame shows a bus
-            self._say(f"{self.name}: back")
-            self._told = False
+        if message.is_extended_id and not self._extended:
+            return None
         return message
 
     def send(self, messages: Iterable[can.Message]) -> bool:
@@ -207,11 +214,11 @@ class Link:
             except (can.CanError, OSError, ValueError) as error:
                 # A full queue may drain again.
                 self._failing_since = min(self._failing_since, self._clock())
-                if self._clock() - self._failing_since >= LOOK_S:
+                if self._clock() - self._failing_since >= FIRST_WAIT_S:
                     self._lose("interface_lost", one_line(error))
                 return False
             self._failing_since = inf
-            if self.interface in ECHOING and key_of(message) in self._ids:
+            if self.interface in ECHOING:
                 self._echoes.append((message.arbitration_id, bytes(message.data)))
             if self._log is not None:
                 message.timestamp, message.is_rx = time.time(), False
@@ -223,8 +230,7 @@ class Link:
         frame = (message.arbitration_id, bytes(message.data))
         if frame not in self._echoes:
             return False
-        while self._echoes.popleft() != frame:
-            pass  # frames come back in order, so those before it were lost
+        self._echoes.remove(frame)
         return True
 
     def _age(self, message: can.Message) -> float:

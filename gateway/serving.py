@@ -15,7 +15,7 @@ from gateway.clocks import steady
 from gateway.codec import Value
 from gateway.database import MACHINE, Database
 from gateway.link import Link
-from gateway.node import GatewayNode, GatewaySettings, half_widths
+from gateway.node import RUNNING, GatewayNode, GatewaySettings, half_widths
 from gateway.protocols.base import Participant, Report, Send
 from gateway.state import StateFile
 from gateway.systemd import ServiceManager
@@ -174,6 +174,8 @@ class Service:
                 message = None
             closed = message is not None and node.handle(message, now, self.link.waited_s)
             wait = node.grace_s if message is not None else 0.0
+            if closed or (node.state == RUNNING and not lost):
+                self.link.trust()
             if not closed and now >= node.deadline() + wait:
                 node.tick(now, self.link.lost)
             for participant in self.participants:

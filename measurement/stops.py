@@ -21,8 +21,7 @@ STOPS = (signal.SIGINT, signal.SIGTERM)
 LOOK_S = 0.5
 """How often a worker checks for its parent, a waiting process whether to end, and progress is
 shown; how long a worker may take to end before it is killed; how soon a lost SIGTERM is sent again;
-how often a log of frames is flushed, or tried again after a failure, as a lost bus is; and how long
-a bus may take no frame [s]. Set on no data."""
+and how often a log of frames is flushed, or tried again after a failure [s]. Set on no data."""
 
 HOLDS_LOCKS = ("concurrent.futures", "multiprocessing", "threading")
 """Modules in which nothing may be raised, because they hold locks that other threads wait for."""

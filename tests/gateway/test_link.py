@@ -1,4 +1,4 @@
-"""The bus that goes and comes: error frames, queues that are full, logs."""
+"""The bus that goes and comes: back-off, error frames, queues that are full, logs."""
 
 import contextlib
 import errno
@@ -12,10 +12,9 @@ from gateway import link as module
 from gateway.codec import Sender
 from gateway.database import MACHINE
 from gateway.framelog import FrameLog
-from gateway.link import Link
+from gateway.link import FIRST_WAIT_S, LONGEST_WAIT_S, Link
 from gateway.replay import recorded
 from measurement.errors import BadInput
-from measurement.stops import LOOK_S
 
 MESSAGE = can.Message(arbitration_id=0x210, data=bytes(8), is_extended_id=False)
 
@@ -92,26 +91,25 @@ def listen(link: Link, garage: Garage, seconds: float) -> None:
             garage.now += 0.1
 
 
-def test_a_lost_bus_is_opened_again_and_is_back_with_a_frame(garage):
-    link = new_link(garage, said := [])
-    for _ in range(2):
-        garage.refusals = 7
-        garage.opened[-1].incoming.append(can.CanOperationError("Network is down"))
-        lost_at, before = garage.now, len(garage.attempts)
-        listen(link, garage, 60.0)
-        assert garage.opened[-2].shut
-        assert not link.lost
-        tries = garage.attempts[before:]
-        waits = [b - a for a, b in zip([lost_at, *tries], tries, strict=False)]
-        assert waits == pytest.approx([LOOK_S] * 8, abs=0.11)
-        assert "Network is down" in said[-1]
-        garage.opened[-1].incoming.append(copy(MESSAGE))
-        assert link.receive(0.1) is not None
-        assert said[-1].endswith("back")
-    assert len(said) == 4
+def test_a_lost_bus_is_opened_again_with_longer_and_longer_waits(garage):
+    said: list[str] = []
+    link = new_link(garage, said)
+    garage.refusals = 7
+    garage.opened[0].incoming.append(can.CanOperationError("Network is down"))
+    listen(link, garage, 60.0)
+    assert garage.opened[0].shut
+    assert not link.lost
+    tries = garage.attempts[1:]
+    waits = [b - a for a, b in zip([0.0, *tries], tries, strict=False)]
+    expected = [FIRST_WAIT_S]
+    while len(expected) < 8:
+        expected.append(min(2.0 * expected[-1], LONGEST_WAIT_S))
+    assert waits == pytest.approx(expected, abs=0.11)
+    assert "Network is down" in said[0]
+    assert said[-1].endswith("back")
 
 
-def test_of_a_bus_that_opens_and_does_not_work_one_line_tells(garage, monkeypatch):
+def test_a_bus_that_opens_and_does_not_work_is_tried_less_and_less(garage, monkeypatch):
     """As an interface that is down."""
 
     def down(bus, timeout):
@@ -120,8 +118,19 @@ def test_of_a_bus_that_opens_and_does_not_work_one_line_tells(garage, monkeypatc
     link = new_link(garage, said := [])
     monkeypatch.setattr(FakeBus, "recv", down)
     listen(link, garage, 60.0)
-    assert len(garage.attempts) > 60
-    assert len(said) == 1
+    assert (len(garage.attempts) < 12, len(said) < 24) == (True, True)
+
+
+def test_a_bus_that_works_again_starts_with_the_shortest_wait(garage):
+    link = new_link(garage)
+    garage.refusals = 4
+    garage.opened[0].incoming.append(OSError(errno.ENETDOWN, "Network is down"))
+    listen(link, garage, 30.0)
+    link.trust()
+    garage.opened[-1].incoming.append(OSError(errno.ENETDOWN, "Network is down"))
+    lost_at = garage.now
+    listen(link, garage, 2.0)
+    assert garage.attempts[-1] - lost_at == pytest.approx(FIRST_WAIT_S, abs=0.11)
 
 
 def test_bus_off_is_a_loss_and_other_error_frames_are_not(garage):
@@ -148,14 +157,14 @@ def test_a_full_queue_is_borne_for_a_while(garage):
     bus.sending = can.CanOperationError("No buffer space available")
     for _ in range(4):
         assert not link.send([MESSAGE])
-        garage.now += LOOK_S / 5.0
+        garage.now += FIRST_WAIT_S / 5.0
     assert not link.lost
     bus.sending = None
     assert link.send([MESSAGE])
     bus.sending = OSError(errno.ENOBUFS, "No buffer space available")
     for _ in range(2):
         link.send([MESSAGE])
-        garage.now += LOOK_S
+        garage.now += FIRST_WAIT_S
     assert link.lost == "interface_lost"
 
 
