@@ -9,9 +9,7 @@ from math import ceil
 
 SHORTEST = 1.0
 """Shortest stretch [mm], given by the format of a page. No cell is shorter: a thermometer nearer
-than this to a cut reads the cell next to it. Rings and seats may differ by less."""
-NO_LENGTH = 1e-9
-"""A length below this is rounding, given by arithmetic [mm]."""
+than this to a cut reads the cell next to it."""
 
 
 @dataclass(frozen=True)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import re
 
-from plant_model.drawing.cells import SHORTEST
 from plant_model.drawing.class_values import CLASS_VALUES, f0_of
 from plant_model.drawing.form import ANGLES, CarrierForm, Quantity, degrees
 from plant_model.drawing.heat import USUAL_DIAMETER
 from plant_model.drawing.known import Known
 from plant_model.drawing.layout import Drawing, Seat
+
+LOOSE = 0.05
+"""A ring whose diameter differs from its seat's by more than this share does not fit [1]: set on
+no data."""
 
 LIGHT, HEAVY = 20.0, 1500.0
 """Plausible range of mass over surface of castings and plates [kg/m2]: set on no data."""
@@ -123,7 +126,7 @@ def _seat(drawing: Drawing, seat: Seat) -> list[str]:
     ):
         there = getattr(drawing.stretch_at(part, form.at), key)
         loose = ring == "outside diameter" and there > size
-        if abs(there - size) >= SHORTEST:
+        if abs(there - size) > LOOSE * size:
             found.append(
                 f"The {ring} of the bearing {form.name} is {size:g} mm, but the {part} is"
                 f" {there:g} mm there."

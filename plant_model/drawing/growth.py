@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from math import cos, radians, sin
 
-from plant_model.drawing.cells import NO_LENGTH, Cell, overlap
+from plant_model.drawing.cells import Cell, overlap
 from plant_model.drawing.form import Quantity
 from plant_model.drawing.known import Known, exact, within
 from plant_model.drawing.mesh import Sector
 from plant_model.drawing.sheet import Sheet
+
+NO_LENGTH = 1e-9
+"""A length below this is rounding, given by arithmetic [mm]."""
 
 UNEVEN = 0.25
 """Relative uncertainty of a carrier's growth, because it is one lump [1]: set on no data."""

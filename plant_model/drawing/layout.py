@@ -10,7 +10,7 @@ from typing import Any
 
 from measurement.errors import BadInput, checked, one_of, shown
 from plant_model.drawing.bearing_table import Bearing, by_designation, known_designations
-from plant_model.drawing.cells import NO_LENGTH, SHORTEST
+from plant_model.drawing.cells import SHORTEST
 from plant_model.drawing.coolants import ALLOWED, coolant
 from plant_model.drawing.form import (
     BearingForm,
@@ -23,6 +23,9 @@ from plant_model.drawing.form import (
 )
 from plant_model.drawing.known import Known
 from plant_model.drawing.materials import MATERIALS, Material
+
+TOUCH = 0.01
+"""Stretches touch if their ends are nearer than this [mm]: set on no data."""
 
 ENCLOSURE = "enclosure"
 
@@ -217,7 +220,7 @@ class Drawing:
                 raise self.refuse(
                     f"{place}.inner", f"{stretch.inner:g} mm must be below outer {stretch.outer:g}"
                 )
-            if before is not None and abs(stretch.start - before.end) > NO_LENGTH:
+            if before is not None and abs(stretch.start - before.end) > TOUCH:
                 what = "overlaps" if stretch.start < before.end else "leaves a gap to"
                 raise self.refuse(
                     f"{place}.from",
@@ -230,7 +233,7 @@ class Drawing:
 
     def _inside(self, place: str, at: float, part: str) -> None:
         low, high = self.span_of(part)
-        if not low - NO_LENGTH <= at <= high + NO_LENGTH:
+        if not low - TOUCH <= at <= high + TOUCH:
             raise self.refuse(
                 place, f"{at:g} mm is outside the {part}, which is from {low:g} to {high:g} mm"
             )
@@ -239,7 +242,7 @@ class Drawing:
         for i, shaft in enumerate(self.form.shaft.stretches):
             for housing in self.form.housing.stretches:
                 both = min(shaft.end, housing.end) - max(shaft.start, housing.start)
-                if both > NO_LENGTH and not shaft.outer < housing.inner:
+                if both > TOUCH and not shaft.outer < housing.inner:
                     raise self.refuse(
                         f"shaft.stretches.{i}.outer",
                         f"{shaft.outer:g} mm does not fit into the housing, which is"
@@ -250,7 +253,7 @@ class Drawing:
         place = f"bearings.{i}"
         bearing = self._bearing(place, form)
         spacing = form.spacing or bearing.width
-        if spacing < bearing.width - NO_LENGTH:
+        if spacing < bearing.width - TOUCH:
             raise self.refuse(
                 f"{place}.spacing",
                 f"{spacing:g} mm is below the bearing's width of {bearing.width:g}",
@@ -261,7 +264,7 @@ class Drawing:
         first, last = spans[0][0], spans[-1][1]
         for part in ("shaft", "housing"):
             low, high = self.span_of(part)
-            if first < low - NO_LENGTH or last > high + NO_LENGTH:
+            if first < low - TOUCH or last > high + TOUCH:
                 raise self.refuse(
                     f"{place}.at",
                     f"at {form.at:g} mm it sits from {first:g} to {last:g} mm, which is outside the"
@@ -278,7 +281,7 @@ class Drawing:
             return
         for end in (sleeve.start, sleeve.end):
             self._inside(place, end, "housing")
-        if sleeve.start > seats[0] + NO_LENGTH or sleeve.end < seats[1] - NO_LENGTH:
+        if sleeve.start > seats[0] + TOUCH or sleeve.end < seats[1] - TOUCH:
             raise self.refuse(
                 place,
                 f"{sleeve.start:g} to {sleeve.end:g} mm does not hold the bearings, which sit at"
@@ -325,7 +328,7 @@ class Drawing:
             )
         spans = sorted((span, seat.form.name) for seat in self.seats for span in seat.spans)
         for (first, name), (second, other) in pairwise(spans):
-            if second[0] < first[1] - NO_LENGTH:
+            if second[0] < first[1] - TOUCH:
                 raise self.refuse(
                     "bearings",
                     f"{name} and {other} overlap: one ends at {first[1]:g} mm, the next begins at"
@@ -362,7 +365,7 @@ class Drawing:
             ("shaft", shaft.outer),
             ("rotor_outer", motor.rotor_outer),
             ("stator_outer", motor.stator_outer or housing.inner),
-            ("the housing's inside", housing.inner + NO_LENGTH),
+            ("the housing's inside", housing.inner + TOUCH),
         ]
         for (name, size), (other, larger) in pairwise(sizes):
             if not size < larger:

@@ -6,7 +6,7 @@ from itertools import pairwise
 from math import cos, pi
 from typing import Any
 
-from plant_model.drawing.cells import NO_LENGTH, Cell, overlap
+from plant_model.drawing.cells import Cell, overlap
 from plant_model.drawing.class_values import CLASS_VALUES
 from plant_model.drawing.films import blown, still_air, turning
 from plant_model.drawing.form import FaceForm, MotorForm, PatchForm
@@ -97,7 +97,7 @@ def _gaps(sheet: Sheet) -> None:
             length = max(0.0, end - start) - sum(
                 max(0.0, min(end, last) - max(start, first)) for first, last in taken
             )
-            if length < NO_LENGTH:
+            if length < 1e-6:
                 continue
             outer = sheet.mesh.stretch(shaft).outer
             gap = min(LARGEST_GAP, (sheet.mesh.stretch(housing).inner - outer) / 2.0)

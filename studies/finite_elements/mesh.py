@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from skfem import MeshQuad
 
 from measurement.errors import BadInput
-from plant_model.drawing.cells import NO_LENGTH
+from plant_model.drawing.layout import TOUCH
 from studies.finite_elements.description import MOST_ELEMENTS, Description, Rectangle
 
 Array = NDArray[np.float64]
@@ -95,7 +95,7 @@ def _inside(points: Array, box: Rectangle) -> NDArray[np.bool_]:
 def _lines(edges: list[float], longest: float) -> Array:
     """Return all edges and lines between them, at most *longest* apart."""
     sorted_edges = np.unique(np.asarray(edges, dtype=np.float64))
-    kept = sorted_edges[np.concatenate([[True], np.diff(sorted_edges) > NO_LENGTH])]
+    kept = sorted_edges[np.concatenate([[True], np.diff(sorted_edges) > TOUCH])]
     pieces = [
         np.linspace(a, b, max(1, int(np.ceil((b - a) / longest - 1e-9))), endpoint=False)
         for a, b in pairwise(kept)
