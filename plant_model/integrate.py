@@ -66,12 +66,12 @@ def phi(order: int, x: FloatArray) -> FloatArray:
     return np.asarray(np.where(small, series, value))
 
 
-def step_weights(decay: FloatArray, lengths: tuple[float, ...]) -> tuple[FloatArray, ...]:
-    """Return e^x, h phi1(x) and h phi2(x) for steps, each (steps, sets, size) [1, s, s].
+def step_weights(decay: FloatArray, h: FloatArray | float) -> tuple[FloatArray, ...]:
+    """Return e^x, h phi1(x) and h phi2(x) for steps, each (..., sets, size) [1, s, s].
 
-    x = -lambda h with the decay rates lambda, (sets, size) [1/s], and the lengths h [s].
+    x = -lambda h with the decay rates lambda, (sets, size) [1/s], and the length h of one step or
+    the lengths of several, (steps, 1, 1) [s].
     """
-    h = np.array(lengths)[:, None, None]
     x = -decay * h
     return np.exp(x), phi(1, x) * h, phi(2, x) * h
 
@@ -107,17 +107,17 @@ class Modes:
     to_state, to_modes : array, shape (sets or 1, size, size)
         Matrices from modes to [temperatures, own states] and back.
     weights, third_order : callable
-        `step_weights` of steps' lengths, and `third_order` of a step's length [s].
+        `step_weights` and `third_order` of a step's length [s].
     """
 
     decay: FloatArray
     to_state: FloatArray
     to_modes: FloatArray
-    weights: Callable[[tuple[float, ...]], tuple[FloatArray, ...]] = field(init=False, repr=False)
+    weights: Callable[[float], tuple[FloatArray, ...]] = field(init=False, repr=False)
     third_order: Callable[[float], FloatArray] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Keep the weights for the next steps of the same lengths."""
+        """Keep the weights for the next step of the same length."""
         object.__setattr__(self, "weights", lru_cache(partial(step_weights, self.decay)))
         object.__setattr__(self, "third_order", lru_cache(partial(third_order, self.decay)))
 
@@ -210,8 +210,11 @@ def linear_steps(
         State at the end of each step, in modes.
     """
     lengths, which = np.unique(steps, return_inverse=True)
-    keep, *gains = modes.weights(tuple(lengths.tolist()))
-    weight1, weight2 = gains if len(lengths) == 1 else (gain[which] for gain in gains)
+    if len(lengths) == 1:
+        keep, weight1, weight2 = (part[None] for part in modes.weights(float(lengths[0])))
+    else:
+        keep, *gains = step_weights(modes.decay, lengths[:, None, None])
+        weight1, weight2 = (gain[which] for gain in gains)
     # Steps are the first axis and contiguous, so that the loop has only three short operations.
     first, last = np.swapaxes(first, 0, 1), np.swapaxes(last, 0, 1)
     out = np.ascontiguousarray(weight1 * first + weight2 * (last - first))

@@ -281,7 +281,7 @@ def _answer(
     first, last = (np.swapaxes(part[:, at] @ to_modes.T, 0, 1) for part in excess)
     state = out[:, at.start] @ to_modes.T
     for k, start, end in zip(range(at.start, at.stop), first, last, strict=True):
-        keep, whole, at_last = (part[0, 0] for part in modes.weights((float(steps[k]),)))
+        keep, whole, at_last = (part[0] for part in modes.weights(float(steps[k])))
         start = start + state @ seen @ slopes.at_start(k, modes)
         state = keep * state + (whole - at_last) * start + at_last * end
         state = state + state @ seen @ slopes.at_end(k, modes, at_last)
