@@ -12,6 +12,7 @@ from threadpoolctl import threadpool_limits
 
 from gap_finder.descent import ITERATIONS, Descent
 from gap_finder.directions import fewer
+from gap_finder.likelihood import Likelihood, Quadratic
 from gap_finder.linearise import (
     Linearisation,
     bias_columns,
@@ -24,9 +25,6 @@ from gap_finder.priors import FAR, Priors
 from plant_model.integrate import IntegrationError
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
-
-ROBUST = 3.0
-"""Weighted residuals beyond this many root mean squares count linearly (Huber). Set on no data."""
 
 Progress = Callable[[str], None]
 
@@ -99,12 +97,14 @@ class Calibration:
     machine : Machine
         With the calibrated values.
     cost : float
-        Final weighted squares plus prior.
+        Final -2 log likelihood plus prior.
     starts : tuple of float
         Final cost from each starting point.
     parameters : tuple of ParameterEstimate
     parts : tuple of Linearisation
         Every run, linearised about the calibrated machine.
+    units : array, shape (C,)
+        Variance of each channel's errors [tolerances squared].
     """
 
     machine: Machine
@@ -112,10 +112,11 @@ class Calibration:
     starts: tuple[float, ...]
     parameters: tuple[ParameterEstimate, ...]
     parts: tuple[Linearisation, ...]
+    units: FloatArray
 
 
-class _LeastSquares:
-    """Least squares over all runs; the nuisance parameters of each run are eliminated exactly.
+class _Problem:
+    """The parameters sought, and what the runs say about them.
 
     Simulates several points at once, because many parameter sets cost hardly more than one.
     """
@@ -129,35 +130,16 @@ class _LeastSquares:
     ) -> None:
         self.machine, self.observed, self.priors = machine, observed, priors
         if sensitivities is None:
-            self._nuisance = [fewer([nuisance_columns(machine, run)])[0] for run in observed]
-            self._bias = [bias_columns(machine, run) for run in observed]
+            own = [fewer([nuisance_columns(machine, run)])[0] for run in observed]
+            errors = [bias_columns(machine, run) for run in observed]
         else:
-            self._nuisance = [part.nuisance for part in sensitivities]
-            self._bias = [part.bias for part in sensitivities]
+            own = [part.nuisance for part in sensitivities]
+            errors = [part.bias for part in sensitivities]
+        self.likelihood = Likelihood(observed, own, errors)
 
     def linear(self, points: FloatArray) -> list[list[Linearisation]]:
         """Linearise every run about every point, (S, P)."""
         return linear_about(self.machine, self.observed, self.priors, points)
-
-    def gram(self, parts: Sequence[Linearisation]) -> tuple[FloatArray, FloatArray, float]:
-        """Return the normal matrix, right side and squares for parameters and biases together."""
-        matrix: FloatArray | float = 0.0
-        right: FloatArray | float = 0.0
-        squares = 0.0
-        for part, own, bias in zip(parts, self._nuisance, self._bias, strict=True):
-            weight = robust_weights(part.residual)
-            r = part.residual * weight
-            shared = np.hstack([part.by_parameter, bias]) * weight[:, None]
-            single = own * weight[:, None]
-            # Minimising over the run's own unknowns projects the other columns.
-            inner = single.T @ single + np.eye(single.shape[1])
-            solved = np.linalg.solve(inner, single.T @ np.column_stack([shared, r]))
-            cleaned = np.column_stack([shared, r]) - single @ solved
-            full = np.column_stack([shared, r]).T @ cleaned
-            matrix = matrix + full[:-1, :-1]
-            right = right + full[:-1, -1]
-            squares += full[-1, -1]
-        return np.asarray(matrix), np.asarray(right), float(squares)
 
     def costs(self, points: FloatArray) -> FloatArray:
         """Return the cost at every point, (S,); NaN if the machine cannot be stepped there."""
@@ -169,15 +151,7 @@ class _LeastSquares:
     def cost(self, x: FloatArray, residuals: Sequence[FloatArray]) -> float:
         """Return the cost at a point, (P,), from its residuals, each (N,)."""
         parts = [Linearisation(shown, np.zeros((len(shown), 0))) for shown in residuals]
-        matrix, right, squares = self.gram(parts)
-        inner = matrix + np.eye(len(right))
-        return squares - float(right @ np.linalg.solve(inner, right)) + float(x @ x)
-
-
-def robust_weights(residual: FloatArray, beyond: float = ROBUST) -> FloatArray:
-    """Return square-root weights of Huber's law for weighted residuals."""
-    scale = beyond * max(float(np.sqrt(np.mean(residual**2))), 1e-12)
-    return np.asarray(np.sqrt(np.minimum(1.0, scale / np.maximum(np.abs(residual), 1e-300))))
+        return self.likelihood.about(parts).cost + float(x @ x)
 
 
 def calibrate(
@@ -222,7 +196,7 @@ def calibrate(
     # The matrices are small: threads would wait for each other, at ten times the processor time.
     with threadpool_limits(1):
         priors = Priors.of(machine, calibrated=True)
-        problem = _LeastSquares(machine, observed, priors, sensitivities)
+        problem = _Problem(machine, observed, priors, sensitivities)
         generator = np.random.default_rng(seed)
         if go_on is not None:
             x = priors.position(go_on.machine)
@@ -234,16 +208,18 @@ def calibrate(
         reached = _descend(problem, begun, iterations, progress)
         best = min(reached, key=lambda descent: descent.cost)
         values = {name: float(value[0]) for name, value in priors.values(best.x[None, :]).items()}
+        about = problem.likelihood.about(best.parts)
         return Calibration(
             machine.with_values(values, beyond=True),
             best.cost,
             tuple(descent.cost for descent in reached),
-            _estimates(machine, problem, best.parts, best.x),
+            intervals(machine, priors, best.x, _spread(about)),
             tuple(best.parts),
+            about.units,
         )
 
 
-def _begun(problem: _LeastSquares, points: FloatArray) -> list[Descent]:
+def _begun(problem: _Problem, points: FloatArray) -> list[Descent]:
     """Return descents from those points, (S, P), at which the machine can be stepped."""
     begun = []
     for x in points:
@@ -259,7 +235,7 @@ def _begun(problem: _LeastSquares, points: FloatArray) -> list[Descent]:
 
 
 def _descend(
-    problem: _LeastSquares, descents: list[Descent], iterations: int, progress: Progress
+    problem: _Problem, descents: list[Descent], iterations: int, progress: Progress
 ) -> list[Descent]:
     """Descend from all starts side by side, within physical bounds."""
     for iteration in range(iterations):
@@ -279,12 +255,11 @@ def _descend(
     return descents
 
 
-def _trials(problem: _LeastSquares, descent: Descent) -> FloatArray:
+def _trials(problem: _Problem, descent: Descent) -> FloatArray:
     """Return the trial points of a descent, shape (T, P)."""
     priors, x = problem.priors, descent.x
-    matrix, right, _ = problem.gram(descent.parts)
-    matrix += np.eye(len(matrix))
-    right[: len(x)] += x
+    about = problem.likelihood.about(descent.parts)
+    matrix, right = about.matrix + np.eye(len(x)), about.right + x
     diagonal = np.diag(np.diag(matrix))
     steps = [
         _bounded_step(matrix + damping * diagonal, right, x, priors) for damping in descent.dampings
@@ -296,25 +271,18 @@ def _bounded_step(
     matrix: FloatArray, right: FloatArray, x: FloatArray, priors: Priors
 ) -> FloatArray:
     """Return the step, shape (P,), that minimises the quadratic model inside the bounds."""
-    count = len(x)
     factor = np.linalg.cholesky(matrix)
-    free = np.full(len(right) - count, np.inf)
     # Derivatives are unreliable farther away than half the width of a range.
     low, high = np.maximum(priors.low - x, -FAR), np.minimum(priors.high - x, FAR)
-    room = np.concatenate([low, -free]), np.concatenate([high, free])
     # Rounding must not put the current point outside its bounds.
-    bounds = np.minimum(room[0], -1e-12), np.maximum(room[1], 1e-12)
+    bounds = np.minimum(low, -1e-12), np.maximum(high, 1e-12)
     target = -np.linalg.solve(factor, right)
-    return np.asarray(lsq_linear(factor.T, target, bounds, method="bvls").x[:count])
+    return np.asarray(lsq_linear(factor.T, target, bounds, method="bvls").x)
 
 
-def _estimates(
-    machine: Machine, problem: _LeastSquares, parts: list[Linearisation], x: FloatArray
-) -> tuple[ParameterEstimate, ...]:
-    matrix, _, _ = problem.gram(parts)
-    covariance = np.linalg.inv(matrix + np.eye(len(matrix)))
-    spread = np.sqrt(np.diag(covariance))[: len(x)]
-    return intervals(machine, problem.priors, x, spread)
+def _spread(about: Quadratic) -> FloatArray:
+    """Return the parameters' standard deviations in the fitting scale, shape (P,)."""
+    return np.asarray(np.sqrt(np.diag(np.linalg.inv(about.matrix + np.eye(len(about.right))))))
 
 
 def intervals(

@@ -20,8 +20,8 @@ import numpy as np
 import numpy.typing as npt
 
 from gap_finder.added_paths import AddedPath, path_answers
-from gap_finder.calibrate import robust_weights
 from gap_finder.directions import fewer
+from gap_finder.likelihood import in_units, robust_weights
 from gap_finder.linearise import (
     Linearisation,
     bias_columns,
@@ -167,12 +167,13 @@ class RunDesign:
 def design_of(
     parts: Sequence[Linearisation],
     sensitivities: Sequence[RunSensitivities],
+    units: FloatArray,
 ) -> list[RunDesign]:
-    """Return the design of every run about a calibrated machine."""
+    """Return the design of every run about a calibrated machine, with channels in *units*, (C,)."""
     squares = np.array([np.sum(part.by_parameter**2, axis=0) for part in parts])
     alone = told_by_one_run(squares)
     return [
-        run_design(part, of_run, np.flatnonzero(mine).tolist())
+        run_design(part, of_run, units, np.flatnonzero(mine).tolist())
         for part, of_run, mine in zip(parts, sensitivities, alone, strict=True)
     ]
 
@@ -189,10 +190,13 @@ def told_by_one_run(squares: FloatArray) -> npt.NDArray[np.bool_]:
 
 
 def run_design(
-    linear: Linearisation, sensitivities: RunSensitivities, alone: Sequence[int] = ()
+    linear: Linearisation,
+    sensitivities: RunSensitivities,
+    units: FloatArray,
+    alone: Sequence[int] = (),
 ) -> RunDesign:
     """Return the design of one run; *alone* are parameters that no other run depends on."""
-    weight = sensitivities.weight
+    weight = in_units(sensitivities.weight, units)
     shared = np.hstack([linear.by_parameter, sensitivities.other])
     # A parameter that only this run depends on is its own unknown, like a zero.
     own = np.hstack([sensitivities.nuisance, shared[:, alone]])

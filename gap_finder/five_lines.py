@@ -63,10 +63,10 @@ def _what(table: Mapping[str, Any]) -> str:
             return f"What is missing: {titles}; {evidence}."
         told = _rivals_named(table)
         others = [said for said in map(_in_words, table["runners_up"]) if said not in told][:2]
-        instead = f"{', '.join(others)}, " if others else ""
+        instead = f"{', '.join(others)}, or " if others else ""
         return (
             f"What may be missing: {titles}. In doubt: {_doubt(table)}, so the cause may instead, "
-            f"or also, be {instead}or something not in the catalogue; {left}. "
+            f"or also, be {instead}something not in the catalogue; {left}. "
             f"{evidence[:1].upper()}{evidence[1:]}.{look}"
         )
     if table["verdict"] == "unknown":

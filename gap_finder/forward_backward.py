@@ -69,8 +69,7 @@ class Hypothesis:
         thermometer errors cost as much as residuals, because what they absorb is missing all the
         same.
         """
-        left = float(np.sum(self.fit.left / units)) + self.fit.moved_cost / unit_of(units)
-        return left + self.prior_cost
+        return float(np.sum(self.fit.left / units)) + self.fit.moved_cost + self.prior_cost
 
     @property
     def cost_in_fit(self) -> float:
@@ -88,17 +87,8 @@ def units_of(nothing: Hypothesis, hypotheses: Iterable[Hypothesis]) -> FloatArra
     In squared tolerances; never less than one, nor than the accuracy of laws where they act.
     """
     least = np.min([hypothesis.fit.left.mean(axis=0) for hypothesis in hypotheses], axis=0)
-    return np.asarray(np.maximum(least_units(nothing), least))
-
-
-def least_units(nothing: Hypothesis) -> FloatArray:
-    """Return the lower limit of `units_of`, shape (C,)."""
-    return np.asarray(np.maximum(1.0, LAW * nothing.fit.left.mean(axis=0)))
-
-
-def unit_of(units: FloatArray) -> float:
-    """Return the single unit equivalent to those of all channels [tolerances squared]."""
-    return float(1.0 / np.mean(1.0 / units))
+    law = LAW * nothing.fit.left.mean(axis=0)
+    return np.asarray(np.maximum(np.maximum(1.0, law), least))
 
 
 @dataclass(frozen=True)
@@ -196,8 +186,7 @@ class Searching:
     ) -> Step:
         """Score what the screening proposes to add to the best so far."""
         self._progress(f"screening, {len(best.additions) + 1}")
-        law = unit_of(least_units(self.nothing))
-        proposed = screened(best.fit, sensitivities, listed, law)
+        proposed = screened(best.fit, sensitivities, listed)
         first, later = proposed.likely[:LEADERS], proposed.likely[LEADERS:]
         tried = self._scored(best, first, listed, sensitivities)
         limit = self._cost_limit(best, tried)
@@ -220,8 +209,7 @@ class Searching:
         It must soon gain half as much as the best so far, or half of what is required.
         """
         costs = [hypothesis.fit.calibration.cost for hypothesis in (best, *tried)]
-        unit = unit_of(units_of(self.nothing, [best, *tried]))
-        wins = max(costs[0] - min(costs), MARGIN * unit)
+        wins = max(costs[0] - min(costs), MARGIN)
         return costs[0] - wins / 2.0
 
     def _scored(

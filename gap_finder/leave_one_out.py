@@ -70,7 +70,10 @@ class LeaveOneOut:
         return factor, -cho_solve(factor, self.slopes[runs].sum(axis=0) + self.position)
 
     def left(self, channels: int) -> FloatArray:
-        """Return the squared error of each run and channel, predicted from the others, (R, C)."""
+        """Return the squared error of each run and channel, predicted from the others, (R, C).
+
+        In the designs' units.
+        """
         squares = []
         for run, design in enumerate(self.designs):
             missed = design.residual + design.shared @ self.recalibrated(self.without(run))[1]
@@ -89,8 +92,8 @@ class LeaveOneOut:
         Parameters
         ----------
         unit : float
-            Squared error per run and channel: by how much the variance grows if the error exceeds
-            the tolerance [tolerances squared].
+            Squared error per left-out run and channel: by how much the variance grows, because the
+            errors within a run depend on each other [squared units of the channels].
         """
         covariance: FloatArray = np.asarray(np.linalg.inv(self.normal(self.every)))
         spread = np.sqrt(np.diag(covariance))[: self._moved]

@@ -40,27 +40,24 @@ class Proposed:
     places: list[Addition]
 
 
-def screened(
-    best: Fit, sensitivities: Sequence[RunSensitivities], listed: Listed, law: float
-) -> Proposed:
+def screened(best: Fit, sensitivities: Sequence[RunSensitivities], listed: Listed) -> Proposed:
     """Return the candidates to score fully, assuming responses linear in size.
 
-    *sensitivities* are those of the best, *law* is the least unit of squares in the score
-    [tolerances squared].
+    *sensitivities* are those of the best.
     """
     tried = listed.tried
     if not tried:
         return Proposed([], [])
-    designs = design_of(best.calibration.parts, sensitivities)
+    calibration = best.calibration
+    designs = design_of(calibration.parts, sensitivities, calibration.units)
     scores = Screen(LeaveOneOut(designs, best.position()), tried).scores()
     prior = np.array([listed.costs[addition.key] for addition in tried])
-    unit = max(law, (scores.cost - float(scores.gain.max())) / best.left.size)
     sized = [
         addition.scaled(scale) for addition, scale in zip(tried, scores.scale.tolist(), strict=True)
     ]
-    won = (scores.gain + scores.prior_gain) / unit - np.array(
-        [addition.size_cost() for addition in sized]
-    )
+    # As in the score, the errors of a run count as one.
+    unit = max(1.0, (scores.cost - float(scores.gain.max())) / best.left.size)
+    won = (scores.gain + scores.prior_gain) / unit - [addition.size_cost() for addition in sized]
     order = np.argsort(-(won - prior)).tolist()
     likely = _best_of_kinds(tried, order, 1)
     # Near the calibrated machine, effects that calibration absorbed show little: always score some.

@@ -114,9 +114,10 @@ def scored(
     """Score a calibrated machine run by run."""
     moved = Priors.of(base, calibrated=True)
     x = moved.position(calibration.machine)
-    folds = LeaveOneOut(design_of(calibration.parts, sensitivities), x)
-    left = folds.left(len(observed[0].channels))
+    units = calibration.units
+    folds = LeaveOneOut(design_of(calibration.parts, sensitivities, units), x)
+    left = folds.left(len(units))
     spread = folds.spread(max(1.0, float(left.sum()) / left.size))
     estimates = intervals(base, moved, x, spread)
     calibrated = replace(calibration, parameters=estimates)
-    return Fit(base, calibrated, tuple(observed), left, folds.other_position())
+    return Fit(base, calibrated, tuple(observed), left * units, folds.other_position())

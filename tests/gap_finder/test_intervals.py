@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, norm
 
-from gap_finder.calibrate import ParameterEstimate, _LeastSquares, calibrate, intervals
+from gap_finder.calibrate import ParameterEstimate, _Problem, calibrate, intervals
 from gap_finder.design import RunDesign, all_sensitivities, design_of
 from gap_finder.observations import Observations, observe
 from gap_finder.priors import Priors
@@ -89,7 +89,7 @@ def test_at_the_ends_of_an_interval_the_cost_has_risen_by_the_chi_squared_quanti
     found = calibrate(machine, observed, starts=1)
     (told,) = found.parameters
     assert told.low < told.value < told.high
-    problem = _LeastSquares(machine, observed, priors, None)
+    problem = _Problem(machine, observed, priors, None)
     best = problem.costs(priors.position(found.machine)[None, :])
     for end in (told.low, told.high):
         position = priors.position(machine.with_values({FREE: end}, beyond=True))
@@ -148,9 +148,10 @@ def test_the_intervals_of_an_explanation_are_those_of_one_dense_problem(
     sensitivities = all_sensitivities(machine, noisy)
     found = fit(machine, noisy, [machine], sensitivities)
     moved = Priors.of(machine, calibrated=True)
-    over = found.left_each
+    units = found.calibration.units
+    over = float(np.mean(found.left / units))
     assert (over > 1.05) == (noise > 0.0)
-    designs = design_of(found.calibration.parts, sensitivities)
+    designs = design_of(found.calibration.parts, sensitivities, units)
     expected = dense_deviations(designs, len(moved.names)) * np.sqrt(max(1.0, over))
     expected = np.minimum(expected, 1.0)  # no run makes a parameter less certain than its range
     assert expected.min() < 0.95

@@ -8,7 +8,7 @@ import pytest
 from gap_finder.calibrate import calibrate
 from gap_finder.candidates import candidates
 from gap_finder.design import all_sensitivities
-from gap_finder.forward_backward import LAW, Hypothesis, _in_place_of
+from gap_finder.forward_backward import Hypothesis, _in_place_of
 from gap_finder.hypotheses import AddedChange, AddedEffect, Listed, prior_costs
 from gap_finder.kinds.heat_path import HeatPath
 from gap_finder.observations import observe
@@ -33,7 +33,7 @@ def test_the_likeliest_are_scored_even_if_none_lowers_the_score_in_the_screening
     ]
     # So unlikely that nothing gained pays for it.
     costs = {key: 1e4 + cost for key, cost in prior_costs({one.key for one in tried}).items()}
-    likely = screened(now, sensitivities, Listed(tried, costs), LAW).likely
+    likely = screened(now, sensitivities, Listed(tried, costs)).likely
     assert len({one.key for one in likely}) == len(likely) == LEADERS
 
 

@@ -87,6 +87,8 @@ def test_the_first_line_of_a_name_in_doubt_says_what_it_may_be_instead(in_doubt,
     table["gap"]["holdout"]["after"] = 2.0
     worse = five_lines(table)[0]
     assert ("In doubt: it does not improve the prediction of the held-out run" in worse) == in_doubt
+    alone = five_lines(table | {"runners_up": []})[0]
+    assert ("may instead, or also, be something not in the catalogue" in alone) == in_doubt
 
 
 def test_what_the_runs_do_not_exclude_is_told_beside_each_name():

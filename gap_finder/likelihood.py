@@ -1,0 +1,139 @@
+"""Likelihood of runs whose channels may err by more than their tolerance.
+
+A lumped model of a real machine errs by several tolerances, in some channels more than in others.
+How much is unknown: every channel has a unit, the variance of its errors in squared tolerances,
+which is 1 or more. A channel that nothing follows then does not move parameters away from what is
+known about them. Everything that calibration does not move is eliminated: each run's own unknowns
+and the errors of thermometers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gap_finder.linearise import Linearisation
+from gap_finder.observations import Observations
+from plant_model.parameters import FloatArray
+
+ROBUST = 3.0
+"""Weighted residuals beyond this many root mean squares count linearly (Huber). Set on no data."""
+
+ROUNDS = 4
+"""Rounds in which units and errors are found in turn [1]; set for time, on no data."""
+
+
+@dataclass(frozen=True)
+class Quadratic:
+    """-2 log likelihood about a point.
+
+    Attributes
+    ----------
+    matrix : array, shape (P, P)
+        Half the second derivatives by the parameters, for these units.
+    right : array, shape (P,)
+        Half the gradient.
+    cost : float
+        At the point.
+    units : array, shape (C,)
+        The likeliest there [tolerances squared].
+    """
+
+    matrix: FloatArray
+    right: FloatArray
+    cost: float
+    units: FloatArray
+
+
+class Likelihood:
+    """The likelihood of some runs.
+
+    Parameters
+    ----------
+    observed : sequence of Observations
+    own : sequence of array, shape (N, O) each
+        Derivatives of each run by its own unknowns, one prior standard deviation each.
+    errors : sequence of array, shape (N, C) each
+        Derivatives by the thermometers' errors, which all runs share.
+    """
+
+    def __init__(
+        self,
+        observed: Sequence[Observations],
+        own: Sequence[FloatArray],
+        errors: Sequence[FloatArray],
+    ) -> None:
+        self._own, self._errors = own, errors
+        self._independent = np.sum([independent_values(run) for run in observed], axis=0)
+
+    def about(self, parts: Sequence[Linearisation]) -> Quadratic:
+        """Return the likelihood about a point, from every run linearised about it."""
+        runs = [self._squares(*run) for run in zip(parts, self._own, self._errors, strict=True)]
+        units = self._units(runs)
+        shared = [
+            _eliminated(_over(units, run), own.shape[1])
+            for run, own in zip(runs, self._own, strict=True)
+        ]
+        rest = _eliminated(np.sum(shared, axis=0), self._errors[0].shape[1])
+        cost = float(rest[-1, -1] + self._independent @ np.log(units))
+        return Quadratic(rest[:-1, :-1], rest[:-1, -1], cost, units)
+
+    def _squares(self, part: Linearisation, own: FloatArray, errors: FloatArray) -> FloatArray:
+        """Return the products of a run's columns in each channel, (C, M, M), the residual last."""
+        columns = np.hstack([own, errors, part.by_parameter, part.residual[:, None]])
+        columns *= robust_weights(part.residual)[:, None]
+        by_channel = columns.reshape(-1, len(self._independent), columns.shape[1]).swapaxes(0, 1)
+        return np.asarray(by_channel.swapaxes(1, 2) @ by_channel)
+
+    def _units(self, runs: Sequence[FloatArray]) -> FloatArray:
+        """Return the likeliest units, each (C,), where the parameters are."""
+        units, errors = np.ones(len(self._independent)), self._errors[0].shape[1]
+        few = []  # only the columns of these unknowns and the residual
+        for run, columns in zip(runs, self._own, strict=True):
+            own = columns.shape[1]
+            kept = np.append(np.arange(own + errors), -1)
+            few.append((run[:, kept][..., kept], own))
+        for _ in range(ROUNDS):
+            weighted = [(_over(units, run), own) for run, own in few]
+            shared = np.sum([_eliminated(run, own) for run, own in weighted], axis=0)
+            error = np.append(_answer(shared[:-1], errors), 1.0)
+            squares = np.zeros(len(units))
+            for (run, _), (over, own) in zip(few, weighted, strict=True):
+                pushed = np.column_stack([over[:own, :own], over[:own, own:] @ error])
+                at = np.append(_answer(pushed, own), error)
+                squares += at @ run @ at
+            units = np.maximum(1.0, squares / np.maximum(self._independent, 1e-9))
+        return units
+
+
+def independent_values(observed: Observations) -> FloatArray:
+    """Return as how many independent values each channel of a run counts, shape (C,)."""
+    return np.asarray(np.sum((observed.weights * observed.tolerance) ** 2, axis=0))
+
+
+def in_units(weights: FloatArray, units: FloatArray) -> FloatArray:
+    """Return square-root weights of a run's rows, shape (N,), with channels in their units (C,)."""
+    return np.asarray((weights.reshape(-1, len(units)) / np.sqrt(units)).reshape(-1))
+
+
+def robust_weights(residual: FloatArray, beyond: float = ROBUST) -> FloatArray:
+    """Return square-root weights of Huber's law for weighted residuals."""
+    scale = beyond * max(float(np.sqrt(np.mean(residual**2))), 1e-12)
+    return np.asarray(np.sqrt(np.minimum(1.0, scale / np.maximum(np.abs(residual), 1e-300))))
+
+
+def _over(units: FloatArray, squares: FloatArray) -> FloatArray:
+    return np.tensordot(1.0 / units, squares, 1)
+
+
+def _answer(pushed: FloatArray, count: int) -> FloatArray:
+    """Return how far unknowns with a prior of one move; the last column of *pushed* pushes them."""
+    return np.asarray(-np.linalg.solve(pushed[:, :count] + np.eye(count), pushed[:, count]))
+
+
+def _eliminated(squares: FloatArray, count: int) -> FloatArray:
+    """Return a normal matrix minimised over its first unknowns, which have a prior of one."""
+    inner, across = squares[:count, :count] + np.eye(count), squares[:count, count:]
+    return np.asarray(squares[count:, count:] - across.T @ np.linalg.solve(inner, across))
