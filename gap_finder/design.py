@@ -120,7 +120,7 @@ def all_sensitivities(
 
 @dataclass(frozen=True)
 class RunDesign:
-    """Residual, shared columns and nuisance columns of one run, with robust weights.
+    """Residual, shared columns and nuisance columns of one run, weighted.
 
     Attributes
     ----------
@@ -129,7 +129,7 @@ class RunDesign:
         Unknowns common to all runs; those that calibration moves come first.
     nuisance : array, shape (N, O)
     weight : array, shape (N,)
-        Robust square-root weight, already applied to all of them.
+        Robust square-root weight in the channels' units, already applied to all of them.
     alone : tuple of int
         Parameters that no other run depends on: their columns are the last of ``nuisance``, and 0
         in ``shared``.

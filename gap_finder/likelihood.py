@@ -73,10 +73,10 @@ class Likelihood:
         runs = [self._squares(*run) for run in zip(parts, self._own, self._errors, strict=True)]
         units = self._units(runs)
         shared = [
-            _eliminated(_over(units, run), own.shape[1])
+            _eliminated(_over(units, run), own.shape[1])[0]
             for run, own in zip(runs, self._own, strict=True)
         ]
-        rest = _eliminated(np.sum(shared, axis=0), self._errors[0].shape[1])
+        rest, _ = _eliminated(np.sum(shared, axis=0), self._errors[0].shape[1])
         cost = float(rest[-1, -1] + self._independent @ np.log(units))
         return Quadratic(rest[:-1, :-1], rest[:-1, -1], cost, units)
 
@@ -96,13 +96,12 @@ class Likelihood:
             kept = np.append(np.arange(own + errors), -1)
             few.append((run[:, kept][..., kept], own))
         for _ in range(ROUNDS):
-            weighted = [(_over(units, run), own) for run, own in few]
-            shared = np.sum([_eliminated(run, own) for run, own in weighted], axis=0)
-            error = np.append(_answer(shared[:-1], errors), 1.0)
+            followed = [_eliminated(_over(units, run), own) for run, own in few]
+            _, error = _eliminated(np.sum([rest for rest, _ in followed], axis=0), errors)
+            error = np.append(error, 1.0)
             squares = np.zeros(len(units))
-            for (run, _), (over, own) in zip(few, weighted, strict=True):
-                pushed = np.column_stack([over[:own, :own], over[:own, own:] @ error])
-                at = np.append(_answer(pushed, own), error)
+            for (run, _), (_, follow) in zip(few, followed, strict=True):
+                at = np.append(follow @ error, error)
                 squares += at @ run @ at
             units = np.maximum(1.0, squares / np.maximum(self._independent, 1e-9))
         return units
@@ -128,12 +127,11 @@ def _over(units: FloatArray, squares: FloatArray) -> FloatArray:
     return np.tensordot(1.0 / units, squares, 1)
 
 
-def _answer(pushed: FloatArray, count: int) -> FloatArray:
-    """Return how far unknowns with a prior of one move; the last column of *pushed* pushes them."""
-    return np.asarray(-np.linalg.solve(pushed[:, :count] + np.eye(count), pushed[:, count]))
+def _eliminated(squares: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
+    """Return a normal matrix minimised over its first unknowns, which have a prior of one.
 
-
-def _eliminated(squares: FloatArray, count: int) -> FloatArray:
-    """Return a normal matrix minimised over its first unknowns, which have a prior of one."""
+    Also return how far these move for a unit of each of the others, shape (count, others).
+    """
     inner, across = squares[:count, :count] + np.eye(count), squares[:count, count:]
-    return np.asarray(squares[count:, count:] - across.T @ np.linalg.solve(inner, across))
+    follow = np.asarray(-np.linalg.solve(inner, across), dtype=np.float64)
+    return squares[count:, count:] + across.T @ follow, follow

@@ -35,7 +35,7 @@ class Scores:
     Attributes
     ----------
     gain : array, shape (m,)
-        Reduction of the squared error over all runs.
+        Reduction of the squared error over all runs, in the designs' units like ``cost``.
     prior_gain : array, shape (m,)
         Reduction of the squared distance of all shared unknowns from their priors' centres.
     scale : array, shape (m,)
