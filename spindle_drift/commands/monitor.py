@@ -67,12 +67,14 @@ def run(args: argparse.Namespace) -> int:
 
 def lines_of(report: Any) -> list[str]:
     """Return a report as text: the verdict, what to do, and a line for each run."""
+    from fmu_compensator.fit.installed import COVERAGE
+
     lines = [f"{report.verdict}: {report.summary}"]
     lines += [f"note: {note}" for note in report.notes]  # a wrong unit explains all that follows
     lines.append(f"what to do: {report.advice}")
     lines += [
         f"{gain.axis} moves {gain.value:.2f} times as far as predicted "
-        f"({gain.low:.2f} to {gain.high:.2f}, 95 %)"
+        f"({gain.low:.2f} to {gain.high:.2f}, {COVERAGE:.0%})"
         for gain in report.gains
     ]
     calm = report.verdict in ("fits", "unusual_runs")

@@ -1,10 +1,13 @@
 """``spindle-drift update`` and ``spindle-drift monitor``."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.stats import t as student
 
 from fmu_compensator.runtime.modelfile import load_model
 from measurement.runs import Run, write_run
@@ -65,6 +68,24 @@ def test_monitor_as_json_is_one_document(compensator, tmp_path, prints):
     report = json.loads(prints(["monitor", str(compensator), str(silent), "--json"]))
     assert report["verdict"] == "not_measured"
     assert report["runs"][0]["errors"] == []
+
+
+def test_the_range_of_a_gain_has_the_level_that_is_printed(compensator, tmp_path, prints):
+    files = []
+    for seed in range(3):
+        frame = make_run(f"far{seed}", 50 + seed, hours=2.0).frame
+        moved = [name for name in frame if str(name).endswith("_um")]
+        run = Run(f"far{seed}", frame.assign(**(2.0 * frame[moved])))
+        files.append(str(write_run(run, tmp_path / f"far{seed}.csv")))
+    told = prints(["monitor", str(compensator), *files])
+    report = json.loads(prints(["monitor", str(compensator), *files, "--json"]))
+    gain = report["gains"][0]
+    pattern = rf"^{gain['axis']} moves .* \((\S+) to (\S+), (\d+)%\)$"
+    low, high, level = map(float, re.search(pattern, told, re.MULTILINE).groups())
+    gains = [e["gain"] for r in report["runs"] for e in r["errors"] if e["axis"] == gain["axis"]]
+    spread = np.std(gains, ddof=1) / np.sqrt(len(gains))
+    ends = student.interval(level / 100.0, len(gains) - 1, np.mean(gains), spread)
+    assert (low, high) == pytest.approx(ends, abs=0.006)
 
 
 def test_a_run_that_is_too_short_is_drawn_too(compensator, new_run, tmp_path):
