@@ -135,9 +135,10 @@ def measured_drift(run: Run, rig: Rig, tool_length_mm: float, input_form: str) -
     BadInput
         If the run lacks a column of the rig.
     """
+    measured = rig.targets(run)
     if isinstance(rig, DirectRig):
-        return counted(rig.drift(run.frame), input_form)
-    return tool_tip_drift(counted(rig.pose(run.frame), input_form), rig, tool_length_mm)
+        return counted(rig.drift(measured), input_form)
+    return tool_tip_drift(counted(measured, input_form), rig, tool_length_mm)
 
 
 def tool_tip_drift(pose: pd.DataFrame, rig: FivePointRig, tool_length_mm: float) -> pd.DataFrame:

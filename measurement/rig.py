@@ -186,12 +186,13 @@ class FivePointRig(SimulatedRig):
         BadInput
             If a column is missing.
         """
+        self._need(run.frame, run.path or run.name)
         return self.pose(run.frame)
 
-    def _need(self, frame: pd.DataFrame) -> None:
+    def _need(self, frame: pd.DataFrame, source: str | Path = "rig") -> None:
         for place, name in zip(PLACES, self.columns, strict=True):
             if name not in frame.columns:
-                raise BadInput("rig", place, f"the run has no column {name}{_has(frame)}")
+                raise BadInput(source, place, f"the run has no column {name}{_has(frame)}")
 
 
 def _less_one(slope_x: FloatArray, slope_y: FloatArray) -> FloatArray:
@@ -261,7 +262,7 @@ class DirectRig(SimulatedRig):
         BadInput
             If a column is missing.
         """
-        self._need(run.frame)
+        self._need(run.frame, run.path or run.name)
         return run.frame[self.columns].copy()
 
     def drift(self, frame: pd.DataFrame) -> pd.DataFrame:
@@ -287,10 +288,10 @@ class DirectRig(SimulatedRig):
             }
         )
 
-    def _need(self, frame: pd.DataFrame) -> None:
+    def _need(self, frame: pd.DataFrame, source: str | Path = "rig") -> None:
         for name in self.columns:
             if name not in frame.columns:
-                raise BadInput("rig", "axes", f"the run has no column {name}{_has(frame)}")
+                raise BadInput(source, "axes", f"the run has no column {name}{_has(frame)}")
 
 
 Rig = FivePointRig | DirectRig

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
@@ -185,7 +184,7 @@ def prepare(
     targets: tuple[str, ...] = ()
     prepared = []
     for run, kept in zip(runs, left, strict=True):
-        frame = counted(_targets(rig, kept), input_form)
+        frame = counted(rig.targets(kept), input_form)
         targets = tuple(split_column(str(name))[0] for name in frame.columns)
         prepared.append(_prepared_run(run, kept, rig, frame.to_numpy(float), common, input_form))
     notes += [
@@ -211,13 +210,6 @@ def _of_interest(faults: Sequence[Fault], rig: Rig | MeasuredColumns) -> list[Fa
         if (fault.is_gross or fault.kind in LEVELS)
         and (split_column(fault.column)[1] != "um" or fault.column in rig.columns)
     ]
-
-
-def _targets(rig: Rig | MeasuredColumns, run: Run) -> pd.DataFrame:
-    try:
-        return rig.targets(run)
-    except BadInput as error:  # it names the rig; the user needs the run
-        raise BadInput(run.path or run.name, error.place, error.problem) from None
 
 
 def _common_sensors(
