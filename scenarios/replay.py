@@ -162,7 +162,6 @@ def replay(
     length = model.limits.judged_tool(tool_length_mm)
     drift = measured_drift(left, rig, length, model.input_form)
     out = (left.frame[rig.columns].isna() & run.frame[rig.columns].notna()).any(axis=1)
-    drift[out] = np.nan
     axes = [axis for axis in AXES if f"drift_{axis}_um" in drift]
 
     def left_of(sent: Mapping[str, np.ndarray]) -> pd.DataFrame:
@@ -188,6 +187,8 @@ def replay(
         if f"d{axis}_uncertainty" in sent:
             columns[f"d{axis}_uncertainty_um"] = sent[f"d{axis}_uncertainty"]
     frame = pd.DataFrame({**columns, "status_1": codes})
+    # Not before: each axis counts from its own first reading, even in a row that does not count.
+    frame.loc[out, frame.filter(regex="^drift_|error_").columns] = np.nan
     rows = None if probed is None else tuple(probed.rows)
     if rows is not None:
         frame["measured_1"] = np.isin(np.arange(len(frame)), rows).astype(int)

@@ -196,6 +196,26 @@ def test_a_compensator_that_never_starts_says_why(direct_model, tmp_path, prints
     assert " 0 %" in said
 
 
+def test_an_axis_counts_from_its_own_first_reading_if_another_one_is_wrong(direct_fmu):
+    run = Run("unseen", warming("unseen", 9).frame[::8].reset_index(drop=True))  # slowly sampled
+    sound, spiked = (replayed(direct_fmu, given).frame for given in (run, spiked_first(run)))
+    assert spiked["error_Z_um"].isna().tolist() == [True, *[False] * (len(spiked) - 1)]
+    for name in ("drift_Z_um", "error_Z_um"):
+        assert spiked[name][1:].to_numpy() == pytest.approx(sound[name][1:].to_numpy())
+
+
+def spiked_first(run: Run) -> Run:
+    frame = run.frame.copy()
+    frame.loc[0, "disp_x_um"] -= 900.0
+    return Run(run.name, frame)
+
+
+def test_a_run_without_a_displacement_column_is_named(direct_fmu):
+    run = Run("poor", warming("unseen", 9).frame.drop(columns="growth_um"))
+    with pytest.raises(BadInput, match="poor: axes: the run has no column growth_um"):
+        replayed(direct_fmu, run)
+
+
 def test_a_run_without_a_chosen_temperature_is_refused(direct_fmu):
     run = Run("poor", warming("unseen", 9).frame.drop(columns="T2_degC"))
     with pytest.raises(BadInput, match="column T2_degC: is missing"):
