@@ -52,10 +52,10 @@ def advice(
     if named is not None:
         lines.append(named)
     soon = [at for at, (_, clean) in enumerate(pairs) if not begins_late(model, clean, rig)]
-    if not soon:
-        return lines
     probed = [drive(model, *pairs[at], rig, tool_length_mm, probe_every_s=3600.0) for at in soon]
     before = by_axis([left_of(driven[at], "") for at in soon])
+    if not before:  # all begin too late, or end too early
+        return lines
     after = by_axis([left_of(record, "") for record in probed])
     cells = [f"{axis} {after[axis]['model']:.1f} um" for axis in before if axis in after]
     beside = [f"{axis} {row['model']:.1f} um" for axis, row in before.items()]

@@ -62,3 +62,9 @@ def test_a_condition_is_new_if_its_shown_digits_are(speed: float, new: bool):
     assert condition.is_new == new
     shown = {850.6: "851", 849.0: "849", 2003.0: "2000"}[speed]
     assert condition.text == f"mean speed {shown} rpm (training 851 to 2000)"
+
+
+def test_a_run_of_one_row_says_nothing_of_probes():
+    short = Run("short", RUNS[0].frame[:1])
+    lines = advice(model(), [short], [short], DIRECT_RIG, 100.0)
+    assert not [line for line in lines if "probe" in line]
