@@ -172,9 +172,9 @@ class RunningCompensator:
         elapsed = self._elapsed(time_s, step_s)
         readings = [temperatures[index] for index in self.model.chosen]
         fault = self._look(readings, elapsed, tool_length)
-        # Lags and walk begin with the first complete sample: waiting for it does not count.
-        if self._started or fault is None:
-            self._prediction.wait(elapsed if self._started else step_s)
+        # Lags and walk begin with the first complete sample, as in training.
+        if self._started:
+            self._prediction.wait(elapsed)
         if fault is None:
             rises = self._rises(readings)
             inputs = rises if self._rise else readings

@@ -161,7 +161,7 @@ class Gaussian:
         rises : sequence of float
             Of the chosen sensors [K].
         elapsed_s : float
-            Time since the previous good sample [s]; the length of the step for the first.
+            Time since the previous good sample; 0 for the first [s].
         """
         if elapsed_s != self._elapsed_s:
             self._elapsed_s = elapsed_s

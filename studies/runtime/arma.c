@@ -1,6 +1,6 @@
 /* Time series: w = (difference of order d of y - mean) / scale is an ARMA(p, q), per target.
 
-   State: started, measurement waiting to be used, age of the step [s], the measured targets; then
+   State: measurement waiting to be used, age of the step [s], the measured targets; then
    for each series: held value, whether the last step was measured, last value of each lower-order
    difference, past w, past errors. */
 #include "../constants.h"
@@ -50,7 +50,7 @@ static struct error_model *make(
     if (self->series == NULL || count != targets) {
         return NULL;
     }
-    self->base.states = 3 + targets;
+    self->base.states = 2 + targets;
     for (size_t target = 0; target < targets; target++) {
         struct series *one = &self->series[target];
         one->mean = field_number(setup, &tables[target], "mean");
@@ -66,7 +66,7 @@ static struct error_model *make(
 static void reset(const struct error_model *model, double *state)
 {
     const struct arma *self = (const struct arma *)model;
-    double *own = state + 3 + self->targets;
+    double *own = state + 2 + self->targets;
     for (size_t target = 0; target < self->targets; target++) {
         struct memory memory = memory_of(&self->series[target], own);
         *memory.synced = 1.0;
@@ -137,12 +137,8 @@ static void predict(
     const struct error_model *model, double *state, const struct sample *sample, double *targets)
 {
     const struct arma *self = (const struct arma *)model;
-    double *waiting = state + 1, *age = state + 2, *measured = state + 3;
-    if (state[0] == 0.0) {
-        state[0] = 1.0;
-    } else {
-        *age += sample->elapsed_s;
-    }
+    double *waiting = state, *age = state + 1, *measured = state + 2;
+    *age += sample->elapsed_s;
     if (sample->measured != NULL) {
         *waiting = 1.0;
         for (size_t target = 0; target < self->targets; target++) {

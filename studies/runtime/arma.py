@@ -103,11 +103,11 @@ class AutoregressiveMovingAverage(ErrorModel):
     """
 
     uses_measured = True
-    remembers = ("_started", "_waiting", "_age", "_measured", "_series")
+    remembers = ("_waiting", "_age", "_measured", "_series")
 
     def __init__(self, step_s: float, series: list[Series]) -> None:
         self._step_s, self._series = step_s, series
-        self._started = self._waiting = False
+        self._waiting = False
         self._age = 0.0  # of the step [s]
         self._measured = [0.0] * len(series)
 
@@ -127,8 +127,6 @@ class AutoregressiveMovingAverage(ErrorModel):
         measured: Sequence[float] | None = None,
     ) -> list[float]:
         """Return the predicted targets."""
-        if not self._started:
-            self._started, elapsed_s = True, 0.0
         count, self._age = ticks(self._age + elapsed_s, self._step_s)
         if measured is not None:
             self._waiting, self._measured = True, list(measured)

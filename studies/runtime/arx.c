@@ -56,9 +56,8 @@ static void predict(
         for (size_t i = 0; i < self->inputs; i++) {
             last[i] = sample->inputs[i];
         }
-    } else {
-        *age += sample->elapsed_s;
     }
+    *age += sample->elapsed_s;
     for (size_t target = 0; sample->measured != NULL && target < self->targets; target++) {
         drift[target] = sample->measured[target];
     }

@@ -70,7 +70,7 @@ class AutoregressiveExogenous(ErrorModel):
     ) -> list[float]:
         """Return the predicted targets."""
         if not self._started:
-            self._started, self._last, elapsed_s = True, list(inputs), 0.0
+            self._started, self._last = True, list(inputs)
         if measured is not None:
             self._drift = list(measured)
         count, self._age = ticks(self._age + elapsed_s, self._step_s)

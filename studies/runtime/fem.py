@@ -138,7 +138,7 @@ class FiniteElementModel(ErrorModel):
         """Return the predicted targets; only speed and outside temperatures are used."""
         now = [inputs[index] for index in self._outside_inputs]
         if not self._started:
-            self._started, self._first, self._last, elapsed_s = True, list(now), now, 0.0
+            self._started, self._first, self._last = True, list(now), now
         if elapsed_s > 0.0:
             self._advance(elapsed_s, now)
         self._last, self._speed = now, known_speed(speed, self._speed)

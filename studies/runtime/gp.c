@@ -1,6 +1,6 @@
 /* Gaussian-process regression on temperatures and their lags: a plane and bumps.
 
-   State: started, the lagged inputs lag by lag. */
+   State: the lagged inputs lag by lag. */
 #include <math.h>
 #include <string.h>
 
@@ -34,7 +34,7 @@ static struct error_model *make(
     self->width = inputs * (1 + self->lags);
     self->features = setup_take(setup, self->width, sizeof(double));
     self->bumps = setup_take(setup, self->centres, sizeof(double));
-    self->base.states = 1 + self->lags * inputs;
+    self->base.states = self->lags * inputs;
     return &self->base;
 }
 
@@ -68,9 +68,7 @@ static void predict(
     const struct error_model *model, double *state, const struct sample *sample, double *targets)
 {
     const struct gp *self = (const struct gp *)model;
-    double elapsed_s = state[0] == 0.0 ? 0.0 : sample->elapsed_s;
-    state[0] = 1.0;
-    make_features(self, state + 1, sample->inputs, elapsed_s);
+    make_features(self, state, sample->inputs, sample->elapsed_s);
     for (size_t i = 0; i < self->centres; i++) {
         self->bumps[i] = bump(self, self->centre + i * self->width);
     }

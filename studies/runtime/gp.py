@@ -32,7 +32,7 @@ class GaussianProcess(ErrorModel):
     weights : list of list of float, targets x centres [um, urad]
     """
 
-    remembers = ("_started", "_lagged")
+    remembers = ("_lagged",)
 
     def __init__(
         self,
@@ -48,7 +48,6 @@ class GaussianProcess(ErrorModel):
         self._sharpness = 0.5 / (length * length)
         self._constant, self._linear = constant, linear
         self._centres, self._weights = centres, weights
-        self._started = False
         self._lagged = [[0.0] * inputs for _ in lags_s]
 
     @classmethod
@@ -75,8 +74,6 @@ class GaussianProcess(ErrorModel):
         measured: Sequence[float] | None = None,
     ) -> list[float]:
         """Return the predicted targets; speed and measurements are not used."""
-        if not self._started:
-            self._started, elapsed_s = True, 0.0
         features = list(inputs)
         for lag, tau_s in enumerate(self._lags_s):
             part = share(elapsed_s, tau_s)

@@ -135,11 +135,9 @@ static void predict(
 {
     const struct thermal_states *self = (const struct thermal_states *)model;
     struct memory memory = memory_of(self, state);
-    double elapsed_s = sample->elapsed_s;
     size_t inputs = self->inputs;
     if (state[0] == 0.0) {
         state[0] = 1.0;
-        elapsed_s = 0.0;
         start(self, &memory, sample->inputs);
     }
     for (size_t i = 0; i < inputs; i++) {
@@ -149,7 +147,7 @@ static void predict(
     take_levels(self, self->levels);
     double speeds[2] = {*memory.speed, *memory.speed * *memory.speed};
     for (size_t i = 0; i < self->lags; i++) {
-        double part = lag_share(elapsed_s, self->lag[i].tau_s);
+        double part = lag_share(sample->elapsed_s, self->lag[i].tau_s);
         double *values = memory.lagged + i * (2 * inputs + 2);
         follow(values, inputs, part, self->rises);
         follow(values + inputs, inputs, part, self->levels);

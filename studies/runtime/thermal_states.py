@@ -103,7 +103,7 @@ class ThermalStates(ErrorModel):
     ) -> list[float]:
         """Return the predicted targets; measurements are not used."""
         if not self._started:
-            self._started, self._first, elapsed_s = True, list(inputs), 0.0
+            self._started, self._first = True, list(inputs)
             self._shift = [
                 0.0 if low <= level <= high else usual - level
                 for level, (low, usual, high) in zip(_levels(inputs), self._start, strict=True)

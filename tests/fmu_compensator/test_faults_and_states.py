@@ -9,8 +9,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from fmu_compensator.runtime.compensator import RunningCompensator
+from fmu_compensator.runtime.error_models import error_models
 from tests.fmu_compensator.bench import ROOM, AsModel, Bench
 from tests.fmu_compensator.gaussians import learnt
+from tests.native.made import made_model
 
 
 def test_it_waits_for_the_first_complete_sample(five_point_table, as_model):
@@ -32,6 +34,21 @@ def test_waiting_for_the_first_complete_sample_makes_nothing_less_certain(
     for rise in (0.0, 2.0, 3.0):
         expected, found = (one.step([20.0, nan, nan, 20.0 + rise]) for one in (at_once, later))
         assert found[:9] == pytest.approx(expected[:9], abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", sorted(error_models()))
+def test_time_counts_from_the_first_sample_however_long_its_step(kind):
+    model = made_model(kind, 0)
+    cold, warm = ([20.0 + rise] * len(model.sensors) for rise in (0.0, 2.0))
+    tool = model.limits.tool_length_mm[0]
+    quick, slow = (RunningCompensator(model) for _ in range(2))
+    for time_s, readings in ((0.0, cold), (600.0, warm), (1200.0, warm)):
+        expected, found = (
+            one.step(time_s, step_s, readings, 3000.0, tool)
+            for one, step_s in ((quick, 1.0), (slow, 600.0))
+        )
+        assert found[3:9] == expected[3:9]
+    assert max(found[6:9]) > 0.0, "or nothing is predicted"
 
 
 def fault_story(bench: Bench, bad: list[float], cause: int, tool: float = 100.0) -> None:

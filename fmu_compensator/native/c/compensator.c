@@ -311,9 +311,9 @@ void compensator_step(
     }
     set_tool(self, input->tool_length);
     struct reason fault = look(self, elapsed_s, input->tool_length);
-    /* Rises, lags and walk begin with the first complete sample: waiting for it does not count. */
-    if (content->started || fault.cause == 0) {
-        content->unmodelled += content->started ? elapsed_s : step_s;
+    /* Lags and walk begin with the first complete sample, as in training. */
+    if (content->started) {
+        content->unmodelled += elapsed_s;
     }
     if (fault.cause == 0) {
         predict(self, input);

@@ -13,7 +13,7 @@
 
 struct sample {
     const double *inputs;   /* the chosen temperatures in the file's input form [degC or K] */
-    double elapsed_s;       /* since the previous sample; the step's length for the first */
+    double elapsed_s;       /* since the previous sample; 0 for the first */
     double speed;           /* of the spindle [rpm]; NaN: unknown */
     const double *measured; /* targets at the previous sample; NULL: not measured [um, urad] */
 };

@@ -112,7 +112,7 @@ class ErrorModel(Remembering, ABC):
         inputs : sequence of float
             The chosen temperatures in the file's order and input form [degC or K].
         elapsed_s : float
-            Time since the previous sample [s]; for the first, 0 or the length of the step.
+            Time since the previous sample; 0 for the first [s].
         speed : float
             Spindle speed [rpm]; NaN if unknown.
         measured : sequence of float, optional
