@@ -162,6 +162,20 @@ def refuse_lacking(model: Model, run: Run) -> None:
         raise BadInput(run.path or run.name, f"column {lost}_degC", problem)
 
 
+def learnt_as(model: Model, run: Run) -> str | None:
+    """Return the name of a run among those that a compensator learnt from; None if it is not one.
+
+    Parameters
+    ----------
+    model : Model
+    run : Run
+    """
+    names = {entry["sha256"]: str(entry["name"]) for entry in model.provenance["runs"]}
+    used = [model.sensors[index].name for index in model.chosen]
+    # Earlier versions stored the SHA-256 of the run's file.
+    return names.get(run.fingerprint(used), names.get(run.sha256))
+
+
 def held(time_s: Array, values: Array) -> Array:
     """Return a column as a control sees it: a slowly sampled sensor holds its last reading.
 

@@ -12,7 +12,7 @@ import hashlib
 import io
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -122,6 +122,20 @@ class Run:
         if self.path is not None:
             return sha256_of(self.path)
         return hashlib.sha256(_csv_text(self.frame).encode("utf-8")).hexdigest()
+
+    def fingerprint(self, temperatures: Collection[str] | None = None) -> str:
+        """Return the SHA-256 of times, temperatures and displacements, in whatever file they are.
+
+        Parameters
+        ----------
+        temperatures : collection of str, optional
+            The signals that count; by default all.
+        """
+        known = self.temperatures if temperatures is None else map("{}_degC".format, temperatures)
+        names = sorted({*known, *self.displacements} & {*self.frame.columns})
+        # Single precision: a spreadsheet that writes fifteen digits does not make another run.
+        values = self.frame[[TIME, *names]].to_numpy("<f4") + 0.0
+        return hashlib.sha256(",".join(names).encode("utf-8") + values.tobytes()).hexdigest()
 
     def resampled(self, step_s: float) -> Run:
         """Return the run resampled to an even time grid.

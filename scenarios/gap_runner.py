@@ -138,7 +138,7 @@ def _kept_back(
         kept_back = [used.pop()]
     known: dict[str, Run] = {}
     for run in (*used, *kept_back):
-        same = known.setdefault(run.sha256, run)
+        same = known.setdefault(run.fingerprint(), run)
         if same is not run:
             problem = f"is the same run as {same.path or same.name}"
             raise BadInput(run.path or run.name, "", problem)

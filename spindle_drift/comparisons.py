@@ -152,10 +152,10 @@ def compare(
     """
     refuse_options(survey, grey or {}, "compare, grey")
     learnt, judged = as_runs(list(train)), as_runs(list(validate)) if len(validate) else []
-    digests = {run.sha256: run for run in learnt}
+    digests = {run.fingerprint(): run for run in learnt}
     for run in judged:
-        if run.sha256 in digests:
-            problem = f"is the same run as {digests[run.sha256].name} in --train"
+        if (same := digests.get(run.fingerprint())) is not None:
+            problem = f"is the same run as {same.name} in --train"
             raise BadInput("--validate", run.name, f"{problem}: it would be judged on what it saw")
     given = None if study is None else preset(study, [*learnt, *judged], points)
     entrants = _contestants(models, given, points, grey or {}, options or {}, seed)
@@ -168,7 +168,7 @@ def compare(
         splits = leave_out(every, by)
     steps = len(splits) * len(entrants)
     found = comparison.compare(splits, rig, entrants, on_step=lambda label: on_step(label, steps))
-    runs = sorted({run.sha256: run for run in every}.values(), key=lambda run: run.name)
+    runs = sorted({run.fingerprint(): run for run in every}.values(), key=lambda run: run.name)
     faults = find_faults(runs)
     details = found.to_dict() | {"data": [fault.to_dict() for fault in faults]}
     return Comparison(

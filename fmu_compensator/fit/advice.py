@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fmu_compensator.driving import begins_late, drive
+from fmu_compensator.driving import begins_late, drive, learnt_as
 from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.gaussian import Gaussian, Sample
 from fmu_compensator.fit.promise import FEWEST_JUDGED_ROWS, by_axis, left_of
@@ -83,10 +83,9 @@ def _most_telling(model: Model, runs: Sequence[Run], rig: Rig) -> str | None:
         if rows.complete(chosen).known.sum() >= FEWEST_JUDGED_ROWS
     ]
     known = gaussian_of(model.table["gaussian"])
-    learnt = {run["sha256"] for run in model.provenance["runs"]}
     best, gain, now = runs[0], 0.0, 0.0
     for run, sample in pairs:
-        if run.sha256 in learnt:
+        if learnt_as(model, run) is not None:
             continue
         others = [other for _, other in pairs if other is not sample]
         before = _uncertainty(others, known)

@@ -171,7 +171,7 @@ def prepare(
     """
     if not runs:
         raise BadInput("training runs", "", "at least one run is needed")
-    digests = [run.sha256 for run in runs]
+    digests = [run.fingerprint(sensors) for run in runs]
     for number, run in enumerate(runs):
         first = digests.index(digests[number])
         if first < number:

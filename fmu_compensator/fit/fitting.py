@@ -161,7 +161,7 @@ def fit_compensator(
     table["created"] = created
     table["provenance"] = {
         "runs": [
-            {"name": run.name, "sha256": run.sha256, "rows": len(kept.time_s)}
+            {"name": run.name, "sha256": run.fingerprint(table["chosen"]), "rows": len(kept.time_s)}
             for run, kept in zip(runs, rows, strict=True)
         ],
         "notes": [

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from fmu_compensator.driving import learnt_as
 from fmu_compensator.fit.data import Prepared, PreparedRun, left_out, prepare
 from fmu_compensator.fit.error_models.base import predicted
 from fmu_compensator.fit.gaussian import Gaussian, Sample, by_feature, directions, sample_of
@@ -72,7 +73,7 @@ def update_compensator(
     provenance = table["provenance"]
     rows = [int(run.complete(chosen).known.sum()) for run in prepared.runs]
     provenance["runs"] += [
-        {"name": run.name, "sha256": run.sha256, "rows": count}
+        {"name": run.name, "sha256": run.fingerprint(table["chosen"]), "rows": count}
         for run, count in zip(runs, rows, strict=True)
     ]
     notes = [*doubt_lines(runs), *prepared.notes]
@@ -96,15 +97,15 @@ def _rig(model: Model) -> Rig:
 
 
 def _check_new(model: Model, runs: Sequence[Run], rig: Rig) -> None:
-    known = {run["sha256"]: run["name"] for run in model.provenance["runs"]}
+    known = model.provenance["runs"]
     # An update keeps the scales, and a single run does not show how runs differ: on the simulated
     # jig borer, updating such a fit was worse than not updating it.
     if len(known) < 2:
         problem = f"{len(known)} run stands behind it, too few for its scales: fit all runs anew"
         raise BadInput(model.source, "provenance.runs", problem)
     for run in runs:
-        if run.sha256 in known:
-            problem = f"is already in the compensator, as {known[run.sha256]}"
+        if (name := learnt_as(model, run)) is not None:
+            problem = f"is already in the compensator, as {name}"
             raise BadInput(run.path or run.name, "", problem)
         used = [f"{model.sensors[index].name}_degC" for index in model.chosen]
         lost = next((name for name in [*used, *rig.columns] if name not in run.frame), None)

@@ -15,7 +15,7 @@ from math import nan
 import numpy as np
 from scipy.stats import binom
 
-from fmu_compensator.driving import Driven, drive
+from fmu_compensator.driving import Driven, drive, learnt_as
 from fmu_compensator.fit.run_conditions import Condition, conditions_of
 from fmu_compensator.monitoring.drift import AxisError, Gain, axis_errors, gain_of, misses_of
 from fmu_compensator.monitoring.sensors import WORTH_SHARE, Agreement, Astray
@@ -160,8 +160,8 @@ def monitor(
             f"the machine was warm when these began: {warm}; their errors do not mean that the "
             "compensator no longer fits"
         )
-    learnt = {run["sha256"] for run in model.provenance["runs"]}
-    if known := [run.name for run in runs if run.sha256 in learnt]:
+    learnt = [learnt_as(model, run) is not None for run in runs]
+    if known := [run.name for run, was in zip(runs, learnt, strict=True) if was]:
         notes.append(
             f"the compensator was trained on these: {', '.join(known)}; their errors say nothing "
             "about later runs"
@@ -191,7 +191,7 @@ def monitor(
             axis_errors(driven, misses),
             [sensor.name for sensor in model.sensors],
         )
-        if report.verdict == FITS and run.sha256 in learnt:
+        if report.verdict == FITS and learnt[place]:
             report = replace(report, verdict=LEARNT)
         reports.append(report)
         on_run(run)

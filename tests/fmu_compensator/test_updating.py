@@ -1,5 +1,6 @@
 """New runs into a compensator, without the old ones."""
 
+import copy
 from typing import Any
 
 import numpy as np
@@ -12,10 +13,12 @@ from fmu_compensator.fit.gaussian import Gaussian
 from fmu_compensator.fit.promise import left_of
 from fmu_compensator.fit.spare import NOISE_K
 from fmu_compensator.fit.updating import update_compensator
+from fmu_compensator.monitoring import monitor
+from fmu_compensator.monitoring.monitor import LEARNT
 from fmu_compensator.monitoring.sensors import Agreement
 from fmu_compensator.runtime.modelfile import Model, parse_model
 from measurement.errors import BadInput
-from measurement.runs import Run
+from measurement.runs import Run, read_run, write_run
 from tests.fmu_compensator.conftest import RIG, make_run
 from tests.refusing import refusal
 
@@ -119,6 +122,26 @@ def test_an_update_keeps_options_and_limits_and_widens_what_is_plausible():
         assert new[name] == old.table[name]
     for now, before in zip(new["sensors"], old.table["sensors"], strict=True):
         assert now["low"] < before["low"] - 10.0
+
+
+def test_a_run_is_known_in_whatever_file_it_is(tmp_path):
+    first, second = (write_run(run, tmp_path / f"{run.name}.csv") for run in runs(0, 1))
+    known = [read_run(first), read_run(second)]
+    model = model_of(known, points="T1,T4")
+    frame = known[1].frame[["time_s", *reversed(known[1].frame.columns[1:])]]
+    text = frame.drop(columns="T2_degC").to_csv(index=False, float_format="%.14g")
+    saved = tmp_path / "saved.csv"
+    saved.write_bytes(text.replace("\n", "\r\n").encode())
+    again = read_run(saved)
+    assert "already in the compensator, as run1" in refusal(update_compensator, model, [again])
+    assert monitor(model, [again]).verdict == LEARNT
+    assert "is the same run as" in refusal(fit_compensator, [*known, again], RIG, sensors=["T1"])
+    assert updated(model, runs(2)).provenance["runs"][2]["rows"] > 0
+    table = copy.deepcopy(model.table)
+    for run, entry in zip(known, table["provenance"]["runs"], strict=True):
+        entry["sha256"] = run.sha256  # as earlier versions stored it
+    old = parse_model(compensator_text(table), "old.json")
+    assert "as run1" in refusal(update_compensator, old, [known[1]])
 
 
 def test_it_refuses_what_it_cannot_take_in():
