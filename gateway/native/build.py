@@ -27,7 +27,7 @@ NOTIFICATIONS = Variable(
     "parameter",
     "Whether the bus confirms frames; this node does not wait for that",
 )
-HEARD = " As the bus brings it; NaN: missing"
+HEARD = " As the bus brings it"
 NOTE = (
     "It is a node of a CAN bus (FMI-LS-BUS 1.0.0, {cut} cut): readings come in frames, and frames "
     "carry the offsets."
@@ -90,7 +90,8 @@ def native_on_bus(
 
 
 def _shown(variable: Variable) -> Variable:
-    description = f"{variable.description.partition(';')[0]}.{HEARD}"
+    missing = "; NaN: missing" if variable.kind == "real" else ""
+    description = f"{variable.description.partition(';')[0]}.{HEARD}{missing}"
     return replace(
         variable,
         causality="output",
