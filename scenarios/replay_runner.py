@@ -190,6 +190,12 @@ def _notes(replays: Sequence[Replay]) -> list[str]:
             f"Started while the machine was warm: {warm}. The compensator assumes a cold start, so "
             "the drift that was already there shows as its error."
         )
+    for entry in replays:
+        errors = entry.frame.filter(regex="^error_._um$")
+        silent = [str(name)[len("error_")] for name in errors.columns[errors.isna().all()]]
+        if silent:
+            axes = ", ".join(silent)
+            notes.append(f"{entry.run.name}: no row has a sound displacement to judge {axes} by.")
     notes += [note for entry in replays for note in _without_offsets(entry)]
     notes += [_probes(entry) for entry in replays if entry.probes is not None]
     faults = [fault for entry in replays for fault in entry.faults]

@@ -115,7 +115,7 @@ class Compensator:
                 },
                 "promised": unseen["promised"][axis]["model"] if "promised" in unseen else math.nan,
             }
-            for axis, row in told["training"].items()
+            for axis, row in told.get("training", {}).items()
         }
         return pd.DataFrame.from_dict(rows, orient="index")
 

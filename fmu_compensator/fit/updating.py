@@ -204,11 +204,20 @@ def gaussian_of(table: Mapping[str, Any]) -> Gaussian:
     Parameters
     ----------
     table : mapping
+
+    Raises
+    ------
+    BadInput
+        If it leaves nothing to be learnt.
     """
     seen, scale, noise = _seen(table), np.array(table["scale"]), np.array(table["noise"])
+    covariance = np.diag(by_feature(scale, seen.shape[1])) - seen.T @ seen
+    if not np.linalg.eigvalsh(covariance)[0] > 0.0:
+        problem = "leaves no variance above 0 beside `seen`: fit it anew with all runs"
+        raise BadInput("compensator file", "gaussian.scale", problem)
     return Gaussian(
         np.array(table["weights"]).T,
-        np.diag(by_feature(scale, seen.shape[1])) - seen.T @ seen,
+        covariance,
         scale,
         float(np.sqrt(table["walk_per_h"])),
         noise @ noise.T,
@@ -263,7 +272,7 @@ def _together(
         a or b
         if a is None or b is None
         else [a[0] if name == "duration" else min(a[0], b[0]), max(a[1], b[1])]
-        for (name, _), a, b in zip(NAMES, old, new, strict=True)
+        for (name, _), a, b in zip(NAMES, old, new, strict=False)
     ]
 
 

@@ -123,7 +123,7 @@ class Gaussian:
             fields.numbers("mean_share", targets, 1.0, low=0.0)
             if fields.has("mean_share")
             else [1.0] * targets,
-            fields.number("settled_h", 0.0, LARGEST),
+            fields.number("settled_h", 0.0, 1e6),
             lags_s,
             fields.matrix("weights", targets, width),
             fields.numbers("scale", 1 + len(lags_s), LARGEST, low=0.0),

@@ -260,9 +260,36 @@ def _provenance(fields: Fields) -> dict[str, Any]:
     fields.table("options").keys()
     if fields.has("rig"):
         fields.table("rig").keys()
-    fields.table("figures").keys()
+    _check_figures(fields.table("figures"))
     fields.done()
     return fields.as_table()
+
+
+def _check_figures(fields: Fields) -> None:
+    """Refuse figures of merit that `monitor` and `update` need; any may be missing."""
+    fields.keys()
+    told = {key: value for key, value in fields.as_table().items() if value is not None}
+    unseen = Fields(told.get("unseen", {}), fields.source, f"{fields.place}.unseen")
+    sizes, shares = ("model", "no_model"), ("expected", "inside")
+    for table, key, names in (
+        (fields, "training", sizes),
+        (unseen, "promised", sizes),
+        (unseen, "like", sizes + shares),
+        (unseen, "unlike", sizes + shares),
+    ):
+        axes = table.table(key) if table.has(key) else Fields({}, fields.source)
+        for row in map(axes.table, axes.keys()):
+            for name in names:
+                row.number(name, 0.0, LARGEST)
+        if names != sizes and table.has(key):
+            table.number(f"{key}_behind", 0.0, LARGEST)
+    for run in unseen.tables("by_run", "runs") if unseen.has("by_run") else ():
+        misses = [0.0 if miss is None else miss for miss in run.items("miss", "numbers", 3, 3)]
+        Fields({"miss": misses}, run.source, run.place).numbers("miss", 3, low=0.0)
+    ranges = fields.items("conditions", "ranges") if "conditions" in told else ()
+    known = {str(place): one for place, one in enumerate(ranges) if one is not None}
+    for place in known:
+        Fields(known, fields.source, f"{fields.place}.conditions").numbers(place, 2)
 
 
 def _check_date(fields: Fields, text: str) -> None:

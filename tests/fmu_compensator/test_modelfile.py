@@ -1,5 +1,6 @@
 """The compensator file is checked in every field."""
 
+import copy
 import json
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -14,6 +15,17 @@ from tests.mangling import mangled, places
 from tests.refusing import refusal
 
 FREE = ("provenance.options", "provenance.figures")  # any table of JSON values may stand there
+FIGURES = {
+    "training": {"X": {"model": 1.0, "no_model": 2.0}},
+    "conditions": [[20.0, 22.0], None],
+    "unseen": {
+        "like": {"X": {"model": 1.0, "no_model": 2.0, "expected": 1.0, "inside": 0.9}},
+        "like_behind": 3,
+        "by_run": [{"run": "a", "miss": [0.5, None, 0.5], "new": 0.0}],
+        "promised": {"X": {"model": 1.0, "no_model": 2.0}},
+    },
+}
+"""As `fit` writes them."""
 
 
 def fields(table: Any) -> Iterator[tuple[Any, ...]]:
@@ -65,6 +77,30 @@ def test_every_field_is_needed(five_point_table, direct_table):
             assert_refused(mangled(table, path))
             tried += 1
         assert tried > 50
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        ("training", "X", "model"),
+        ("unseen", "like", "X", "inside"),
+        ("unseen", "like_behind"),
+        ("unseen", "promised", "X"),
+        ("unseen", "by_run", 0, "miss"),
+        ("unseen", "by_run", 0, "miss", 2),
+        ("conditions", 0),
+    ],
+)
+def test_figures_that_cannot_be_continued_from_are_refused(five_point_table, path):
+    five_point_table["provenance"]["figures"] = copy.deepcopy(FIGURES)
+    assert parse_model(json.dumps(five_point_table), "file.json")
+    *above, last = ("provenance", "figures", *path)
+    table = five_point_table
+    for key in above:
+        table = table[key]
+    table[last] = "x"
+    place = ".".join(map(str, ("provenance", "figures", *path)))
+    assert place.startswith(assert_refused(five_point_table).place)
 
 
 def may_hold(field: str, junk: Any) -> bool:

@@ -144,6 +144,13 @@ def test_a_run_is_known_in_whatever_file_it_is(tmp_path):
     assert "as run1" in refusal(update_compensator, old, [known[1]])
 
 
+def test_a_file_that_leaves_nothing_to_learn_is_refused():
+    model = model_of(runs(0, 1), points="T1,T4")
+    scale = model.table["gaussian"]["scale"]
+    scale[:] = [0.0] * len(scale)
+    assert "gaussian.scale: leaves no variance" in refusal(update_compensator, model, runs(2))
+
+
 def test_it_refuses_what_it_cannot_take_in():
     model = model_of(runs(0, 1, 2))
     assert "already in the compensator, as run2" in refusal(update_compensator, model, runs(2))

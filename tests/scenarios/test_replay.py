@@ -187,6 +187,13 @@ def test_where_a_gauge_starts_is_no_drift(form, tmp_path):
     assert other["error_Z_um"].abs().mean() < 0.15 * other["drift_Z_um"].abs().mean()
 
 
+def test_a_run_without_displacements_says_that_nothing_was_judged(direct_model, tmp_path, prints):
+    run = warming("blind", 9)
+    (path,) = written(tmp_path, Run("blind", run.frame.assign(growth_um=np.nan)))
+    said = prints(["replay", str(direct_model), path, "--out", str(tmp_path / "out")])
+    assert "blind: no row has a sound displacement to judge Z by." in said
+
+
 def test_a_compensator_that_never_starts_says_why(direct_model, tmp_path, prints):
     run = warming("hot", 9)
     hot = {name: run.frame[name] + 90.0 for name in run.frame if str(name).endswith("_degC")}
