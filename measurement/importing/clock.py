@@ -150,10 +150,11 @@ def _elapsed(sheet: Sheet, at: int, rule: TimeRule) -> tuple[FloatArray, bool, T
         )
         problem = f"{said}: say it, as in --unit '{entry.text}=s' (s, ms, min, h, or d for days)"
         raise BadInput(sheet.where, f"column {entry.text}", problem)
-    time = kind(values)
     zero = _zero_s(middle, unit)
-    rule = rule.model_copy(update={"unit": unit})
-    return time - (zero or 0.0), zero is not None, rule
+    time = kind(values) - (zero or 0.0)
+    if zero == SINCE_1900_S and rule.timezone:  # a spreadsheet counts by the clock on the wall
+        time = _universal(sheet, f"column {entry.text}", time, rule.timezone)
+    return time, zero is not None, rule.model_copy(update={"unit": unit})
 
 
 def _zero_s(value: float, unit: str) -> float | None:
@@ -234,7 +235,7 @@ def _ordered(sheet: Sheet, at: int, time: FloatArray, *, dated: bool) -> tuple[F
     if back.size:
         row = int(back[0]) + 1
         problem = f"{_told(time[row], dated)} is before {_told(time[row - 1], dated)}, the last row"
-        if dated and -3700.0 < steps[row - 1] < -3000.0:
+        if dated and round(steps[row - 1] / 3600.0) == -1:
             problem += "; if clocks were set back by an hour, --timezone Europe/Berlin mends it"
         if not dated:
             problem += "; if the recorder began anew, make two files of it"

@@ -67,10 +67,11 @@ def split(log: Log, mapping: Mapping) -> tuple[list[Piece], list[str]]:
         If the log is to be cut by days and has no dates, or nothing is left.
     """
     time = log.frame[TIME].to_numpy()
-    cuts = _cuts(log, mapping, time)
+    shown = _by_the_wall(log, mapping, time)
+    cuts = _cuts(log, mapping, time, shown)
     parts = np.split(np.arange(len(time)), cuts)
     notes = [
-        f"{log.name}: {len(part)} rows by themselves, {_at(log, time[part[0]])}, are left out"
+        f"{log.name}: {len(part)} rows by themselves, {_at(log, shown[part[0]])}, are left out"
         for part in parts
         if len(part) < FEWEST_PIECE_ROWS
     ]
@@ -87,7 +88,7 @@ def split(log: Log, mapping: Mapping) -> tuple[list[Piece], list[str]]:
         float(time[after[0]] - time[before[-1]]) for before, after in pairwise(kept)
     ]
     warm = warm_starts(log.frame, kept, rests, mapping.cold_after_s)
-    names = _names(log, [time[part[0]] for part in kept])
+    names = _names(log, [shown[part[0]] for part in kept])
     pieces = []
     for part, name, rest, state in zip(kept, names, rests, warm, strict=True):
         frame = log.frame.iloc[part].reset_index(drop=True)
@@ -96,18 +97,26 @@ def split(log: Log, mapping: Mapping) -> tuple[list[Piece], list[str]]:
             frame = Run(name, frame).resampled(mapping.every_s).frame
         if state is not None:
             frame = frame.assign(**{WARM_START: float(state)})
-        pieces.append(Piece(Run(name, frame), _at(log, time[part[0]]), rest, state))
+        pieces.append(Piece(Run(name, frame), _at(log, shown[part[0]]), rest, state))
     return pieces, notes
 
 
-def _cuts(log: Log, mapping: Mapping, time: FloatArray) -> list[int]:
+def _by_the_wall(log: Log, mapping: Mapping, time: FloatArray) -> FloatArray:
+    """Return times as the clock on the wall showed them: with a known zone a log counts in UTC."""
+    if not (log.absolute and mapping.time.timezone):
+        return time
+    there = pd.to_datetime(time, unit="s", utc=True).tz_convert(mapping.time.timezone)
+    return np.asarray((there.tz_localize(None) - pd.Timestamp(0)).total_seconds())
+
+
+def _cuts(log: Log, mapping: Mapping, time: FloatArray, shown: FloatArray) -> list[int]:
     if mapping.split == "none":
         return []
     cut = np.diff(time) > mapping.pause_s
     if mapping.split == "days":
         if not log.absolute:
             raise BadInput(log.name, "", "has no dates, so it cannot be split into days")
-        cut |= np.diff(np.floor(time / DAY_S)) > 0
+        cut |= np.diff(np.floor(shown / DAY_S)) > 0
     return [int(row) for row in np.flatnonzero(cut) + 1]
 
 

@@ -287,6 +287,17 @@ def test_clocks_set_back_or_put_forward_are_undone_with_a_zone(day, log):
         assert "the pause from 2026-03-29 01:55:00 may be no pause" in note
 
 
+def test_with_a_zone_runs_are_named_and_cut_by_the_clock_on_the_wall(log):
+    local = [pd.Timestamp("2026-03-01 22:00") + pd.Timedelta(minutes=10 * n) for n in range(40)]
+    written = [at.strftime(LOCAL) for at in local]
+    serial = [f"{(at - pd.Timestamp('1899-12-30')) / pd.Timedelta(days=1):.9f}" for at in local]
+    days = BERLIN.model_copy(update={"split": "days"})
+    for text in (table(written), table([at.replace(".", ",") for at in serial], clock="Zeit [d]")):
+        found = log(text, mapping=days)
+        assert [run.name for run in found.runs] == ["20260301_2200", "20260302_0000"]
+        assert found.pieces[1].starts == "2026-03-02 00:00:00"
+
+
 def test_a_night_is_passed_by_times_of_day(log):
     clock = [f"{(22 + n // 2) % 24:02d}:{30 * (n % 2):02d}:00" for n in range(40)]
     check(log(table(clock, clock="Uhrzeit"), mapping=Mapping(pause_s=7200.0)), 1800.0)

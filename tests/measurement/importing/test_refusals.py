@@ -51,6 +51,7 @@ CASES = [
     (changed(6, "240;", "100;"), "row 6, column Zeit [s]: 100 s is before 180 s"),
     (table(TWICE), "row 41, column Zeit: has the same time as the previous row, 2026-03-02 10:25"),
     (changed(6, "07:19:00", "06:19:00", LOCAL), "--timezone Europe/Berlin mends it"),
+    (changed(6, "07:19:00", "06:28:00", LOCAL), "--timezone Europe/Berlin mends it"),
     (changed(6, "02.03.2026", "31.02.2026", LOCAL), "row 6, column Zeit: '31.02.2026 07:19:00'"),
     (table(stamps("%d/%m/%Y %H:%M:%S")), "can be read in two ways: use --day-first or"),
     (table(elapsed(1), clock="Zeit [s]"), "has no run of 2 rows or more"),
