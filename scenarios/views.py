@@ -52,7 +52,7 @@ def group_title(group: Sequence[Recording]) -> str:
     lengths = frame[TOOL].unique()
     if len(lengths) == 1:
         return f"Tool length {lengths[0]:g} mm"
-    return "Tools of " + ", ".join(f"{length:g}" for length in lengths) + " mm in turn"
+    return f"Tools of {lengths.min():g} to {lengths.max():g} mm"
 
 
 def table_of(recordings: Sequence[Recording]) -> list[Group]:

@@ -1,4 +1,6 @@
-"""Thinning of curves, and the table's figures."""
+"""Thinning of curves, and the table's figures and titles."""
+
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -11,7 +13,7 @@ from matplotlib.figure import Figure
 from scenarios.charts import Chart, Line, Panel, kept, kept_steps
 from scenarios.figures import draw_on
 from scenarios.table import as_list, as_text, group_of, overall
-from scenarios.views import minute_means
+from scenarios.views import group_title, minute_means
 
 SERIES = arrays(
     np.float64, st.integers(1, 400), elements=st.one_of(st.floats(-1e6, 1e6), st.just(np.nan))
@@ -55,6 +57,12 @@ def test_minute_means_leave_gaps_and_make_no_last_minute_of_one_sample():
     moments, means = minute_means(time, values)
     assert moments.tolist() == [30.0, 90.0, 150.0]
     assert means.tolist() == pytest.approx([29.5, np.nan, 150.0], nan_ok=True)
+
+
+@pytest.mark.parametrize("lengths", [[100.0, 220.0, 60.0, 180.0], np.linspace(220.0, 60.0, 500)])
+def test_a_title_names_the_range_of_tools_however_many_there_are(lengths):
+    group = [SimpleNamespace(frame=pd.DataFrame({"tool_length_mm": lengths}))]
+    assert group_title(group) == "Tools of 60 to 220 mm"
 
 
 def frame(before: list[float], after: list[float]) -> pd.DataFrame:
