@@ -72,8 +72,8 @@ class NodeForm(Form):
     capacity: dict[str, Any]
     """A parameter, 0.001 to 1e9 J/K."""
     start: str = "ambient"
-    """Sensor or input whose first value it starts at; or ``rest``: its steady state between the
-    other parts and the boundaries, with the machine at rest."""
+    """Sensor or input whose first value it starts at; or ``rest``: its steady state with the
+    machine at rest, without heat that depends on temperature."""
     start_share: Number = Field(default=1.0, ge=0.0, le=2.0)
     """Share of the way to that start from the first boundary temperature."""
 
