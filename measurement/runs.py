@@ -124,15 +124,17 @@ class Run:
         return hashlib.sha256(_csv_text(self.frame).encode("utf-8")).hexdigest()
 
     def fingerprint(self, temperatures: Collection[str] | None = None) -> str:
-        """Return the SHA-256 of times, temperatures and displacements, in whatever file they are.
+        """Return the SHA-256 of the numbers, in whatever file they are.
 
         Parameters
         ----------
         temperatures : collection of str, optional
-            The signals that count; by default all.
+            The signals that count beside times and displacements; by default all columns count.
         """
-        known = self.temperatures if temperatures is None else map("{}_degC".format, temperatures)
-        names = sorted({*known, *self.displacements} & {*self.frame.columns})
+        names = sorted(map(str, self.frame.columns[1:]))
+        if temperatures is not None:
+            known = {*map("{}_degC".format, temperatures), *self.displacements}
+            names = [name for name in names if name in known]
         # Single precision: a spreadsheet that writes fifteen digits does not make another run.
         values = self.frame[[TIME, *names]].to_numpy("<f4") + 0.0
         return hashlib.sha256(",".join(names).encode("utf-8") + values.tobytes()).hexdigest()
