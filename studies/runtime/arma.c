@@ -67,6 +67,7 @@ static void reset(const struct error_model *model, double *state)
 {
     const struct arma *self = (const struct arma *)model;
     double *own = state + 2 + self->targets;
+    state[0] = 1.0; /* the first sample measures zero */
     for (size_t target = 0; target < self->targets; target++) {
         struct memory memory = memory_of(&self->series[target], own);
         *memory.synced = 1.0;

@@ -107,7 +107,7 @@ class AutoregressiveMovingAverage(ErrorModel):
 
     def __init__(self, step_s: float, series: list[Series]) -> None:
         self._step_s, self._series = step_s, series
-        self._waiting = False
+        self._waiting = True  # the first sample measures zero
         self._age = 0.0  # of the step [s]
         self._measured = [0.0] * len(series)
 
@@ -142,5 +142,6 @@ class AutoregressiveMovingAverage(ErrorModel):
     def reset(self) -> None:
         """Forget everything: the drift starts at zero."""
         super().reset()
+        self._waiting = True
         for series in self._series:
             series.synced = 1.0

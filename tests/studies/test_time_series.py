@@ -190,6 +190,16 @@ def test_one_step_ahead_beats_persistence_and_says_nothing_of_a_free_run():
     assert free > 10 * ahead
 
 
+def test_a_free_run_starts_from_zero_as_one_that_measures_does():
+    run = integrated_ar(0)
+    fitted = AutoregressiveMovingAverage.fit(task_of([run]))
+    once = np.full_like(run.targets, np.nan)
+    once[0] = 0.0
+    free = fitted.predict(run)
+    assert free.tolist() == fitted.predict(run, once).tolist()
+    assert np.abs(free).max() > 0.0
+
+
 def test_a_forecast_uses_no_measurement_of_its_own_row_or_later():
     fitted = AutoregressiveMovingAverage.fit(task_of([integrated_ar(0)]))
     unseen = integrated_ar(7, rows=200)
