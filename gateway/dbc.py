@@ -20,7 +20,7 @@ def load_dbc(path: Path) -> CanDatabase:
     Raises
     ------
     BadInput
-        If it cannot be read or holds no frame.
+        If it cannot be read, holds no frame, or two of one name.
     """
     try:
         read = cantools.database.load_file(path, database_format="dbc", cache_dir=None)
@@ -31,7 +31,10 @@ def load_dbc(path: Path) -> CanDatabase:
     assert isinstance(read, CanDatabase)
     if not read.messages:
         raise BadInput(path, "", "holds no frames")
+    names = [message.name for message in read.messages]
     for message in read.messages:
+        if names.count(message.name) > 1:
+            raise BadInput(path, message.name, "is the name of two frames")
         for signal in message.signals:
             if not (isfinite(signal.scale) and signal.scale and isfinite(signal.offset)):
                 problem = f"has the factor {signal.scale:g} and the offset {signal.offset:g}"

@@ -40,6 +40,10 @@ def check_frames(mapping: Mapping) -> None:
         unsaid = name in form.outputs and form.outputs[name].when_invalid is None
         if unsaid and "valid" not in form.outputs:
             mapping.say(f"outputs.{name}", "needs when_invalid, because no signal carries valid")
+    by_key = {frame.key: frame.name for frame in database.frames}
+    for frame in database.frames:
+        if frame.name != (other := by_key[frame.key]):
+            mapping.say(f"frames.{frame.name}", f"has the same identifier as {other}")
     for name, value in database.when_invalid.items():
         signal = database.named.get(name)
         if signal is None or signal.is_enumeration:

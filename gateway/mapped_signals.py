@@ -94,12 +94,12 @@ def _number(name: str, spec: Spec, signal: CanSignal, plain: Signal) -> Signal:
     scale = turned * factor * float(signal.scale)
     offset = turned * (factor * float(signal.offset) + shift)
     scale, offset = float(f"{scale:.12g}"), float(f"{offset:.12g}")
-    low, high = plain.low * scale + offset, plain.high * scale + offset
-    if signal.minimum is not None and signal.maximum is not None:
-        ends = [float(signal.minimum), float(signal.maximum)]
-        if ends != [0.0, 0.0]:
-            low, high = (turned * (factor * end + shift) for end in ends)
-    low, high = float(f"{min(low, high):.12g}"), float(f"{max(low, high):.12g}")
+    low, high = sorted(end * scale + offset for end in (plain.low, plain.high))
+    ends = [float(end or 0.0) for end in (signal.minimum, signal.maximum)]
+    if ends != [0.0, 0.0]:  # no more than the bits hold, whatever the DBC file says
+        least, most = sorted(turned * (factor * end + shift) for end in ends)
+        low, high = max(low, least), min(high, most)
+    low, high = float(f"{low:.12g}"), float(f"{high:.12g}")
     return replace(plain, unit=wanted, scale=scale, offset=offset, low=low, high=high)
 
 
@@ -182,7 +182,7 @@ def protection_of(message: Message, form: FrameMap) -> Protection:
         assert isinstance(data_id, int)
         return profile_1(data_id, counter, check)
     counters = form.counter_values or 1
-    if counter and counters > 1 << places[counter].length:
+    if counter and counters > raw_ends(places[counter])[1] + 1.0:
         raise BadInput("counter_values", "", f"{counters} do not fit into {counter}")
     if not check:
         return Protection(name, counter, counters)

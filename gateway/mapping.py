@@ -350,12 +350,16 @@ def _fixed(message: Message, form: FrameMap, taken: set[str]) -> dict[str, float
     for name in form.fill:
         if name not in others:
             raise _refused(f"fill.{name}: is not an unused signal of this frame")
+    known = sorted({page for signal in message.signals for page in signal.multiplexer_ids or ()})
     found = {}
     for name, signal in others.items():
-        raw = form.fill.get(name, float(signal.raw_initial or 0))
+        pages = known if signal.is_multiplexer else []
+        start = signal.raw_initial or 0
+        raw = form.fill.get(name, float(pages[0] if pages and start not in pages else start))
         low, high = raw_ends(signal)
-        if not low <= raw <= high:
-            raise _refused(f"fill.{name}: {raw:g} is not allowed: {low:.0f} to {high:.0f}")
+        if not low <= raw <= high or (pages and raw not in pages):
+            allowed = ", ".join(map(str, pages)) or f"{low:.0f} to {high:.0f}"
+            raise _refused(f"fill.{name}: {raw:g} is not allowed: {allowed}")
         found[name] = raw if signal.is_float else round(raw)
     return found
 

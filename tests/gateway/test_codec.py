@@ -76,6 +76,17 @@ def test_what_cannot_be_carried_is_missing_without_a_code_for_errors():
     assert [raw_of(signal, value) for value in (254.0, 300.0, inf, nan)] == [254, 255, 255, 255]
 
 
+@pytest.mark.parametrize("span", ["-200|200", "-1e400|1e400"])
+def test_a_range_of_more_than_the_bits_hold_is_what_they_hold(span):
+    dbc = cantools.database.load_string(
+        f'BU_: C\nBO_ 1 F: 1 C\n SG_ W : 0|8@1- (1,0) [{span}] "um" C\n'
+    )
+    spec = OutputMap(signal="F.W", missing_raw=-128)
+    signal = mapped_signal("dX", spec, dbc.messages[0].signals[0])
+    assert [raw_of(signal, value) for value in (127.0, 150.0, -150.0)] == [127, -128, -128]
+    assert (signal.low, signal.high) == (-128.0, 127.0)
+
+
 @given(st.sampled_from(DATABASE.frames), st.binary(min_size=8, max_size=8))
 @settings(max_examples=500)
 def test_any_bytes_give_a_value_in_range_or_a_problem(frame, data):

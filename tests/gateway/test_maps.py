@@ -263,6 +263,11 @@ WRONG = [
         'SPN_STATUS = { protection = "crc8_autosar", check = "SpnLoad"',
         "frames.SPN_STATUS: check: SpnLoad must fill 1 whole bytes",
     ),
+    (
+        'SPN_STATUS = { protection = "none"',
+        'SPN_STATUS = { protection = "counter", counter = "SpnLoad", counter_values = 65536',
+        "frames.SPN_STATUS: counter_values: 65536 do not fit into SpnLoad",
+    ),
     ('frames = "sampled"', 'frames = "together"', "and every_ms need each other"),
     ("valid = {", "fresh = {", "outputs.dX, outputs.dY, outputs.dZ: needs when_invalid"),
     (
@@ -304,6 +309,37 @@ def test_what_is_wrong_with_a_map_is_told_in_a_line(edited, quick_fmu, old, new,
     assert lines
     assert all("\n" not in line and line.startswith(str(path)) for line in lines)
     assert any(told in line for line in lines), lines
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        (" 802 ", " 801 ", "has the same identifier as"),
+        (" DRV_CURRENT:", " SPN_STATUS:", "SPN_STATUS: is the name of two frames"),
+    ],
+)
+def test_two_frames_that_cannot_be_told_apart_are_refused(edited, tmp_path, old, new, told):
+    path, dbc = edited(), tmp_path / "machine_builder.dbc"
+    dbc.write_text(dbc.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
+    try:
+        lines = [str(problem) for problem in read_mapping(path).problems]
+    except BadInput as error:
+        lines = [str(error)]
+    assert any(told in line for line in lines), lines
+
+
+def test_a_frame_of_pages_is_sent_with_one_that_the_dbc_file_knows(edited, tmp_path):
+    dbc = tmp_path / "machine_builder.dbc"
+    path = edited()
+    plain = " SG_ OfsReserve : 63|8"
+    paged = ' SG_ OfsMore m5 : 55|4@0+ (1,0) [0|0] "" PLC\n SG_ OfsReserve M : 63|8'
+    dbc.write_text(dbc.read_text(encoding="utf-8").replace(plain, paged), encoding="utf-8")
+    sent = Sender(read_mapping(path).database, COMPENSATOR).messages({"dX": 1.0})
+    assert sent[0].data[7] == 5
+    changed = '"none", fill = { OfsReserve = 6 } }\nCMP_STATUS'
+    path = edited(('"none" }\nCMP_STATUS', changed))
+    told = [str(problem) for problem in read_mapping(path).problems]
+    assert any("fill.OfsReserve: 6 is not allowed: 5" in line for line in told), told
 
 
 def test_all_problems_are_told_before_anything_is_sent(edited, quick_fmu, capsys):
