@@ -40,10 +40,7 @@ def check_frames(mapping: Mapping) -> None:
         unsaid = name in form.outputs and form.outputs[name].when_invalid is None
         if unsaid and "valid" not in form.outputs:
             mapping.say(f"outputs.{name}", "needs when_invalid, because no signal carries valid")
-    by_key = {frame.key: frame.name for frame in database.frames}
-    for frame in database.frames:
-        if frame.name != (other := by_key[frame.key]):
-            mapping.say(f"frames.{frame.name}", f"has the same identifier as {other}")
+    _check_identifiers(mapping)
     for name, value in database.when_invalid.items():
         signal = database.named.get(name)
         if signal is None or signal.is_enumeration:
@@ -55,6 +52,15 @@ def check_frames(mapping: Mapping) -> None:
     if database.every_s is not None or not mapping.problems:  # avoid consequential problems
         for place, problem in problems:
             mapping.say(place, problem)
+
+
+def _check_identifiers(mapping: Mapping) -> None:
+    """Note frames that nobody can tell apart."""
+    frames = mapping.database.frames
+    by_key = {frame.key: frame.name for frame in frames}
+    for frame in frames:
+        if frame.name != (other := by_key[frame.key]):
+            mapping.say(f"frames.{frame.name}", f"has the same identifier as {other}")
 
 
 def _of_samples(mapping: Mapping) -> Iterator[Problem]:

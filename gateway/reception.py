@@ -46,7 +46,7 @@ class Cycle:
     wrong : sequence of Finding
         Problems that leave the cycle usable.
     heartbeat : dict of str to float
-        Signals of the closing frame, even if the cycle is not usable; empty in a silence.
+        The same of the frames that came, even if the cycle is not usable; empty in a silence.
     frames : dict of int to bytes
         The bytes of the frames that came, by key.
     """
@@ -299,9 +299,6 @@ class Reception:
         """
         values, came = dict(self._nothing), {}
         closing = self._watches[self._frames[-1].key]
-        heartbeat: Mapping[str, float] = {}
-        if self.together and not silent:
-            heartbeat = next(iter(closing.pages.values())).content.values
         counts = closing.counts if self.together and not silent else None
         spoilt: list[Finding] = []
         wrong: list[Finding] = []
@@ -315,9 +312,8 @@ class Reception:
             wrong += second
         usable = not (spoilt or silent)
         finding = next(iter([*spoilt, *wrong]), None)
-        heartbeat = heartbeat if self.together else {} if silent else values
-        values = values if usable else self._nothing
-        return Cycle(usable, values, finding, heartbeat, came, wrong)
+        taken = values if usable else self._nothing
+        return Cycle(usable, taken, finding, {} if silent else values, came, wrong)
 
 
 class Substitution:

@@ -40,6 +40,8 @@ ROLES = (*NEEDED[COMPENSATOR], LAST[COMPENSATOR], CHALLENGE, FRESHNESS, TAKEN)
 HEARD = (*NEEDED[MACHINE], "tool_length", ECHO, PROOF)
 """Signals that it takes from the machine in addition to the compensator's inputs."""
 NONE = "NONE"
+FRAME_BYTES = 8
+"""Length of every frame: given by ``frames.h``."""
 HEAD = "/* Made by spindle-drift from a DBC file; not to be edited. */\n"
 
 
@@ -70,10 +72,13 @@ def node_data(
             problem = f"carries no signal {variable.name}, an input of the compensator"
             raise BadInput(database.path, MACHINE, problem)
     for frame in database.frames:
+        if frame.extended or frame.size != FRAME_BYTES:
+            problem = f"must have {FRAME_BYTES} bytes and an identifier of 11 bits"
+            raise BadInput(database.path, frame.name, problem)
         for signal in frame.message.signals:
-            if signal.byte_order != "little_endian":
-                name = f"{frame.name}.{signal.name}"
-                raise BadInput(database.path, name, "must have its least significant byte first")
+            if signal.byte_order != "little_endian" or signal.is_signed or signal.is_float:
+                problem = "must be unsigned, with its least significant byte first"
+                raise BadInput(database.path, f"{frame.name}.{signal.name}", problem)
     return {
         "node_data.h": _header(database, heard, terminal),
         "node_data.c": _tables(database, refs, terminal),

@@ -1,10 +1,13 @@
 """The safe state: whatever goes wrong, hold, ramp to zero, never a step, and say which."""
 
+import re
 from itertools import pairwise
 
 import pytest
 
 from gateway.database import MACHINE
+from gateway.dbc import DBC
+from gateway.mapping import read_database
 from gateway.node import GatewaySettings
 from gateway.state import Saved
 from tests.gateway import faults
@@ -155,6 +158,16 @@ def test_nothing_is_valid_before_the_machine_runs(bench):
     assert validity(bench.answers) == {"invalid"}
     assert {answer["status"] for answer in bench.answers} == {"waiting"}
     assert bench.node.steps == 0
+
+
+def test_the_machine_may_say_what_it_does_in_any_of_its_frames(tmp_path, unit):
+    text, moved = DBC.read_text("utf-8"), {"machine_step": "speed", "speed": "machine_step"}
+    text = re.sub(r"\b(speed|machine_step)\b", lambda found: moved[found[1]], text)
+    text = re.sub(r"(machine_step : 16\|16@1\+) .*rpm", r'\1 (0.01,0) [0|600] "s', text)
+    text = re.sub(r'(speed : 48\|12@1\+) .*"s"', r'\1 (1,0) [0|4000] "rpm"', text)
+    (tmp_path / "other.dbc").write_text(text, "utf-8")
+    bench = Bench(read_database(tmp_path / "other.dbc"), unit)
+    bench.settle(WARM)
 
 
 def test_a_machine_that_does_not_come_is_a_startup_timeout(bench):

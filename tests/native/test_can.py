@@ -11,9 +11,11 @@ import pandas as pd
 import pytest
 from fmpy.validation import validate_fmu
 
-from gateway.database import COMPENSATOR
+from gateway.database import COMPENSATOR, EXTENDED
 from gateway.dbc import DBC
 from gateway.mapping import read_database
+from gateway.native.generate import node_data
+from measurement.errors import BadInput
 from tests.conftest import built
 from tests.masters.conftest import needs
 from tests.native import can_bus
@@ -61,6 +63,25 @@ def test_with_a_network_of_its_own_it_sends_that_gateway_s_frames(by_hand, tmp_p
     )
     bench.run(100, dict.fromkeys(range(40, 60), "again") | dict.fromkeys(range(70, 80), "value"))
     assert bench.frames >= 8 * 100
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        (r"(MachineTemperatures4): 8", r"\1: 6", "MachineTemperatures4: must have 8 bytes"),
+        (r"(answered_time : .*)@1\+", r"\1@1-", "answered_time: must be unsigned"),
+        (
+            r"\b(39[89]|40\d|52[789]|53\d)\b",
+            lambda found: str(int(found[0]) | EXTENDED),
+            "an identifier of 11 bits",
+        ),
+    ],
+)
+def test_frames_that_the_c_code_cannot_carry_are_refused(tmp_path, old, new, told):
+    network = tmp_path / "second.dbc"
+    network.write_text(re.sub(old, new, DBC.read_text("utf-8")), "utf-8")
+    with pytest.raises(BadInput, match=told):
+        node_data(read_database(network), [])
 
 
 def test_without_a_machine_it_says_so(bench):
