@@ -122,6 +122,7 @@ class Watch:
             return self._reject("startup", "was seen for the first time")
         ahead = (counter - last) % count
         if ahead == 0 and self.missed < count - 1:
+            self.in_step = self.in_step and self.together  # or a second sender, next to the first
             return self._spoil("repeated", f"came again with the counter {counter}")
         self.last = counter
         if self.together and waited > self.timeout_s:

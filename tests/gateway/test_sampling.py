@@ -109,6 +109,16 @@ def test_two_senders_with_the_right_check_value_spoil_it(turning):
     assert not any(used[4:])
 
 
+@pytest.mark.parametrize("lead", range(COUNTS))
+def test_a_second_sender_leaves_nothing_to_use_however_far_it_is_ahead(turning, lead):
+    sampling, sent = Reception([turning], together=False), speeds(turning, 40 + lead)
+    for k in range(40):
+        for data in (sent[k], sent[k + lead]):
+            sampling.take(turning.key, data, 0.1 * k)
+        cycle = sampling.look(0.1 * k)
+    assert not cycle.usable
+
+
 def test_a_frame_that_may_never_be_late_must_come_once(turning):
     turning = replace(turning, timeout_s=inf, protection=Protection())
     sampling = Reception([turning], together=False)
