@@ -17,6 +17,7 @@ from typing import Any
 import can
 import canopen
 from canopen.nmt import NmtSlave
+from canopen.objectdictionary import ODVariable
 from canopen.sdo import SdoAbortedError, SdoServer
 from canopen.sdo.constants import NO_MORE_DATA, SDO_STRUCT
 
@@ -27,15 +28,19 @@ from gateway.link import ECHOING
 from gateway.protocols.base import Participant, Report
 from measurement.errors import BadInput
 
-OPERATIONAL = 5
-"""The NMT state in a heartbeat: given by CiA 301."""
+HALTED, OPERATIONAL = 4, 5
+"""NMT states in a heartbeat, of which CiA 301 calls the first STOPPED: given by CiA 301."""
 GENERIC, COMMUNICATION, MANUFACTURER = 0x01, 0x10, 0x80
 """Bits of the error register: given by CiA 301."""
 NO_ERROR, COMMUNICATION_ERROR, DEVICE_SPECIFIC = 0x0000, 0x8100, 0xFF00
 COLLISION, TOO_SHORT, TOO_LONG = 0x8150, 0x8210, 0x8220
 """Error codes: given by CiA 301; the compensator's status is added to the last."""
-UNKNOWN_COMMAND = 0x05040001
-"""SDO abort code, the client's command is not valid or not known: given by CiA 301."""
+UNKNOWN_COMMAND, NO_SUBINDEX = 0x05040001, 0x06090011
+"""SDO abort codes, for an unknown command and an unknown sub-index: given by CiA 301."""
+REQUEST_BYTES = 8
+"""Length of an SDO request: given by CiA 301."""
+BASE_FRAMES: dict[str, Any] = {"can_filters": [{"can_id": 0, "can_mask": 0, "extended": False}]}
+"""Setting of python-can: frames with identifiers of 11 bits, the only ones of CANopen."""
 STOPPED = ("starting", "ready")
 """States of a gateway that has no fault to report yet."""
 
@@ -60,6 +65,16 @@ class _Sdo(SdoServer):
     def __init__(self, rx_cobid: int, tx_cobid: int, node: canopen.LocalNode) -> None:
         super().__init__(rx_cobid, tx_cobid, node)
         self._index = self._subindex = 0
+
+    def on_request(self, can_id: int, data: bytearray, timestamp: float) -> None:
+        """Answer a request, except in the state STOPPED."""
+        if len(data) == REQUEST_BYTES and self._node.nmt._state != HALTED:
+            super().on_request(can_id, data, timestamp)
+
+    def abort(self, abort_code: int = 0x08000000) -> None:
+        """Abort a transfer, which then cannot go on."""
+        self._open = ""
+        super().abort(abort_code)
 
     def _begin(self, way: str, initiate: Callable[[bytes], None], request: bytes) -> None:
         self._buffer, self._open = None, ""
@@ -110,6 +125,12 @@ class _Node(canopen.LocalNode):
         self.nmt = _Nmt(node_id, self)
         self._write_callbacks = [self.nmt.on_write]
 
+    def _find_object(self, index: int, subindex: int) -> ODVariable:
+        found: ODVariable = super()._find_object(index, subindex)
+        if found.subindex != subindex:
+            raise SdoAbortedError(NO_SUBINDEX)
+        return found
+
 
 class CanOpenNode(Participant):
     """What a CANopen master sees of the gateway, except its PDOs.
@@ -144,8 +165,8 @@ class CanOpenNode(Participant):
         say: Callable[[str], None] = lambda line: None,
         listen_s: float | None = None,
     ) -> None:
-        self._network, self._bus = canopen.Network(), bus
-        self._network.connect(**bus)
+        self._network, self._bus = canopen.Network(), {**bus, **BASE_FRAMES}
+        self._network.connect(**self._bus)
         self._node = _Node(node_id, dictionary)
         self._network.add_node(self._node)
         self._node.add_read_callback(self._read)
@@ -210,6 +231,7 @@ class CanOpenNode(Participant):
                 self._reconnect()
             if nmt._state == 0:  # the master asked for a reset
                 self._say("CANopen: reset by the master")
+                self._node.data_store.clear()  # what the master has written
                 self._boot()
             if nmt.beat_ms and now - self._beaten_at >= nmt.beat_ms / 1e3:
                 self._beaten_at = now
@@ -236,6 +258,7 @@ class CanOpenNode(Participant):
             if status == 0 and fault:
                 code, register = COMMUNICATION_ERROR, GENERIC | COMMUNICATION
         emergency = (code, status, sensor, fault) if code else (NO_ERROR, 0, 0, 0)
+        register |= GENERIC | COMMUNICATION if any(self._wrong.values()) else 0
         self._raw[0x1001, 0] = register
         if emergency != self._emergency:
             self._emergency = emergency

@@ -195,10 +195,14 @@ def test_limits_and_hash_are_read_and_nothing_is_written(wire, quick_fmu):
                 sdo.download(index, 1, b"\0\0\0\0")
 
 
+def frame(cob_id: int, data: bytes) -> can.Message:
+    return can.Message(arbitration_id=cob_id, data=data, is_extended_id=False)
+
+
 def answers(wire: Wire, request: bytes) -> list[bytes]:
     """Send a request to the SDO server as it stands and return what it answers at once."""
     with wire.open() as bus:
-        bus.send(can.Message(arbitration_id=0x600 + NODE, data=request, is_extended_id=False))
+        bus.send(frame(0x600 + NODE, request))
         found: list[bytes] = []
         while (message := bus.recv(5.0 if not found else 0.1)) is not None:
             if message.arbitration_id == 0x580 + NODE:
@@ -230,20 +234,51 @@ def test_what_the_sdo_server_cannot_do_it_aborts_or_does_in_segments(quick_fmu):
     assert segment[0] == 0
 
 
+@pytest.mark.parametrize("given", ["40 00 10 05", "40 17 10 01", "2b 17 10 03 64 00"])
+def test_a_variable_has_no_sub_index_but_0(quick_fmu, given):
+    wire, request = new_wire("virtual"), bytes.fromhex(given)
+    with pair(wire, quick_fmu):
+        aborted = b"\x80" + request[1:4] + (0x06090011).to_bytes(4, "little")
+        assert answers(wire, request.ljust(8, b"\0")) == [aborted]
+
+
+def test_an_aborted_transfer_does_not_go_on(quick_fmu):
+    wire = new_wire("virtual")
+    with pair(wire, quick_fmu):
+        for request, answer in (("40 01 23 02", 0x41), ("70", 0x80), ("60", 0x80)):
+            assert answers(wire, bytes.fromhex(request).ljust(8, b"\0"))[0][0] == answer
+
+
+def test_a_stopped_node_beats_and_answers_nothing(quick_fmu):
+    wire = new_wire("virtual")
+    with pair(wire, quick_fmu) as (master, service), wire.open() as bus:
+        master.node.nmt.state = "STOPPED"
+        for data in (b"\x40\x17\x10\0\0\0\0\0", b"\x40"):
+            bus.send(frame(0x600 + NODE, data))
+        # Not CANopen: an identifier of 29 bits with the same number as a heartbeat's.
+        bus.send(can.Message(arbitration_id=0x700 + NODE, data=b"\x05"))
+        beats = 0
+        while beats < 3:
+            message = bus.recv(PATIENCE_S)
+            assert message.arbitration_id != 0x580 + NODE
+            beats += message.arbitration_id == 0x700 + NODE and message.data[0] == 4
+        master.node.nmt.state = "OPERATIONAL"
+        until(lambda: service.participants[0].operational)
+
+
 def test_an_rpdo_of_another_length_is_told_and_a_longer_one_is_used(quick_fmu):
     wire = new_wire("virtual")
     with at_work(wire, quick_fmu) as (master, service), wire.open() as bus:
-        frame = next(frame for frame in service.database.of(MACHINE) if frame.size < 8)
+        pdo = next(pdo for pdo in service.database.of(MACHINE) if pdo.size < 8)
         counts = service.node.reception.counts
         for more, code in ((-1, 0x8210), (1, 0x8220)):
-            data = bytes([0x20, 0x08] * 6)[: frame.size + more]
+            data = bytes([0x20, 0x08] * 6)[: pdo.size + more]
             good, wrong = counts["good"], counts["wrong_length"]
             for _ in range(20):
-                bus.send(
-                    can.Message(arbitration_id=frame.frame_id, data=data, is_extended_id=False)
-                )
+                bus.send(frame(pdo.frame_id, data))
                 time.sleep(0.02)
             until(lambda code=code: code in {e.code for e in master.node.emcy.log})
+            assert master.node.sdo["Error register"].raw & 0x11 == 0x11
             assert (counts["good"] - good >= 20) == (more > 0)
             assert (counts["wrong_length"] - wrong >= 20) == (more < 0)
 
@@ -258,8 +293,7 @@ def test_a_second_node_of_the_same_number_is_noticed(quick_fmu):
                 *(NODE, node_dictionary(NODE, quick_fmu), mapping.database, other),
                 listen_s=PATIENCE_S,
             )
-        beat = can.Message(arbitration_id=0x700 + NODE, data=b"\x05", is_extended_id=False)
-        bus.send(beat)
+        bus.send(frame(0x700 + NODE, b"\x05"))
         until(lambda: not service.participants[0].operational)
         until(lambda: 0x8150 in {error.code for error in master.node.emcy.log})
 
@@ -308,6 +342,7 @@ def test_the_heartbeat_is_the_gateways_own(wire, quick_fmu):
         service.node.tick = tick
         master.node.nmt.send_command(0x81)
         until(lambda: master.node.nmt.state == "PRE-OPERATIONAL")
+        assert master.node.sdo["Producer heartbeat time"].raw == 500
 
 
 def _beats(master: Master, seconds: float) -> int:
