@@ -298,7 +298,8 @@ def node_eds(node_id: int, fmu: Path) -> str:
     dictionary.__edsFileInfo = {}  # otherwise the library adds its own version
     export_eds(dictionary, text, dict(FILE))
     # CiA 306-1 requires this key, which the library does not know: no PDO maps bits.
-    return text.getvalue().replace("GroupMessaging=", "CompactPDO=0\nGroupMessaging=", 1)
+    found = text.getvalue().replace("GroupMessaging=", "CompactPDO=0\nGroupMessaging=", 1)
+    return found.replace(f"0x{NO_READING:X}", str(NO_READING))  # nor negative numbers
 
 
 def _of_node(variable: od.ODVariable, node_id: int) -> od.ODVariable:

@@ -372,3 +372,4 @@ def test_the_data_sheet_is_that_of_the_pdos(quick_fmu):
             variable = entry if value >> 8 & 0xFF == 0 else entry[value >> 8 & 0xFF]
             assert len(variable) == value & 0xFF
             assert variable.pdo_mappable
+            assert variable.default == (-32768 if value >> 16 in (0x2100, 0x2210, 0x7130) else 0)
