@@ -15,6 +15,7 @@ from typing import Any
 
 import can
 
+from gateway.clocks import steady
 from gateway.database import EXTENDED
 from gateway.framelog import FrameLog
 from gateway.timebase import CLOCK_DRIFT
@@ -69,7 +70,7 @@ class Link:
         ids: Iterable[int],
         log: FrameLog | None = None,
         say: Callable[[str], None] = lambda line: None,
-        clock: Clock = time.monotonic,
+        clock: Clock = steady,
         options: dict[str, Any] | None = None,
     ) -> None:
         self.interface, self.channel = interface, channel
@@ -82,6 +83,7 @@ class Link:
         self._failing_since = inf
         self.lost = "interface_lost"
         self.waited_s, self.junk = 0.0, 0
+        self._arrived_at = 0.0
         self._log = log
         self._echoes: deque[tuple[int, bytes]] = deque(maxlen=ECHOES)
         self._quickest_s, self._quickest_at = float("inf"), 0.0
@@ -131,6 +133,7 @@ class Link:
             **self._options,
         )
         self.lost, self._failing_since = "", inf
+        self._arrived_at = self._clock()
 
     def close(self) -> None:
         """Leave the bus and close the log."""
@@ -192,7 +195,10 @@ class Link:
             return None
         if message is None or self._is_echo(message):
             return None
-        self.waited_s = self._age(message)
+        # Frames arrive one after the other, even while the time of day is set.
+        now = self._clock()
+        self.waited_s = min(self._age(message), now - self._arrived_at)
+        self._arrived_at = now - self.waited_s
         self._record(message)
         if message.is_error_frame:
             if message.arbitration_id & ERR_BUS_OFF:

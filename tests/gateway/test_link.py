@@ -211,6 +211,22 @@ def test_frames_of_another_kind_are_not_ours(garage, message):
     assert link.receive(0.1) is MESSAGE
 
 
+def test_the_time_of_day_may_be_set_while_frames_wait(garage, monkeypatch):
+    """A frame cannot have arrived before the one that came before it."""
+    monkeypatch.setattr(module, "WALL_CLOCK", ("fake",))
+    monkeypatch.setattr(module.time, "time", lambda: 1e9 + garage.now + set_s)
+    link, set_s, waited = new_link(garage), 0.0, []
+    for came_at, set_s, read_at in ((1.0, 0.0, 1.01), (1.1, 3600.0, 1.12), (1.2, 3600.0, 3.2)):
+        before = set_s if came_at > 1.1 else 0.0
+        stamped = can.Message(arbitration_id=0x210, timestamp=1e9 + came_at + before)
+        stamped.is_extended_id = False
+        garage.opened[0].incoming.append(stamped)
+        garage.now = read_at
+        link.receive(0.1)
+        waited.append(link.waited_s)
+    assert waited == pytest.approx([0.01, 0.12, 2.0])
+
+
 @pytest.mark.parametrize("content", ["", "hello\n", "(1.0) vcan0 7FF#00\n", "(x) vcan0 210#00\n"])
 def test_a_log_without_our_frames_is_refused(tmp_path, content, database):
     path = tmp_path / "frames.log"
