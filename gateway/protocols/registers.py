@@ -48,7 +48,7 @@ class Control(Form):
 
 
 class RegisterLines(Participant):
-    """Prints the registers that change, one line of JSON per answer.
+    """Prints all registers, then those that change, one line of JSON per answer.
 
     Parameters
     ----------
@@ -67,14 +67,15 @@ class RegisterLines(Participant):
         done: Callable[[], object] = lambda: None,
     ) -> None:
         self._control, self._show, self._done = control, show, done
-        self._digits: dict[str, int] = {}
+        self._digits: dict[str, int | None] = {}
 
     def update(self, now: float, report: Callable[[], Report]) -> None:
         """Print the registers that the newest answer changes; a missing offset changes none."""
         shown = report()
         if not self._digits:
-            # After a restart the control still holds the offsets that the compensator takes up.
-            self._digits = dict.fromkeys(AXES, 0)
+            # Whatever the control holds, its registers begin with the compensator's offsets, which
+            # after a restart are those that it takes up.
+            self._digits = dict.fromkeys(AXES)
             self._tell(self._control.start | self._moved(shown.outputs, inf))
         self._tell(self._moved(shown.answer, self._control.most_at_once_um))
 
@@ -82,15 +83,15 @@ class RegisterLines(Participant):
         """Move the digits towards offsets, as far as one write may go; return those that change."""
         control, writes = self._control, dict[str, Value]()
         for axis, register in control.registers.items():
-            offset, before = offsets.get(f"d{axis}"), self._digits[axis]
+            offset, before = offsets.get(f"d{axis}"), self._digits[axis] or 0
             if isinstance(offset, float) and isfinite(offset):
                 change_um = _within(offset, control.most_um) - before * control.step_um
                 digits = before + round(_within(change_um, most_at_once_um) / control.step_um)
-                self._digits[axis] = digits
                 # Without the rounding error of the binary division.
                 in_mm = round(digits * control.step_um / 1e3, 9)
                 value = in_mm if control.in_mm else digits
-                writes |= {register: value} if digits != before else {}
+                writes |= {register: value} if digits != self._digits[axis] else {}
+                self._digits[axis] = digits
         return writes
 
     def close(self) -> None:
@@ -113,7 +114,7 @@ class Registers(Adapter):
     def add_arguments(cls, parser: argparse.ArgumentParser) -> None:
         """Declare its arguments."""
         known = ", ".join(sorted(path.stem for path in CONTROLS.glob("*.toml")))
-        text = "print the registers of a control, a line of JSON for each change"
+        text = "print the registers of a control, in lines of JSON"
         parser.add_argument("--registers", metavar="NAME", help=f"{text}: {known}, or a file")
 
     def check(self) -> None:

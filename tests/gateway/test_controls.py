@@ -168,7 +168,16 @@ def test_the_gateway_prints_the_registers_that_change():
     control = RegisterLines(control_of("tnc"), lines.append)
     for told in ((nan, nan, nan), (1.2, -3.4, 0.2), (1.4, nan, 0.6)):
         tell(control, *told)
-    assert lines == ['{"W576": 1, "W578": -3}', '{"W580": 1}']
+    assert lines == ['{"W576": 1, "W578": -3, "W580": 0}', '{"W580": 1}']
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_the_control_still_holds_is_written_over(name):
+    control, emulator = control_of(name), EMULATORS[name]()
+    emulator.registers |= dict.fromkeys(control.registers.values(), 7)
+    outputs = dict.fromkeys(OFFSETS, 0.0)
+    RegisterLines(control, emulator.take).update(0.0, lambda: Report({}, {}, outputs, {}))
+    assert {emulator.registers[register] for register in control.registers.values()} == {0}
 
 
 def test_a_restarted_gateway_takes_up_the_registers_with_its_state():
@@ -182,13 +191,13 @@ def test_a_restarted_gateway_takes_up_the_registers_with_its_state():
 def test_nothing_but_registers_is_on_standard_output(quick_fmu, capsys):
     bus = ["--interface", "virtual", "--channel", "registers", "--duration", "0.2"]
     assert main(["gateway", "--compensator", str(quick_fmu), "--registers", "tnc", *bus]) == 0
-    assert capsys.readouterr().out == ""
+    assert json.loads(capsys.readouterr().out) == {"W576": 0, "W578": 0, "W580": 0}
 
 
 def test_millimetres_have_no_more_digits_than_the_register():
     lines: list[str] = []
     tell(RegisterLines(control_of("sinumerik"), lines.append), 0.03, 0.0, 0.14)
-    assert {"-3e-05", "3e-05", "0.00014"} >= set(map(str, json.loads(lines[-1]).values()))
+    assert {"0.0", "-3e-05", "3e-05", "0.00014"} >= set(map(str, json.loads(lines[-1]).values()))
 
 
 def test_a_reader_of_registers_that_is_gone_is_told_once(monkeypatch):
