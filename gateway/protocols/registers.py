@@ -36,9 +36,9 @@ class Control(Form):
     """The manual that it follows."""
     step_um: Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
     """What a register's last digit is worth."""
-    most_um: float = float("inf")
+    most_um: Annotated[float, Field(gt=0.0)] = inf
     """The largest offset that a register holds."""
-    most_at_once_um: float = float("inf")
+    most_at_once_um: Annotated[float, Field(gt=0.0)] = inf
     """By how much one write may change it."""
     in_mm: bool = False
     """Whether a register holds millimetres, and not a whole number of steps."""

@@ -217,8 +217,9 @@ def test_a_reader_of_registers_that_is_gone_is_told_once(monkeypatch):
 
 def test_a_control_of_ones_own_is_a_file(tmp_path, capsys):
     own = tmp_path / "own.toml"
-    own.write_text('title = "T"\nsource = "S"\nstep_um = 0\n[registers]\nX = "R1"\n')
-    assert main(["gateway", "--registers", str(own)]) == 2
-    assert "own.toml: step_um: " in capsys.readouterr().err
+    for wrong in ("step_um = 0", "step_um = 1\nmost_um = -5", "step_um = 1\nmost_um = nan"):
+        own.write_text(f'title = "T"\nsource = "S"\n{wrong}\n[registers]\nX = "R1"\n')
+        assert main(["gateway", "--registers", str(own)]) == 2
+        assert f"own.toml: {wrong.split()[-3]}: " in capsys.readouterr().err
     assert main(["gateway", "--registers", "none"]) == 2
     assert "fanuc, sinumerik, tnc, twincat" in capsys.readouterr().err
