@@ -3,20 +3,24 @@
 import fcntl
 import gc
 import os
+import re
 import shutil
 import signal
 import tempfile
 import tomllib
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from functools import wraps
 from hashlib import sha256
 from importlib.metadata import entry_points
 from pathlib import Path
+from typing import Any
 
 import pytest
+import scipy.optimize
 from hypothesis import HealthCheck, settings
 
 import build_fmu
+from fmu_compensator.fit import gaussian
 from fmu_packaging.native import compilers as native_compilers
 from fmu_packaging.native.compilers import Compiler, NativeError, compilers
 from tests.running import cannot_run
@@ -35,6 +39,8 @@ OTHERS = {name: getattr(native_compilers, name) for name in ("FOR_WINDOWS", "FOR
 AS_SHIPPED = native_compilers.LIBRARY_HERE
 QUICKLY = tuple("-O0" if flag == "-O3" else flag for flag in AS_SHIPPED)
 """Of how a library is compiled: no number depends on it, and it takes a third of the time."""
+NO_MATTER = {"-shared", "-s", "-O0", "-I."}
+"""Flags that compile nothing: for the linker, as without, or as it is anyway."""
 
 
 # How long an example takes says more about the machine than about what is tested.
@@ -103,31 +109,59 @@ def once(path: Path, make: Callable[[Path], object]) -> Path:
     return path
 
 
+INCLUDED = re.compile(r'^\s*#\s*include "(.+)"', re.MULTILINE)
+PREFIXED = re.compile(r"^#ifdef FMI\d_FUNCTION_PREFIX$.*?^#endif$", re.MULTILINE | re.DOTALL)
+"""The names of a program, which say nothing where they get no prefix."""
+
+
+def with_included(folder: Path, name: str) -> dict[str, str]:
+    """Return the text of a C source and of all that it includes, by name."""
+    texts: dict[str, str] = {}
+    left = [name]
+    while left:
+        name = left.pop()
+        path = folder / name
+        if name not in texts and path.is_file():
+            texts[name] = PREFIXED.sub("", path.read_text("utf-8"))
+            left += INCLUDED.findall(texts[name])
+    return texts
+
+
 @pytest.fixture(scope="session", autouse=True)
 def compiled_once(shared: Path) -> Iterator[None]:
-    """The same sources give the same library: it is compiled once, quickly, for this machine only.
+    """A source that several programs share is compiled once, quickly, for this machine only.
 
-    That they do is seen between processes that share nothing (``tests/native/test_fmu.py``),
-    `every_compiler` is for tests of other platforms, and `shipped_in_c` is compiled as it ships.
+    That the same sources give the same library is seen between processes that share nothing
+    (``tests/native/test_fmu.py``); `every_compiler` is for tests of other platforms and of what is
+    compiled as it ships.
     """
-    library, printed = Compiler.library, Compiler.printed
+    run_compiler = native_compilers.run_compiler
 
-    def place(*of: object) -> Path:
-        return shared / sha256(repr(of).encode()).hexdigest()
+    def compiled(flags: Sequence[str], name: str, folder: Path) -> Path:
+        texts = with_included(folder, name)
+        whole = "".join(texts.values())
+        flags = [flag for flag in flags if flag[:2] != "-D" or flag[2:].partition("=")[0] in whole]
+        key = sha256(repr((flags, sorted(texts.items()))).encode()).hexdigest()
+        command = [*flags, "-c", name, "-o"]
+        return once(shared / f"{key}.o", lambda new: run_compiler([*command, str(new)], folder))
 
-    @wraps(library)
-    def known_library(self: Compiler, sources: Mapping[str, str]) -> bytes:
-        path = place(self, sorted(sources.items()))
-        return once(path, lambda new: new.write_bytes(library(self, sources))).read_bytes()
-
-    @wraps(printed)
-    def known_printed(self: Compiler, sources: Mapping[str, str], more: Sequence[str] = ()) -> str:
-        path = place(self, sorted(sources.items()), *more)
-        return once(path, lambda new: new.write_text(printed(self, sources, more))).read_text()
+    @wraps(run_compiler)
+    def known(command: Sequence[str], folder: Path) -> None:
+        if "-c" in command or "-target" in command:
+            run_compiler(command, folder)
+            return
+        at = command.index("-o")
+        head, rest = command[:at], command[at:]
+        flags = [flag for flag in head if flag not in NO_MATTER and not flag.startswith("-Wl,")]
+        if "-shared" not in head:  # as a library has it
+            flags += ["-fPIC", "-fvisibility=hidden"]
+        parts = [
+            str(compiled(flags, part, folder)) if part.endswith(".c") else part for part in rest
+        ]
+        run_compiler([*head, *parts], folder)
 
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(Compiler, "library", known_library)
-        patched.setattr(Compiler, "printed", known_printed)
+        patched.setattr(native_compilers, "run_compiler", known)
         patched.setattr(native_compilers, "LIBRARY_HERE", QUICKLY)
         for name in OTHERS:
             patched.setattr(native_compilers, name, "")
@@ -142,6 +176,25 @@ def every_compiler() -> Iterator[None]:
         for name, command in OTHERS.items():
             patched.setattr(native_compilers, name, command)
         yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def quick_fits() -> Iterator[None]:
+    """Scales of a fit to five digits: what is asked of a fit is rarely its last one."""
+
+    def coarse(*given: Any, **more: Any) -> Any:
+        return minimize(*given, **more | {"options": {"ftol": 1e-9}})
+
+    minimize = gaussian.minimize
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(gaussian, "minimize", coarse)
+        yield
+
+
+@pytest.fixture
+def exact_fits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fits as in any process but this one."""
+    monkeypatch.setattr(gaussian, "minimize", scipy.optimize.minimize)
 
 
 @pytest.fixture(scope="session")
@@ -167,13 +220,11 @@ def compiler(c_compiler: Compiler) -> tuple[str, ...]:
 
 @pytest.fixture(scope="session")
 def shipped_in_c(shared: Path, shipped: Path, c_compiler: Compiler) -> Path:
-    """The same, beside their twins in C, compiled as they ship."""
+    """The same, beside their twins in C."""
 
     def make(new: Path) -> None:
         shutil.copytree(shipped, new)
-        with pytest.MonkeyPatch.context() as patched:
-            patched.setattr(native_compilers, "LIBRARY_HERE", AS_SHIPPED)
-            built(new, "--native")
+        built(new, "--native")
 
     return once(shared / "dist_in_c", make)
 

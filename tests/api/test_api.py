@@ -59,8 +59,8 @@ def test_every_name_is_documented_and_typed(name):
         assert re.search(rf"\b{parameter.name}( :|, )|\*\*{parameter.name}", text), parameter.name
 
 
-SLOW = {"find_gap"}
-"""Whose examples are no matter of a change."""
+SLOW = {"build_fmu", "calibrate", "compare", "find_gap", "fit", "run_scenario"}
+"""Whose examples are no matter of a change: what they do is asked elsewhere, of less."""
 
 
 @pytest.mark.parametrize(
@@ -102,6 +102,7 @@ def test_frames_paths_and_runs_are_taken_alike(runs, tmp_path):
     assert frame.items() <= found[0].items()
 
 
+@pytest.mark.usefixtures("exact_fits")
 def test_what_is_fitted_is_what_the_command_fits(runs, tmp_path):
     paths = [str(write_run(run, tmp_path / f"{run.name}.csv")) for run in runs]
     out = tmp_path / "c.json"

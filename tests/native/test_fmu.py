@@ -186,6 +186,8 @@ def test_builds_in_two_processes_give_the_same_bytes(both, every_compiler, tmp_p
         assert json.loads(output_of(*command))[0]["written"]
     one, other = (tmp_path / name / both.native.name for name in ("one", "other"))
     assert one.read_bytes() == other.read_bytes()
+    code = RUN + "show(steps(started(opened(sys.argv[1])), 0, 200))"
+    assert apart(code, one) == apart(code, both.native)  # which is compiled quickly
     with zipfile.ZipFile(one) as archive:
         platforms = {name.split("/")[1] for name in archive.namelist() if "binaries/" in name}
     assert platforms == {compiler.platform for compiler in compilers()}

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fmu_packaging.native import compilers
 from fmu_packaging.native.build import C_FOLDER
-from fmu_packaging.native.compilers import STRICT, c_files, run_compiler, write_sources
+from fmu_packaging.native.compilers import STRICT, c_files, write_sources
 from plant_model.fmi_slave import variables
 from plant_model.machine import Machine
 from plant_model.native.generate import machine_sources, program, tunable_of, variable_sources
@@ -100,7 +101,7 @@ def core_of(machine: Machine, compiler: Sequence[str], folder: Path) -> ctypes.C
         sources[name] = (C_FOLDER / name).read_text()
     write_sources(folder, sources)
     flags = ("-O0", "-fPIC", "-fvisibility=hidden", "-shared", "-o", "core.so")
-    run_compiler([*compiler, *STRICT, *flags, *c_files(sources), "-lm"], folder)
+    compilers.run_compiler([*compiler, *STRICT, *flags, *c_files(sources), "-lm"], folder)
     found = ctypes.CDLL(str(folder / "core.so"))
     found.core_new.restype = ctypes.c_void_p
     found.core_new.argtypes = [NUMBERS, ctypes.c_uint]

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from fmu_packaging.native import compilers
 from fmu_packaging.native.build import front
-from fmu_packaging.native.compilers import STRICT, c_files, run_compiler, write_sources
+from fmu_packaging.native.compilers import STRICT, c_files, write_sources
 from plant_model.fmi_slave import variables
 from plant_model.machine_file import read_machine
 from plant_model.native.continuous import continuous_variables, is_continuous
@@ -49,7 +50,7 @@ def fuzz(sources: dict[str, str], calls: int, compiler: Sequence[str], folder: P
     sources = {**sources, "fuzz.c": (HERE / "fuzz.c").read_text()}
     write_sources(folder, sources)
     command = [*compiler, *STRICT, *SANITIZED, "-I.", "-o", "fuzz", *c_files(sources), "-lm"]
-    run_compiler(command, folder)
+    compilers.run_compiler(command, folder)
     done = subprocess.run(
         [str(folder / "fuzz"), "1", str(calls)],
         capture_output=True,
