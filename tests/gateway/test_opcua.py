@@ -50,7 +50,9 @@ def patiently(work: Callable[[], Coroutine[Any, Any, T]]) -> T:
     def tried() -> bool:
         with contextlib.suppress(OSError, TimeoutError, ConnectionError, UaError):
             got.append(asyncio.run(work()))
-        return bool(got)
+            return True
+        time.sleep(0.3)  # to ask with a certificate takes long
+        return False
 
     until(tried)
     return got[0]

@@ -73,7 +73,7 @@ def test_sets_that_share_temperatures_read_as_each_would_alone(temperature_depen
         "nodes.column.capacity": machine.parameters["nodes.column.capacity"].value
         * np.array([1.0, 1.0, 1.0, 1.1]),
     }
-    inputs, stepped = inputs_of("jig_borer_lumps", 0.7), []
+    inputs, stepped = inputs_of("jig_borer_lumps", 0.3), []
     step = module.trajectories
 
     def counted(machine: Machine, network: Network, *rest: Any) -> list[FloatArray]:
@@ -117,8 +117,10 @@ def test_sets_that_start_elsewhere_share_nothing():
     assert np.all(found.temperatures[1, -1] > found.temperatures[0, -1])
 
 
-@pytest.mark.parametrize("key", ["", "tool_heating", "bearing_stick_slip"])
-@pytest.mark.parametrize("name", ["jig_borer_lumps", "lathe"])
+@pytest.mark.parametrize(
+    ("name", "key"),
+    [("jig_borer_lumps", "tool_heating"), ("jig_borer_lumps", "bearing_stick_slip"), ("lathe", "")],
+)
 def test_runs_side_by_side_read_as_each_would_alone(name, key):
     """Runs of unlike lengths and speeds, stepped in parts and sought at instants of their own."""
     machine = with_effects(read_machine(name), *([key, "thermal_preload"] if key else []))

@@ -1,5 +1,6 @@
 """Time series: ARX and ARMAX with inputs, ARMA without."""
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -133,8 +134,13 @@ def integrated_ar(seed: int, rows: int = 1200, phi: float = 0.7) -> TrainingRun:
     return run_of(random.standard_normal((rows, 1)), np.cumsum(w)[:, None])
 
 
+@cache
+def of_integrated_ar() -> AutoregressiveMovingAverage:
+    return AutoregressiveMovingAverage.fit(task_of([integrated_ar(0)]))
+
+
 def test_arma_differences_once_and_finds_the_coefficient():
-    fitted = AutoregressiveMovingAverage.fit(task_of([integrated_ar(0)]))
+    fitted = of_integrated_ar()
     series = fitted.series[0]
     assert series.differences == 1
     p_values = series.diagnostics["adf_p"]
@@ -151,7 +157,7 @@ def test_arma_differences_once_and_finds_the_coefficient():
 def test_a_run_that_is_sampled_too_coarsely_for_arma_is_named():
     runs = [make_run(name, seed, step_s=60.0) for seed, name in enumerate("ab")]
     runs.append(make_run("coarse", 2, step_s=600.0))
-    table = fit_compensator(runs, RIG, "arma", judge=False)
+    table = fit_compensator(runs, RIG, "arma", judge=False, points="T1,T4", order=1)
     notes = [note for note in table["provenance"]["notes"] if "time series" in note]
     assert notes == [
         "coarse is left out of the time series: no 10 rows in it follow each other within 180 s"
@@ -169,7 +175,7 @@ def test_arma_is_that_of_the_largest_of_several_likelihoods():
 
 
 def test_the_report_has_the_correlations_that_tell_the_kind_of_series():
-    fitted = AutoregressiveMovingAverage.fit(task_of([integrated_ar(0)]))
+    fitted = of_integrated_ar()
     [report] = fitted.report()["targets"].values()
     # An AR(1) of 0.7: the autocorrelation tails away as 0.7^k, the partial one breaks off after 1.
     bound = report["white_noise_95"]
@@ -181,7 +187,7 @@ def test_the_report_has_the_correlations_that_tell_the_kind_of_series():
 
 
 def test_one_step_ahead_beats_persistence_and_says_nothing_of_a_free_run():
-    fitted = AutoregressiveMovingAverage.fit(task_of([integrated_ar(0)]))
+    fitted = of_integrated_ar()
     unseen = integrated_ar(5)
     ahead = rms(unseen.targets - fitted.predict(unseen, unseen.targets))
     persistence = rms(np.diff(unseen.targets, axis=0))
@@ -201,7 +207,7 @@ def test_a_free_run_starts_from_zero_as_one_that_measures_does():
 
 
 def test_a_forecast_uses_no_measurement_of_its_own_row_or_later():
-    fitted = AutoregressiveMovingAverage.fit(task_of([integrated_ar(0)]))
+    fitted = of_integrated_ar()
     unseen = integrated_ar(7, rows=200)
     changed = unseen.targets.copy()
     changed[120:] += 100.0

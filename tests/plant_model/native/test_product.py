@@ -13,7 +13,12 @@ from plant_model.network import Network, effects_in_force
 from plant_model.parameters import FloatArray, Values
 from tests.plant_model.native.conftest import NUMBERS
 
-SHIPPED = ("jig_borer", "jig_borer_lumps", "lathe", "belt_spindle")
+SHIPPED = (
+    "jig_borer_lumps",
+    "lathe",
+    pytest.param("jig_borer", marks=pytest.mark.long),
+    pytest.param("belt_spindle", marks=pytest.mark.long),
+)
 
 
 def any_graph(rng: np.random.Generator) -> tuple[int, set[Place]]:
