@@ -96,6 +96,7 @@ def told_hall(database: Database, fmu: Path) -> Iterator[Hall]:
         service = stack.enter_context(gateway_thread(wire, database, fmu, CLOCK))
         status = stack.enter_context(contextlib.closing(HallStatus(url, None, service.unit)))
         service.participants.append(status)
+        patiently(lambda: validity(Client(url)))  # however long it starts, the machine is heard
         control = stack.enter_context(contextlib.closing(Control(wire, database, 1.0)))
         yield Hall(service, control, url)
 
