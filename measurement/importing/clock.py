@@ -23,6 +23,7 @@ from measurement.importing.stamps import (
     SINCE_1904_S,
     as_text,
     day_comes_first,
+    has_zone,
     is_date,
     is_only_date,
     seconds_of_date,
@@ -178,7 +179,9 @@ def _dated(sheet: Sheet, at: Sequence[int], rule: TimeRule) -> tuple[FloatArray,
     day_first = rule.day_first
     read = cache(lambda text: seconds_of_date(text, day_first) if text else math.nan)
     time = read_cells(sheet, at[0], texts, read, "time")
-    return (_universal(sheet, name, time, rule.timezone) if rule.timezone else time), rule
+    if rule.timezone and not any(map(has_zone, texts)):
+        time = _universal(sheet, name, time, rule.timezone)
+    return time, rule
 
 
 def _joined(cells: Sequence[Cell]) -> str:

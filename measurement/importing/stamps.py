@@ -72,6 +72,16 @@ def seconds_of_date(text: str, day_first: bool) -> float | None:
     return None if seconds is None else (day - _EPOCH).total_seconds() + seconds - ahead
 
 
+def has_zone(text: str) -> bool:
+    """Return whether a date with a time of day also has its zone.
+
+    >>> has_zone("2024-06-01T20:00Z"), has_zone("2024-06-01")
+    (True, False)
+    """
+    found = _DATE.match(text.strip()) or _WORDED.match(text.strip())
+    return bool(found and _ZONE.search(text.strip()[found.end() :]))
+
+
 def _day(found: re.Match[str], day_first: bool) -> dt.datetime | None:
     first, middle, last = found["a"], found["b"], found["c"]
     if not middle.isdigit():

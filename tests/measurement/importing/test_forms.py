@@ -292,7 +292,9 @@ def test_with_a_zone_runs_are_named_and_cut_by_the_clock_on_the_wall(log):
     written = [at.strftime(LOCAL) for at in local]
     serial = [f"{(at - pd.Timestamp('1899-12-30')) / pd.Timedelta(days=1):.9f}" for at in local]
     days = BERLIN.model_copy(update={"split": "days"})
-    for text in (table(written), table([at.replace(".", ",") for at in serial], clock="Zeit [d]")):
+    zoned = [at.strftime("%Y-%m-%dT%H:%M:%S+01:00") for at in local]
+    serial = [at.replace(".", ",") for at in serial]
+    for text in (table(written), table(zoned), table(serial, clock="Zeit [d]")):
         found = log(text, mapping=days)
         assert [run.name for run in found.runs] == ["20260301_2200", "20260302_0000"]
         assert found.pieces[1].starts == "2026-03-02 00:00:00"
