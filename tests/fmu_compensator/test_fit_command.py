@@ -66,10 +66,10 @@ def test_few_runs_without_a_model_promise_nothing(run_files, tmp_path, capsys):
 def test_the_figures_as_json(run_files, tmp_path, capsys):
     out = tmp_path / "c.json"
     usual = ["-o", str(out), "--model", "mlr", "--json"]
-    call(*run_files[:2], *usual, "--points", "T4,T1", "--input-form", "absolute")
+    call(*run_files, *usual, "--points", "T4,T1", "--input-form", "absolute")
     shown = json.loads(capsys.readouterr().out)
     assert shown["chosen"] == ["T4", "T1"]
-    assert shown["figures"]["training"]["X"]["model"] > 0
+    assert shown["figures"]["unseen"]["like"]["X"]["model"] > 0
     assert load_model(out).input_form == "absolute"
 
 

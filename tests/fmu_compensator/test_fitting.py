@@ -95,11 +95,12 @@ def test_a_sensor_that_leaves_the_others_is_left_out_from_there_on():
     assert any(n.startswith("b, T2_degC, 100 to 240 min: ") for n in table["provenance"]["notes"])
 
 
-def test_a_thermometer_that_stands_still_in_a_short_run_is_used():
+@pytest.mark.parametrize("model", [pytest.param(None, marks=pytest.mark.long), "mlr"])
+def test_a_thermometer_that_stands_still_in_a_short_run_is_used(model):
     """A run of a minute takes no thermometer from the others; one dead in most runs is told."""
     short = Run("short", make_run("short", 9).frame.head(4).assign(T4_degC=21.0))
     runs = [changed(run, T3_degC=20.0) for run in (*RUNS, short)]
-    table = fit_compensator(runs, RIG, "mlr", points="all")
+    table = fit_compensator(runs, RIG, model, points="all")
     assert table["chosen"] == ["T1", "T2", "T4"]
     assert "T3 is left out: broken in a, b, c and 1 more" in table["provenance"]["notes"]
 

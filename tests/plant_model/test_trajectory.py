@@ -119,7 +119,14 @@ def test_sets_that_start_elsewhere_share_nothing():
 
 @pytest.mark.parametrize(
     ("name", "key"),
-    [("jig_borer_lumps", "tool_heating"), ("jig_borer_lumps", "bearing_stick_slip"), ("lathe", "")],
+    [
+        ("jig_borer_lumps", "tool_heating"),
+        ("jig_borer_lumps", "bearing_stick_slip"),
+        ("lathe", ""),
+        pytest.param("jig_borer_lumps", "", marks=pytest.mark.long),
+        pytest.param("lathe", "tool_heating", marks=pytest.mark.long),
+        pytest.param("lathe", "bearing_stick_slip", marks=pytest.mark.long),
+    ],
 )
 def test_runs_side_by_side_read_as_each_would_alone(name, key):
     """Runs of unlike lengths and speeds, stepped in parts and sought at instants of their own."""

@@ -181,7 +181,7 @@ def test_what_is_tied_to_a_number_follows_it_in_c(library_of):
 
 
 def test_heat_stays_where_it_is_if_nothing_exchanges_it(library_of):
-    everything = with_effects(tunable(read_machine("jig_borer_lumps")), "bearing_friction")
+    everything = with_all_effects(read_machine("jig_borer_lumps"))
     alone = values_of(everything, np.random.default_rng(8), 0.0)
     friction = catalogue()["bearing_friction"]
     alone[f"effects.bearing_friction.{friction.amplitude}"] = 1.0
