@@ -60,7 +60,9 @@ def workers(count: int | None = None) -> Iterator[ProcessPoolExecutor]:
             pool.shutdown()
     except BaseException:
         end()
-        pool.shutdown(wait=False, cancel_futures=True)
+        # Wait for the pool's own thread: if it ended while the interpreter exits, both would use
+        # the pipe between them, one to close it and one to write.
+        pool.shutdown(cancel_futures=True)
         raise
 
 

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 
 import numpy as np
 import pytest
@@ -79,5 +80,7 @@ def test_a_pool_gives_results_and_passes_on_what_fails():
         assert pool.submit(np.sum, np.ones(3)).result() == 3.0
         processes = list(pool._processes.values())
     assert not any(process.is_alive() for process in processes)
+    before = set(threading.enumerate())
     with pytest.raises(ZeroDivisionError), workers(1) as pool:
         pool.submit(divmod, 1, 0).result()
+    assert set(threading.enumerate()) <= before
