@@ -8,7 +8,6 @@ from typing import Protocol
 
 import numpy as np
 from scipy.optimize import lsq_linear
-from threadpoolctl import threadpool_limits
 
 from gap_finder.descent import ITERATIONS, Descent
 from gap_finder.directions import fewer
@@ -22,6 +21,7 @@ from gap_finder.linearise import (
 )
 from gap_finder.observations import Observations
 from gap_finder.priors import FAR, Priors
+from measurement.workers import one_thread
 from plant_model.integrate import IntegrationError
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
@@ -154,6 +154,7 @@ class _Problem:
         return self.likelihood.about(parts).cost + float(x @ x)
 
 
+@one_thread()
 def calibrate(
     machine: Machine,
     observed: Sequence[Observations],
@@ -193,30 +194,28 @@ def calibrate(
     Calibration
         The calibrated machine, and how well its parameters are known.
     """
-    # The matrices are small: threads would wait for each other, at ten times the processor time.
-    with threadpool_limits(1):
-        priors = Priors.of(machine, calibrated=True)
-        problem = _Problem(machine, observed, priors, sensitivities)
-        generator = np.random.default_rng(seed)
-        if go_on is not None:
-            x = priors.position(go_on.machine)
-            begun = [Descent(x, go_on.cost, [*go_on.parts])]
-        else:
-            begin = [priors.position(start) for start in start_from or (machine,)]
-            begin += [generator.normal(0.0, 0.7, len(priors.names)) for _ in range(starts - 1)]
-            begun = _begun(problem, np.clip(np.array(begin), priors.low, priors.high))
-        reached = _descend(problem, begun, iterations, progress)
-        best = min(reached, key=lambda descent: descent.cost)
-        values = {name: float(value[0]) for name, value in priors.values(best.x[None, :]).items()}
-        about = problem.likelihood.about(best.parts)
-        return Calibration(
-            machine.with_values(values, beyond=True),
-            best.cost,
-            tuple(descent.cost for descent in reached),
-            intervals(machine, priors, best.x, _spread(about)),
-            tuple(best.parts),
-            about.units,
-        )
+    priors = Priors.of(machine, calibrated=True)
+    problem = _Problem(machine, observed, priors, sensitivities)
+    generator = np.random.default_rng(seed)
+    if go_on is not None:
+        x = priors.position(go_on.machine)
+        begun = [Descent(x, go_on.cost, [*go_on.parts])]
+    else:
+        begin = [priors.position(start) for start in start_from or (machine,)]
+        begin += [generator.normal(0.0, 0.7, len(priors.names)) for _ in range(starts - 1)]
+        begun = _begun(problem, np.clip(np.array(begin), priors.low, priors.high))
+    reached = _descend(problem, begun, iterations, progress)
+    best = min(reached, key=lambda descent: descent.cost)
+    values = {name: float(value[0]) for name, value in priors.values(best.x[None, :]).items()}
+    about = problem.likelihood.about(best.parts)
+    return Calibration(
+        machine.with_values(values, beyond=True),
+        best.cost,
+        tuple(descent.cost for descent in reached),
+        intervals(machine, priors, best.x, _spread(about)),
+        tuple(best.parts),
+        about.units,
+    )
 
 
 def _begun(problem: _Problem, points: FloatArray) -> list[Descent]:

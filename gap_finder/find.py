@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from gap_finder.calibrate import Progress, quiet
 from gap_finder.comparison import GapComparison
@@ -20,6 +19,7 @@ from gap_finder.search import USUAL, Search
 from gap_finder.standing import calibrated, standing_still
 from measurement.errors import BadInput
 from measurement.runs import Run
+from measurement.workers import one_thread
 from measurement.workers import workers as processes
 from plant_model.effect_names import name_of
 from plant_model.machine import Machine
@@ -187,7 +187,7 @@ def find_gap(
         )
     ordered = sorted(runs, key=lambda run: run.name)
     _need_excitation(machine, ordered)
-    with threadpool_limits(1):
+    with one_thread():
         calibration, observed, faults = calibrated(
             machine, ordered, seed=search.seed, progress=progress
         )

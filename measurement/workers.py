@@ -18,6 +18,21 @@ from measurement.stops import LOOK_S, STOPS, blocking_stops, ending_work
 
 
 @contextmanager
+def one_thread() -> Iterator[None]:
+    """Let linear algebra run in one thread, and so give the same numbers on any number of cores.
+
+    Small matrices gain nothing from more threads, which wait for each other at ten times the
+    processor time where other processes run.
+
+    Yields
+    ------
+    None
+    """
+    with threadpool_limits(1):
+        yield
+
+
+@contextmanager
 def workers(count: int | None = None) -> Iterator[ProcessPoolExecutor]:
     """Give a process pool that does not outlive the block that uses it.
 
@@ -50,7 +65,6 @@ def workers(count: int | None = None) -> Iterator[ProcessPoolExecutor]:
             with suppress(AttributeError, OSError):
                 pool._call_queue._reader.close()  # type: ignore[attr-defined]
 
-    # One thread each: small matrices gain nothing from more, and workers would compete for cores.
     pool = ProcessPoolExecutor(count or os.cpu_count(), initializer=begin, initargs=(os.getpid(),))
     try:
         with blocking_stops():

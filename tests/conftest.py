@@ -13,14 +13,11 @@ from functools import wraps
 from hashlib import sha256
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any
 
 import pytest
-import scipy.optimize
 from hypothesis import HealthCheck, settings
 
 import build_fmu
-from fmu_compensator.fit import gaussian
 from fmu_packaging.native import compilers as native_compilers
 from fmu_packaging.native.compilers import Compiler, NativeError, compilers
 from tests.running import cannot_run
@@ -176,25 +173,6 @@ def every_compiler() -> Iterator[None]:
         for name, command in OTHERS.items():
             patched.setattr(native_compilers, name, command)
         yield
-
-
-@pytest.fixture(scope="session", autouse=True)
-def quick_fits() -> Iterator[None]:
-    """Scales of a fit to five digits: what is asked of a fit is rarely its last one."""
-
-    def coarse(*given: Any, **more: Any) -> Any:
-        return minimize(*given, **more | {"options": {"ftol": 1e-9}})
-
-    minimize = gaussian.minimize
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(gaussian, "minimize", coarse)
-        yield
-
-
-@pytest.fixture
-def exact_fits(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Fits as in any process but this one."""
-    monkeypatch.setattr(gaussian, "minimize", scipy.optimize.minimize)
 
 
 @pytest.fixture(scope="session")

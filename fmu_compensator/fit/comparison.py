@@ -25,6 +25,7 @@ from measurement.errors import BadInput
 from measurement.figures import figures_of_merit
 from measurement.rig import Rig
 from measurement.warm import cold_starts, named_warm
+from measurement.workers import one_thread
 
 
 @dataclass(frozen=True)
@@ -179,6 +180,7 @@ class Comparison:
         }
 
 
+@one_thread()
 def compare(
     splits: Sequence[Split],
     rig: Rig | MeasuredColumns,

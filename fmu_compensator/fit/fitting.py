@@ -30,11 +30,12 @@ from measurement.faults import cleaned, find_faults, looked_over
 from measurement.rig import FivePointRig, Rig
 from measurement.runs import Run
 from measurement.warm import cold_starts
-from measurement.workers import workers
+from measurement.workers import one_thread, workers
 
 USUAL_MODEL = "gaussian"
 
 
+@one_thread()
 def fit_compensator(
     runs: Sequence[Run],
     rig: Rig,

@@ -14,14 +14,14 @@ are independent Gaussians, and the runs determine how much of the drift is delay
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
-from scipy.optimize import minimize, minimize_scalar
+from scipy.linalg import cho_factor, cho_solve
+from scipy.optimize import minimize
 
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput
@@ -37,6 +37,9 @@ are too wide, at 4 those of three splits of the lathe are too narrow."""
 USUAL_UM_PER_K, SPREAD_OF_USUAL = 1.5, 1.0
 """A weight's usual size, and the standard deviation of its logarithm [um/K, 1]: an elongation is
 alpha times a length, 1 to 5 um/K. Wide enough that the runs decide; set on no data."""
+USUAL_WALK, SPREAD_OF_WALK = 1.0, 2.0
+"""The random walk's usual standard deviation over an hour, in units of the noise, and the standard
+deviation of its logarithm [1/sqrt(h), 1]. Wide enough that the runs decide; set on no data."""
 SMALLEST_NOISE = 0.02
 """Lower limit of the noise of a displacement [um, urad]: set on no data."""
 MOST_ROWS = 48
@@ -73,22 +76,65 @@ class Sample:
     targets: Array
     mean: Array
 
-    def whitened(self, walk: float) -> tuple[Array, Array, Array, float]:
-        """Return all three whitened in time, and the log determinant.
+    @cached_property
+    def growth(self) -> tuple[Array, Array]:
+        """Return the walk's variances in its independent directions in time, and these.
+
+        Arrays, shapes (n,) and (n, n): eigenvalues and eigenvectors of the covariance of a walk
+        with unit variance per hour [h].
+        """
+        values, directions = np.linalg.eigh(np.minimum.outer(self.hours, self.hours))
+        return np.maximum(values, 0.0), directions
+
+
+@dataclass(frozen=True)
+class _Turned:
+    """The rows of runs, turned in time so that the errors of all rows are independent.
+
+    Attributes
+    ----------
+    features : array (N, p)
+    measured, mean : array (N, m)
+        Targets, and predictions of the mean function.
+    growth : array (N,)
+        Variance of a walk with unit variance per hour [h].
+    counts : tuple of int
+        Number of rows of each run.
+    """
+
+    features: Array
+    measured: Array
+    mean: Array
+    growth: Array
+    counts: tuple[int, ...]
+
+    @classmethod
+    def of(cls, samples: Sequence[Sample]) -> _Turned:
+        """Turn the rows of some runs."""
+        growths, turns = zip(*(sample.growth for sample in samples), strict=True)
+
+        def turned(parts: Iterable[Array]) -> Array:
+            return np.vstack([turn.T @ part for turn, part in zip(turns, parts, strict=True)])
+
+        return cls(
+            turned(sample.features for sample in samples),
+            turned(sample.targets for sample in samples),
+            turned(sample.mean for sample in samples),
+            np.concatenate(growths),
+            tuple(map(len, growths)),
+        )
+
+    def variance(self, walk: float, sizes: Array) -> Array:
+        """Return the variance of each row's error over that of the noise, shape (N,) [1].
 
         Parameters
         ----------
         walk : float
             Standard deviation of the walk over an hour, in units of the noise [1/sqrt(h)].
+        sizes : array, shape (runs,)
+            Of each run's walk over the usual [1].
         """
-        covariance = walk**2 * np.minimum.outer(self.hours, self.hours)
-        covariance[np.diag_indices(len(self.hours))] += 1.0
-        root = cholesky(covariance, lower=True, check_finite=False)
-        width, targets = self.features.shape[1], self.targets.shape[1]
-        all_three = np.column_stack([self.features, self.targets, self.mean])
-        white = solve_triangular(root, all_three, lower=True, check_finite=False)
-        features, measured, mean = np.split(white, [width, width + targets], axis=1)
-        return features, measured, mean, 2.0 * float(np.log(np.diag(root)).sum())
+        return np.asarray(1.0 + (walk * np.repeat(sizes, self.counts)) ** 2 * self.growth)
 
 
 @dataclass(frozen=True)
@@ -139,13 +185,12 @@ class Gaussian:
         samples = [sample for sample in samples if len(sample.hours)]
         if not samples:
             raise BadInput("training runs", "", "no row has all temperatures and displacements")
-        sizes = np.ones(len(samples))
-        likely = np.zeros(samples[0].targets.shape[1])
-        evidence = None
+        rows, sizes = _Turned.of(samples), np.ones(len(samples))
+        likely, logs = np.zeros(samples[0].targets.shape[1]), np.zeros(2 + len(LAGS_S))
         for _ in range(ROUNDS):
-            evidence = _Evidence.best(samples, sizes, likely if share is None else share, evidence)
-            found = evidence.model()
-            likely = evidence.likely_share()
+            evidence = _Evidence(rows, sizes, likely if share is None else share)
+            logs = evidence.best(logs)
+            found, likely = evidence.model(logs), evidence.likely_share(logs)
             sizes = np.array([found.size_of(sample) for sample in samples])
         return found
 
@@ -171,168 +216,150 @@ class Gaussian:
 
     def updated(self, samples: Sequence[Sample]) -> Gaussian:
         """Return the model after further runs; scales are kept, earlier runs are not needed."""
-        sizes = np.ones(len(samples))
+        if not samples:
+            return self
+        rows, sizes = _Turned.of(samples), np.ones(len(samples))
         for _ in range(ROUNDS):
-            found = self._conditioned(samples, sizes)
+            found = self._conditioned(rows, sizes)
             sizes = np.array([found.size_of(sample) for sample in samples])
         return found
 
-    def _conditioned(self, samples: Sequence[Sample], sizes: Array) -> Gaussian:
+    def _conditioned(self, rows: _Turned, sizes: Array) -> Gaussian:
         """Return the model after further runs whose random walks have these sizes."""
         precision = np.linalg.inv(self.covariance)
         total, inside = precision @ self.weights, precision
         floor = SMALLEST_NOISE**2 * np.eye(len(self.spread))  # in addition to what the runs show
-        squares, rows = self.rows * (self.spread - floor), self.rows
-        for sample, size in zip(samples, sizes, strict=True):
-            features, measured, mean, _ = sample.whitened(self.walk * size)
-            missed = measured - self.share * mean
-            inside, total = inside + features.T @ features, total + features.T @ missed
-            squares, rows = squares + missed.T @ missed, rows + len(missed)
+        variance = rows.variance(self.walk, sizes)
+        missed = rows.measured - self.share * rows.mean
+        weighted = rows.features.T / variance
+        inside, total = inside + weighted @ rows.features, total + weighted @ missed
         covariance = np.linalg.inv(inside)
         weights = covariance @ total
-        squares = squares + self.weights.T @ precision @ self.weights - weights.T @ total
-        covariance, spread = (covariance + covariance.T) / 2.0, squares / rows + floor
-        return replace(self, weights=weights, covariance=covariance, spread=spread, rows=rows)
+        squares = self.rows * (self.spread - floor) + (missed.T / variance) @ missed
+        squares += self.weights.T @ precision @ self.weights - weights.T @ total
+        count, covariance = self.rows + len(missed), (covariance + covariance.T) / 2.0
+        spread = squares / count + floor
+        return replace(self, weights=weights, covariance=covariance, spread=spread, rows=count)
 
 
 @dataclass(frozen=True)
-class _Evidence:
-    """Sums over all runs for one size of the walk, from which weights and Sigma have closed forms.
+class _Posterior:
+    """What some rows say about the weights, for one size of the walk and the scales.
 
-    The first columns of ``cross`` and ``squares`` are for the targets, the last for the mean
-    function.
+    Attributes
+    ----------
+    features : array (N, p)
+        [K]
+    variance : array (N,)
+        Of the rows' errors, over Sigma [1].
+    prior : array (p,)
+        Variance of the weights, over Sigma [1/K^2].
+    covariance : array (p, p)
+        Of the weights given the rows, over Sigma [1/K^2].
+    determinant : float
+        Log ratio of the determinants of prior and posterior covariance.
     """
 
-    walk: float
-    share: Array
-    gram: Array
-    cross: Array
-    squares: Array
-    rows: int
+    features: Array
+    variance: Array
+    prior: Array
+    covariance: Array
     determinant: float
-    start: Array
 
     @classmethod
-    def best(
-        cls, samples: Sequence[Sample], sizes: Array, share: Array, before: _Evidence | None
-    ) -> _Evidence:
-        """Return the evidence for the walk with the largest marginal likelihood.
-
-        *before* provides scales to start from.
-        """
-        known: dict[float, _Evidence] = {}
-        start = np.zeros(1 + len(LAGS_S)) if before is None else before.log_scales
-
-        def cost(log_walk: float) -> float:
-            found = cls.of(samples, sizes, share, float(np.exp(log_walk)), start)
-            known[log_walk] = found
-            return found.cost(found.log_scales)[0]
-
-        best = minimize_scalar(cost, bounds=(-4.0, 6.0), method="bounded", options={"xatol": 0.05})
-        return known[float(best.x)]
-
-    @classmethod
-    def of(
-        cls, samples: Sequence[Sample], sizes: Array, share: Array, walk: float, start: Array
-    ) -> _Evidence:
-        """Return the sums over the whitened runs."""
-        width, columns = samples[0].features.shape[1], 2 * len(share)
-        gram, cross = np.zeros((width, width)), np.zeros((width, columns))
-        squares, determinant = np.zeros((columns, columns)), 0.0
-        for sample, size in zip(samples, sizes, strict=True):
-            features, measured, mean, more = sample.whitened(walk * size)
-            both = np.hstack([measured, mean])
-            gram += features.T @ features
-            cross += features.T @ both
-            squares += both.T @ both
-            determinant += more
-        rows = sum(len(sample.hours) for sample in samples)
-        return cls(walk, share, gram, cross, squares, rows, determinant, start)
-
-    @cached_property
-    def less_mean(self) -> Array:
-        """Matrix that subtracts the mean function's share from the targets, shape (2 m, m)."""
-        return np.vstack([np.eye(len(self.share)), -np.diag(self.share)])
-
-    def posterior(self, scale: Array) -> tuple[Array, Array, float]:
-        """Return the posterior of the weights.
-
-        Returns
-        -------
-        covariance : array (p, p)
-            Over Sigma [1/K^2].
-        weights : array (p, 2 m)
-            Of targets and mean function.
-        determinant : float
-            Log ratio of the determinants of prior and posterior covariance.
-        """
-        prior = np.sqrt(by_feature(scale, len(self.gram)))
-        inside = np.eye(len(prior)) + prior[:, None] * self.gram * prior
+    def of(cls, features: Array, variance: Array, prior: Array) -> _Posterior:
+        """Return what rows say."""
+        root = np.sqrt(prior)
+        gram = features.T @ (features / variance[:, None])
+        inside = np.eye(len(root)) + root[:, None] * gram * root
         factor = cho_factor(inside, check_finite=False)
-        inverse = cho_solve(factor, np.eye(len(prior)), check_finite=False)
-        covariance = prior[:, None] * (inverse + inverse.T) / 2.0 * prior
+        inverse = cho_solve(factor, np.eye(len(root)), check_finite=False)
+        covariance = root[:, None] * (inverse + inverse.T) / 2.0 * root
         determinant = 2.0 * float(np.log(np.diag(factor[0])).sum())
-        return covariance, covariance @ self.cross, determinant
+        return cls(features, variance, prior, covariance, determinant)
 
-    def unexplained(self, scale: Array, weights: Array) -> Array:
-        """Return the residual squares of targets and mean function, shape (2 m, 2 m).
+    def weights(self, columns: Array) -> Array:
+        """Return the weights that explain some columns, (N, c), best, shape (p, c)."""
+        return np.asarray(self.covariance @ (self.features.T @ (columns / self.variance[:, None])))
 
-        Computed at the minimum, where errors of the weights enter only squared.
-        """
-        inside = self.gram + np.diag(1.0 / by_feature(scale, len(self.gram)))
-        along = weights.T @ self.cross
-        return np.asarray(self.squares - along - along.T + weights.T @ inside @ weights)
+    def squares(self, columns: Array, weights: Array) -> Array:
+        """Return the squares of what these weights leave, and of the weights, shape (c, c)."""
+        left = columns - self.features @ weights
+        return np.asarray((left.T / self.variance) @ left + (weights.T / self.prior) @ weights)
 
-    def spread(self, scale: Array, weights: Array) -> Array:
-        """Return the most likely Sigma for these weights."""
-        found = self.less_mean.T @ self.unexplained(scale, weights) @ self.less_mean / self.rows
-        return np.asarray(found + SMALLEST_NOISE**2 * np.eye(len(found)))
 
-    def likely_share(self) -> Array:
-        """Return the mean function's most likely share of each target, shape (m,); 0 if none."""
-        scale = np.exp(self.log_scales)
-        left, count = self.unexplained(scale, self.posterior(scale)[1]), len(self.share)
-        of_mean = np.diag(left)[count:]
-        return np.clip(np.diag(left[:count, count:]) / np.where(of_mean > 0.0, of_mean, 1.0), 0, 1)
+class _Evidence:
+    """The marginal likelihood of walk and scales; weights and Sigma have closed forms.
 
-    def cost(self, log_scales: Array) -> tuple[float, Array]:
-        """Return the negative log marginal likelihood with the weak prior, and its gradient.
+    Parameters
+    ----------
+    rows : _Turned
+    sizes : array (runs,)
+        Of each run's walk over the usual [1].
+    share : array (m,)
+        Of the mean function in each target [1].
+    """
+
+    def __init__(self, rows: _Turned, sizes: Array, share: Array) -> None:
+        self._rows, self._sizes, self._share = rows, sizes, share
+        self._targets = rows.measured - share * rows.mean
+
+    def best(self, start: Array) -> Array:
+        """Return the most likely logarithms of walk and scales, shape (2 + lags,)."""
+        # To the last digits, so that the file is the same on every machine.
+        exact = {"gtol": 1e-6}
+        return np.asarray(minimize(self.cost, start, jac=True, method="BFGS", options=exact).x)
+
+    def posterior(self, logs: Array) -> _Posterior:
+        """Return what the rows say about the weights with this walk and these scales."""
+        features, variance = self._rows.features, self._rows.variance(np.exp(logs[0]), self._sizes)
+        return _Posterior.of(features, variance, by_feature(np.exp(logs[1:]), features.shape[1]))
+
+    def cost(self, logs: Array) -> tuple[float, Array]:
+        """Return the negative log marginal likelihood with weak priors, and its gradient.
 
         Sigma is profiled out.
         """
-        scale = np.exp(log_scales)
-        prior = by_feature(scale, len(self.gram))
-        covariance, told, determinant = self.posterior(scale)
-        noise, weights = np.diag(self.spread(scale, told)), told @ self.less_mean
-        size = 0.5 * (log_scales[:, None] + np.log(noise)) - np.log(USUAL_UM_PER_K)
-        fit = 0.5 * len(noise) * (determinant + self.determinant)
-        fit += 0.5 * self.rows * np.log(noise).sum()
-        cost = fit + 0.5 * np.sum((size / SPREAD_OF_USUAL) ** 2)
+        told, rows = self.posterior(logs), len(self._targets)
+        weights = told.weights(self._targets)
+        noise = np.diag(self._spread(told, weights))
+        size = 0.5 * (logs[1:, None] + np.log(noise)) - np.log(USUAL_UM_PER_K)
+        fit = 0.5 * len(noise) * (told.determinant + float(np.log(told.variance).sum()))
+        fit += 0.5 * rows * np.log(noise).sum()
+        far = (logs[0] - np.log(USUAL_WALK)) / SPREAD_OF_WALK
+        cost = fit + 0.5 * np.sum((size / SPREAD_OF_USUAL) ** 2) + 0.5 * far**2
         pulls = size / SPREAD_OF_USUAL**2
-        determined = len(noise) * (1.0 - np.diag(covariance) / prior)
-        by_noise = 0.5 * self.rows + 0.5 * pulls.sum(axis=0)
-        explained = (weights**2 / prior[:, None]) @ (by_noise / (self.rows * noise))
-        by_weight = 0.5 * determined - explained
-        gradient = by_weight.reshape(len(log_scales), -1).sum(axis=1) + 0.5 * pulls.sum(axis=1)
-        return float(cost), np.asarray(gradient)
+        by_square = 0.5 * (rows + pulls.sum(axis=0)) / (rows * noise)
+        determined = 0.5 * len(noise) * (1.0 - np.diag(told.covariance) / told.prior)
+        by_weight = determined - (weights**2 / told.prior[:, None]) @ by_square
+        by_scale = by_weight.reshape(len(logs) - 1, -1).sum(axis=1) + 0.5 * pulls.sum(axis=1)
+        left = self._targets - told.features @ weights
+        novelty = np.sum((told.features @ told.covariance) * told.features, axis=1)
+        by_variance = 0.5 * len(noise) * (told.variance - novelty) - left**2 @ by_square
+        by_walk = 2.0 * float((1.0 - 1.0 / told.variance) @ (by_variance / told.variance))
+        by_walk += far / SPREAD_OF_WALK
+        return float(cost), np.append(by_walk, by_scale)
 
-    @cached_property
-    def log_scales(self) -> Array:
-        """The most likely prior variances of the weights."""
-        bounds = [(-14.0, 18.0)] * len(self.start)
-        # To the last digits, so that the file is the same on every machine.
-        exact = {"ftol": 0.0, "gtol": 1e-8}
-        found = minimize(
-            self.cost, self.start, jac=True, method="L-BFGS-B", bounds=bounds, options=exact
+    def _spread(self, told: _Posterior, weights: Array) -> Array:
+        """Return the most likely Sigma for these weights."""
+        found = told.squares(self._targets, weights) / len(self._targets)
+        return np.asarray(found + SMALLEST_NOISE**2 * np.eye(len(found)))
+
+    def likely_share(self, logs: Array) -> Array:
+        """Return the mean function's most likely share of each target, shape (m,); 0 if none."""
+        both, told = np.hstack([self._rows.measured, self._rows.mean]), self.posterior(logs)
+        left, count = told.squares(both, told.weights(both)), len(self._share)
+        of_mean = np.diag(left)[count:]
+        return np.clip(np.diag(left[:count, count:]) / np.where(of_mean > 0.0, of_mean, 1.0), 0, 1)
+
+    def model(self, logs: Array) -> Gaussian:
+        """Return the model with this walk and these scales."""
+        told, (walk, *scale) = self.posterior(logs), np.exp(logs)
+        weights = told.weights(self._targets)
+        spread, rows = self._spread(told, weights), float(len(self._targets))
+        return Gaussian(
+            weights, told.covariance, np.array(scale), float(walk), spread, rows, self._share
         )
-        return np.asarray(found.x)
-
-    def model(self) -> Gaussian:
-        """Return the model at its most likely scales."""
-        scale = np.exp(self.log_scales)
-        covariance, told, _ = self.posterior(scale)
-        weights, spread, rows = told @ self.less_mean, self.spread(scale, told), float(self.rows)
-        return Gaussian(weights, covariance, scale, self.walk, spread, rows, self.share)
 
 
 def by_feature(scale: Array, features: int) -> Array:

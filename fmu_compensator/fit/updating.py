@@ -25,8 +25,10 @@ from measurement.errors import BadInput
 from measurement.faults import cleaned, find_faults, looked_over
 from measurement.rig import Rig, rig_from_table
 from measurement.runs import Run
+from measurement.workers import one_thread
 
 
+@one_thread()
 def update_compensator(
     model: Model, runs: Sequence[Run], *, created: str | None = None
 ) -> tuple[dict[str, Any], list[RunLeft]]:
@@ -272,7 +274,7 @@ def _together(
         a or b
         if a is None or b is None
         else [a[0] if name == "duration" else min(a[0], b[0]), max(a[1], b[1])]
-        for (name, _), a, b in zip(NAMES, old, new, strict=False)
+        for (name, _), a, b in zip(NAMES, old, new, strict=True)
     ]
 
 

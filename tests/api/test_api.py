@@ -102,7 +102,6 @@ def test_frames_paths_and_runs_are_taken_alike(runs, tmp_path):
     assert frame.items() <= found[0].items()
 
 
-@pytest.mark.usefixtures("exact_fits")
 def test_what_is_fitted_is_what_the_command_fits(runs, tmp_path):
     paths = [str(write_run(run, tmp_path / f"{run.name}.csv")) for run in runs]
     out = tmp_path / "c.json"

@@ -65,13 +65,18 @@ class Dense:
         prior = float(features @ (self.scale * features)) + self.walk**2 * hour + leap
         return mean, variance + prior + 1.0
 
+    @property
+    def noise(self) -> Array:
+        """The most likely variance of each target's noise."""
+        targets = np.array(self.targets)
+        squares = np.einsum("ij,ij->j", targets, np.linalg.solve(self.covariance, targets))
+        return np.asarray(squares / len(targets))
+
     def cost(self) -> float:
         """Return minus the log likelihood at the most likely sizes of the targets' noise."""
-        covariance, targets = self.covariance, np.array(self.targets)
-        squares = np.einsum("ij,ij->j", targets, np.linalg.solve(covariance, targets))
-        size = np.log(squares / len(targets))
-        determinant = np.linalg.slogdet(covariance)[1]
-        return float(0.5 * (targets.shape[1] * determinant + len(targets) * size.sum()))
+        determinant = np.linalg.slogdet(self.covariance)[1]
+        fit = len(self.targets) * np.log(self.noise).sum()
+        return float(0.5 * (len(self.noise) * determinant + fit))
 
 
 LAGS_S = (900.0, 3600.0, 14400.0)

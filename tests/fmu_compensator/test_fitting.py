@@ -290,7 +290,6 @@ def test_a_displacement_that_stands_in_every_run_is_named(model):
     assert "S5_um reads exactly 3.25 um in every row" in said
 
 
-@pytest.mark.usefixtures("exact_fits")
 def test_processes_side_by_side_give_the_same_file_and_the_same_refusal():
     short = [make_run(name, seed, hours=1.0) for seed, name in enumerate("abc")]
     one, two = (

@@ -58,14 +58,14 @@ def test_the_scales_are_the_likeliest():
     model = known()
 
     def cost(scale: Array, walk: float) -> float:
-        # The weak prior: a weight is 1.5 um/K, give or take a factor of e.
-        usual = 0.5 * np.log(np.outer(scale, np.diag(model.spread))) - np.log(1.5)
         dense = Dense.of(by_feature(scale, WIDTH), walk, SAMPLES)
-        return dense.cost() + 0.5 * float(np.sum(usual**2))
+        # Weak priors: a weight is 1.5 um/K, give or take a factor of e, and the walk e squared.
+        usual = 0.5 * np.log(np.outer(scale, dense.noise)) - np.log(1.5)
+        return dense.cost() + 0.5 * float(np.sum(usual**2) + (np.log(walk) / 2.0) ** 2)
 
     best = cost(model.scale, model.walk)
     for group in np.eye(len(model.scale)):
-        for scale, walk in ((2.0, 1.0), (0.5, 1.0), (1.0, 1.5), (1.0, 1 / 1.5)):
+        for scale, walk in ((1.2, 1.0), (1 / 1.2, 1.0), (1.0, 1.05), (1.0, 1 / 1.05)):
             assert cost(scale**group * model.scale, walk * model.walk) > best
 
 
@@ -118,8 +118,11 @@ def test_an_update_sizes_a_walk_by_what_it_has_learnt_as_a_fit_does():
     inside = np.linalg.inv(model.covariance)
     total = inside @ model.weights
     for one in FURTHER:
-        features, measured, _, _ = one.whitened(model.walk * after.size_of(one))
-        inside, total = inside + features.T @ features, total + features.T @ measured
+        covariance = np.eye(len(one.hours)) + (model.walk * after.size_of(one)) ** 2 * (
+            np.minimum.outer(one.hours, one.hours)
+        )
+        weighted = np.linalg.solve(covariance, one.features).T
+        inside, total = inside + weighted @ one.features, total + weighted @ one.targets
     assert after.weights == pytest.approx(np.linalg.solve(inside, total), abs=1e-4)
 
 

@@ -17,7 +17,7 @@ from tests.refusing import refusal
 FREE = ("provenance.options", "provenance.figures")  # any table of JSON values may stand there
 FIGURES = {
     "training": {"X": {"model": 1.0, "no_model": 2.0}},
-    "conditions": [[20.0, 22.0], None],
+    "conditions": [[20.0, 22.0], [0.5, 6.0], None, [2.0, 8.0]],
     "unseen": {
         "like": {"X": {"model": 1.0, "no_model": 2.0, "expected": 1.0, "inside": 0.9}},
         "like_behind": 3,
@@ -89,6 +89,7 @@ def test_every_field_is_needed(five_point_table, direct_table):
         ("unseen", "by_run", 0, "miss"),
         ("unseen", "by_run", 0, "miss", 2),
         ("conditions", 0),
+        ("conditions",),
     ],
 )
 def test_figures_that_cannot_be_continued_from_are_refused(five_point_table, path):
