@@ -38,12 +38,14 @@ def run_in(folder: Path, *argv: str) -> str:
     return python(*argv, folder=folder, path=str(folder))
 
 
+@pytest.mark.long
 def test_an_error_model(copied):
     fit = ["fit", "run0.csv", "run1.csv", "--model", "mean", "--points", "T1,T2", "-o", "mean.json"]
     run_in(copied, "-m", "scenarios.cli", *fit)
     assert json.loads((copied / "mean.json").read_text())["error_model"]["kind"] == "mean"
 
 
+@pytest.mark.long
 def test_a_check_for_broken_sensors(copied):
     shown = run_in(copied, "-m", "scenarios.cli", "summary", "run0.csv", "run1.csv", "run2.csv")
     assert "run2, T3_degC, 0 to 39 min: moves by 2.9 K from one reading to the next" in shown
@@ -64,6 +66,7 @@ at_work.close()
 """
 
 
+@pytest.mark.long
 def test_a_protocol_of_the_gateway(copied):
     assert "--udp PORT" in run_in(copied, "-m", "scenarios.cli", "gateway", "--help")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as control:
@@ -73,6 +76,7 @@ def test_a_protocol_of_the_gateway(copied):
         assert control.recv(200) == b"dX=1.5000 dZ=-2.2500"
 
 
+@pytest.mark.long
 def test_a_report(copied):
     command = ["warmth", "run0.csv", "run1.csv", "-o", "warmth.html"]
     run_in(copied, "-m", "scenarios.cli", *command)

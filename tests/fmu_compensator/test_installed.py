@@ -10,7 +10,6 @@ from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.gaussian import Gaussian
 from fmu_compensator.fit.installed import COVERAGE, DEVIATIONS, Installed
-from fmu_compensator.fit.recipe import Recipe
 from fmu_compensator.runtime.compensator import RunningCompensator
 from fmu_compensator.runtime.modelfile import parse_model
 from measurement.errors import BadInput
@@ -34,18 +33,32 @@ NEW = direct("new", 17)
 
 
 @cache
+def installed(kind: str, form: str = "") -> tuple[dict[str, Any], Installed]:
+    """Return a compensator with few limits, which is not judged, and what it was made from."""
+    fit, made = Installed.fit, []
+
+    def kept(*given: Any) -> Installed:
+        made.append(fit(*given))
+        return made[-1]
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(Installed, "fit", kept)
+        table = fit_compensator(
+            RUNS,
+            DIRECT_RIG,
+            kind,
+            points="T1,T4",
+            input_form=form or None,
+            limits=FREE,
+            judge=False,
+            **QUICK.get(kind, {}),
+        )
+    return table, made[-1]
+
+
 def fitted(kind: str, form: str = "") -> dict[str, Any]:
     """Return a compensator with few limits, which is not judged."""
-    return fit_compensator(
-        RUNS,
-        DIRECT_RIG,
-        kind,
-        points="T1,T4",
-        input_form=form or None,
-        limits=FREE,
-        judge=False,
-        **QUICK.get(kind, {}),
-    )
+    return installed(kind, form)[0]
 
 
 @pytest.mark.parametrize(
@@ -53,10 +66,8 @@ def fitted(kind: str, form: str = "") -> dict[str, Any]:
     [*((kind, "") for kind in KINDS), ("gaussian", "absolute"), ("gaussian", "level")],
 )
 def test_the_file_does_what_was_fitted(kind, form):
-    table = fitted(kind, form)
-    recipe = Recipe(kind, "T1,T4", form, {}, QUICK.get(kind, {}))
-    prepared = prepare(RUNS, DIRECT_RIG, recipe.input_form)
-    twin = Installed.fit(recipe, prepared, prepared.runs)
+    table, twin = installed(kind, form)
+    recipe = twin.recipe
     [unseen] = prepare([NEW], DIRECT_RIG, recipe.input_form, sensors=SENSORS).runs
     rows, values, width, _ = twin.predict(unseen)
     assert rows.time_s == pytest.approx(NEW.time_s)

@@ -7,6 +7,7 @@ from tests.fmu_packaging.conftest import KINDS, sources
 from tests.running import output_of
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("version", [2, pytest.param(3, marks=pytest.mark.long)])
 def test_two_fmus_link_into_one_program(version, compiler, tmp_path):
     for kind in KINDS:

@@ -74,6 +74,7 @@ size_t memory_most(void) { return taken; }
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_same_numbers_without_a_heap(kind, c_compiler, tmp_path):
     texts = {**sources(kind, 2), HOST.name: HOST.read_text(), MEASURE.name: MEASURE.read_text()}

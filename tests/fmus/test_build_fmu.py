@@ -16,6 +16,7 @@ from tests.fmus.models import five_point_text
 from tests.running import output_of
 
 
+@pytest.mark.long
 def test_a_build_in_another_process_gives_the_same_bytes(shipped, tmp_path):
     command = (sys.executable, build_fmu.__file__, "--out", tmp_path)
     output_of(*command, folder=tmp_path, PYTHONHASHSEED="7", TZ="Asia/Tokyo")

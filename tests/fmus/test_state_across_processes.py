@@ -54,6 +54,7 @@ show(steps(HALF, 2 * HALF))
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("role", ["plant", "compensator"])
 @pytest.mark.parametrize(
     ("folder", "form"),

@@ -29,6 +29,7 @@ def test_clean_runs_stay_as_they_are(jig_borer_lumps, every_s):
     assert all(after is before for after, before in zip(left, runs, strict=True))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("key", "values"),
     [

@@ -65,6 +65,7 @@ def test_the_measured_part_switches_and_not_the_modelled_one(jig_borer_lumps, ob
     assert as_seen < with_it
 
 
+@pytest.mark.long
 def test_it_is_tried_on_its_parts(jig_borer_lumps, observed):
     effect = catalogue()["coolant_thermostat"]
     tried = [one for one in candidates(jig_borer_lumps, observed, effect) if one.seen]

@@ -113,6 +113,7 @@ def test_a_renamed_log_is_begun_anew(tmp_path, told):
     assert (numbers(away), numbers(path)) == ([1], [2])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_a_large_log_is_turned_over(tmp_path, ending, monkeypatch):
     monkeypatch.setattr(framelog, "LOOK_S", 0.0)

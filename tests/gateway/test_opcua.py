@@ -244,6 +244,7 @@ def test_a_gateway_that_stands_still_is_told_from_one_that_has_nothing_new(datab
         until(lambda: asyncio.run(validity(Client(url))) is None)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="needs signals")
 def test_a_server_that_hangs_keeps_nobody_waiting(database, quick_fmu):
     with told_hall(database, quick_fmu) as hall:

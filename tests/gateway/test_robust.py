@@ -48,6 +48,7 @@ def test_a_gateway_that_was_stopped_answers_nothing_old_as_valid(
     assert gateway.stop() == 0, gateway.text()
 
 
+@pytest.mark.long
 def test_a_full_disk_and_a_hangup_do_not_stop_it_and_its_end_is_told(
     shared_wire, database, arguments, tmp_path, start
 ):

@@ -9,6 +9,7 @@ from tests.native.made import made_model
 from tests.plant_model.native.test_fuzz import fuzz
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("calls", [6_000, pytest.param(60_000, marks=pytest.mark.long)])
 @pytest.mark.parametrize(("kind", "seed"), [("vac", 0), ("thermal_states", 6)])
 def test_fuzzed_calls_are_clean(kind, seed, calls, compiler, tmp_path):

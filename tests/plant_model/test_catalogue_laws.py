@@ -221,6 +221,7 @@ def test_cooling_that_rests_for_good_is_a_flow_that_stops(jig_borer_lumps):
     assert 0.1 < cool[jacket] - plain[jacket] < 0.5
 
 
+@pytest.mark.long
 def test_coolant_degradation_ends_as_a_machine_of_less_flow_and_weaker_walls(jig_borer_lumps):
     inputs = steady(9000.0, 20.0)
     less = {

@@ -126,6 +126,7 @@ def through(
     return side_by_side(network, [track], tolerance)[0][0]
 
 
+@pytest.mark.long
 def test_convergence_order_is_three(jig_borer_lumps):
     machine = with_effects(jig_borer_lumps, "viscosity_temperature")
     values = Values(machine.parameters)

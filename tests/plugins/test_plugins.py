@@ -98,6 +98,7 @@ print(list(log.runs[0].frame), log.runs[0].frame.iloc[0].tolist())
 """
 
 
+@pytest.mark.long
 def test_an_effect_is_simulated_and_offered_to_the_gap_finder_and_a_log_is_read(
     site, machine, tmp_path
 ):

@@ -53,6 +53,7 @@ def test_every_scenario_keeps_to_what_its_machine_is_meant_for(name):
             assert fault.start_s < case.settings.duration_s
 
 
+@pytest.mark.long
 def test_the_main_scenario_shows_what_it_is_for(shipped_in_c, tmp_path):
     scenario = read_scenario("step_speed", [("step_s", 5)])
     table, groups, _ = run_scenario(scenario, tmp_path / "out", shipped_in_c, quiet=True)
@@ -70,6 +71,7 @@ def test_the_main_scenario_shows_what_it_is_for(shipped_in_c, tmp_path):
     assert {row["name"] for group in table["table"] for row in group["rows"]} >= {"long_tool"}
 
 
+@pytest.mark.long
 def test_missing_fmus_are_built(shipped_in_c, tmp_path, monkeypatch, capsys):
     def build(arguments: list[str]) -> int:  # as it does, but for the time that it takes
         _, kind, _, out = arguments
@@ -102,6 +104,7 @@ def test_a_compensator_that_needs_what_nobody_gives_is_refused(shipped, simulate
         simulated(compensator=shipped / "compensator.fmu")
 
 
+@pytest.mark.long
 def test_a_machine_file_is_built_into_a_plant(shipped, tmp_path):
     import plant_model
 

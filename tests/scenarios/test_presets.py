@@ -52,6 +52,7 @@ def test_points_as_a_study_has_them_keep_the_air_and_say_what_the_api_says(runs,
     assert len(named.combinations) == 3
 
 
+@pytest.mark.long
 def test_the_time_series_study_says_order_tests_and_correlations(fitted, tmp_path):
     figures = ["--out", str(tmp_path / "figures")]
     table, text = fitted("--as", "TS", "--option", "order=1", *figures)
@@ -64,6 +65,7 @@ def test_the_time_series_study_says_order_tests_and_correlations(fitted, tmp_pat
     assert (tmp_path / "figures" / "correlations.png").stat().st_size > 10_000
 
 
+@pytest.mark.long
 def test_the_hybrid_study_says_weights_and_what_its_parts_found(fitted):
     _, text = fitted("--as", "VAC", "--points", "T1,T4")
     tau = time_constant(**EQUATION_8)
@@ -131,6 +133,7 @@ def lathe_runs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     return written(tmp_path_factory.mktemp("lathe"), *made)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("study", ["GA", "TS"])
 def test_a_study_scores_by_what_grows_along_the_spindle_where_there_is_no_tilt(
     lathe_runs, fitted, study

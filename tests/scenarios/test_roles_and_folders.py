@@ -94,6 +94,7 @@ def test_a_folder_that_an_fmu_cannot_read_from_a_uri_is_refused(tiny_plant, temp
     assert list(folder.iterdir()) == []
 
 
+@pytest.mark.long
 def test_a_run_that_is_terminated_leaves_nothing_unpacked(
     tiny_scenario, tiny_folder, tmp_path, temporary
 ):

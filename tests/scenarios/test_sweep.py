@@ -86,6 +86,7 @@ def test_the_table_holds_what_the_plant_does(sweep, tmp_path):
     assert found["files"] == ["sweep.csv", "sweep.parquet", "percentiles.csv", "percentiles.png"]
 
 
+@pytest.mark.long
 def test_any_number_of_workers_gives_the_same_files(sweep, tmp_path):
     for workers in (1, 2):
         sweep(str(workers), "gain=1e-3..2e-3", "tool_length=1,2", workers=workers, repeat=3)

@@ -9,8 +9,9 @@ from scipy.signal import lfilter
 from statsmodels.tsa.arima.model import ARIMA
 from statsmodels.tsa.statespace.mlemodel import MLEModel
 
+from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.error_models.mlr import MultipleLinearRegression
-from fmu_compensator.fit.fitting import fit_compensator
+from fmu_compensator.fit.recipe import Recipe
 from fmu_compensator.fit.training import TrainingRun
 from measurement.errors import BadInput
 from studies.fit.arma import AutoregressiveMovingAverage
@@ -155,10 +156,12 @@ def test_arma_differences_once_and_finds_the_coefficient():
 
 
 def test_a_run_that_is_sampled_too_coarsely_for_arma_is_named():
-    runs = [make_run(name, seed, step_s=60.0) for seed, name in enumerate("ab")]
-    runs.append(make_run("coarse", 2, step_s=600.0))
-    table = fit_compensator(runs, RIG, "arma", judge=False, points="T1,T4", order=1)
-    notes = [note for note in table["provenance"]["notes"] if "time series" in note]
+    runs = [make_run(name, seed, hours=1.5, step_s=60.0) for seed, name in enumerate("ab")]
+    runs.append(make_run("coarse", 2, hours=1.5, step_s=600.0))
+    recipe = Recipe("arma", "T1,T4", "rise", {}, {"order": 1})
+    prepared = prepare(runs, RIG, "rise")
+    chosen, _ = recipe.choose(prepared, prepared.runs)
+    notes = list(recipe.fit(prepared, prepared.runs, chosen).notes)
     assert notes == [
         "coarse is left out of the time series: no 10 rows in it follow each other within 180 s"
     ]

@@ -57,6 +57,7 @@ def test_viscosities_of_charts():
     assert viscosity(32, 100.0, 140.0) > viscosity(32, 100.0, 95.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("percent", [0, 25, 30, 60])
 def test_coolants_are_those_of_coolprop(percent):
     from CoolProp.CoolProp import PropsSI  # takes seconds, which no other process has to wait

@@ -86,6 +86,7 @@ show([max(apart.values()), float(np.ptp(one["drift_Z"])), float(other["offset_X"
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "fmi"), PAIRS)
 def test_a_solver_gives_the_numbers_of_the_co_simulation(name, fmi, fmu_of):
     path = fmu_of(machine_of(name), fmi)

@@ -148,6 +148,7 @@ show(said)
     assert apart(RUN + code, both.native, both.python) == [3, 3, 3, 2, 4, 2]
 
 
+@pytest.mark.long
 def test_fmi3_gives_the_same_numbers(shipped_in_c, shipped_in_fmi3):
     assert validate_fmu(str(shipped_in_fmi3 / "plant_native_fmi3.fmu")) == []
     one, other = (

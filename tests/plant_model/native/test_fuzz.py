@@ -23,6 +23,7 @@ HERE = Path(__file__).resolve().parent
 SANITIZED = ("-g", "-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("whole", [True, False])
 @pytest.mark.parametrize(
     ("calls", "machine"),

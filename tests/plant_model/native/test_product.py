@@ -36,6 +36,7 @@ def any_graph(rng: np.random.Generator) -> tuple[int, set[Place]]:
     return nodes, edges | {(min(pair), max(pair)) for pair in pairs if pair[0] != pair[1]}
 
 
+@pytest.mark.long
 def test_a_product_is_that_of_the_matrix(compiler, tmp_path):
     rng = np.random.default_rng(7)
     graphs = [any_graph(rng) for _ in range(24)]
