@@ -174,6 +174,8 @@ def protection_of(message: Message, form: FrameMap) -> Protection:
     for what, signal in (("check", check), ("counter", counter)):
         if signal and signal not in places:
             raise BadInput(what, "", f"there is no signal {signal}")
+    if counter and counter == check:
+        raise BadInput("counter", "", f"{counter} is already the check value")
     if name == PROFILE_1:
         if [(places[n].start, places[n].length) for n in (check, counter)] != [(0, 8), (8, 4)]:
             raise BadInput(PROFILE_1, "", "needs its CRC in byte 0 and counter in bits 8 to 11")

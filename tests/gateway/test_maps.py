@@ -265,6 +265,12 @@ WRONG = [
     ),
     (
         'SPN_STATUS = { protection = "none"',
+        'SPN_STATUS = { protection = "crc8_autosar", check = "SpnLoad", counter = "SpnLoad", '
+        "counter_values = 4",
+        "frames.SPN_STATUS: counter: SpnLoad is already the check value",
+    ),
+    (
+        'SPN_STATUS = { protection = "none"',
         'SPN_STATUS = { protection = "counter", counter = "SpnLoad", counter_values = 65536',
         "frames.SPN_STATUS: counter_values: 65536 do not fit into SpnLoad",
     ),
