@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 
@@ -171,11 +172,7 @@ def protection_of(message: Message, form: FrameMap) -> Protection:
     if name == PROFILE_1:
         counter = counter or "counter"
     check = form.check if name in CHECKS else ""
-    for what, signal in (("check", check), ("counter", counter)):
-        if signal and signal not in places:
-            raise BadInput(what, "", f"there is no signal {signal}")
-    if counter and counter == check:
-        raise BadInput("counter", "", f"{counter} is already the check value")
+    _need_two(places, check, counter)
     if name == PROFILE_1:
         if [(places[n].start, places[n].length) for n in (check, counter)] != [(0, 8), (8, 4)]:
             raise BadInput(PROFILE_1, "", "needs its CRC in byte 0 and counter in bits 8 to 11")
@@ -194,6 +191,15 @@ def protection_of(message: Message, form: FrameMap) -> Protection:
     assert not isinstance(data_id, int)
     at = places[check].start // 8
     return Protection(name, counter, counters, check, at, big, bytes(data_id or ()))
+
+
+def _need_two(places: Mapping[str, CanSignal], check: str, counter: str) -> None:
+    """Refuse names of check value and counter, if given, that are not those of two signals."""
+    for what, signal in (("check", check), ("counter", counter)):
+        if signal and signal not in places:
+            raise BadInput(what, "", f"there is no signal {signal}")
+    if counter and counter == check:
+        raise BadInput("counter", "", f"{counter} is already the check value")
 
 
 def _page(signal: CanSignal) -> int | None:
