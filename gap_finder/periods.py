@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
-from scipy.signal import find_peaks
 
 from gap_finder.keys import unused_with
 from gap_finder.linearise import modelled, simulate_at
@@ -52,6 +51,8 @@ def likely_periods(
     The power at a period is that of the best sine and cosine for each run and channel separately
     (Lomb's periodogram), summed over all.
     """
+    from scipy.signal import find_peaks  # only here: it takes as long to load as all else
+
     longest = max(run.time_s[-1] - run.time_s[0] for run in observed)
     # Two periods that differ by this much are a quarter of a cycle apart at the end of a run.
     step = 1.0 + low * 60.0 / (4.0 * longest)

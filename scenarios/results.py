@@ -22,7 +22,6 @@ from measurement.errors import BadInput
 from measurement.files import FULL
 from measurement.runs import write_run
 from scenarios.charts import Chart
-from scenarios.figures import draw
 from scenarios.outputs import RESULTS, TABLE, is_replaceable, made_by
 from scenarios.outputs import check_folder as check_folder
 from scenarios.recording import Event, Recording
@@ -232,6 +231,8 @@ def write_report(
     dict
         The content of ``table.json``.
     """
+    from scenarios.figures import draw  # only here: it loads Matplotlib
+
     for chart in charts:
         draw(chart, folder)
     write_page(

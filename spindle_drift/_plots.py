@@ -12,8 +12,6 @@ from measurement.iso230 import summarise
 from measurement.rig import AXES
 from measurement.runs import Run
 from scenarios.charts import BEFORE, LINES, MANY, Chart, Line, Panel
-from scenarios.figures import draw_on
-from scenarios.run_figure import draw_overview
 from scenarios.views import before_and_after
 
 if TYPE_CHECKING:
@@ -49,6 +47,8 @@ def plot_run(run: Run) -> Figure:
     """Return a run's temperatures, displacements and speed."""
     from matplotlib import pyplot
 
+    from scenarios.run_figure import draw_overview
+
     return draw_overview(run, summarise(run), figure=pyplot.figure())
 
 
@@ -83,5 +83,7 @@ def _of(frame: pd.DataFrame, column: str) -> np.ndarray:
 def _drawn(chart: Chart) -> Figure:
     """Return a pyplot figure, which a notebook or ``pyplot.show()`` displays."""
     from matplotlib import pyplot
+
+    from scenarios.figures import draw_on
 
     return draw_on(chart, pyplot.figure())

@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from fmu_compensator.fit.conditions import FOLDS
 from fmu_compensator.fit.data import Prepared, PreparedRun, first_valid
@@ -30,7 +30,7 @@ from fmu_compensator.runtime.gaussian import OF_FIXED, OF_START
 
 COVERAGE = 0.9
 """Share of unseen drift that an interval should contain [1]: a usual level, set on no data."""
-DEVIATIONS = float(student.ppf(0.5 + COVERAGE / 2.0, DEGREES))
+DEVIATIONS = float(stdtrit(DEGREES, 0.5 + COVERAGE / 2.0))
 """Half width of the interval in standard deviations [1]."""
 RMS_OF_HALF_WIDTH = math.sqrt(DEGREES / (DEGREES - 2.0)) / DEVIATIONS
 """Root mean square of the remaining drift that an interval expects, over its half width [1]."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
-from scipy.stats import t as student
+from scipy.special import stdtr, stdtrit
 
 from measurement.resampling import WRONG
 
@@ -24,7 +24,7 @@ def upper_bound(values: Sequence[float]) -> float:
     if len(logs) < 2:
         return float("inf")
     mean, spread = _predictive(logs)
-    beyond = float(student.ppf(1.0 - WRONG, len(logs) - 1)) * spread
+    beyond = float(stdtrit(len(logs) - 1, 1.0 - WRONG)) * spread
     return float(np.exp(max(mean + beyond, logs.max())))
 
 
@@ -44,7 +44,7 @@ def chance_of(figure: float, values: Sequence[float]) -> float:
     if len(logs) < 2 or not figure > 0.0:
         return 1.0
     mean, spread = _predictive(logs)
-    return float(student.sf((np.log(figure) - mean) / max(spread, 1e-12), len(logs) - 1))
+    return float(stdtr(len(logs) - 1, (mean - np.log(figure)) / max(spread, 1e-12)))
 
 
 def _logs(values: Sequence[float]) -> npt.NDArray[np.float64]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from fmu_compensator.driving import Driven
 from fmu_compensator.fit.installed import COVERAGE
@@ -91,6 +91,6 @@ def gain_of(axis: str, runs: Sequence[AxisError]) -> Gain | None:
     if len(gains) < 2:
         return None
     spread = float(gains.std(ddof=1)) / np.sqrt(len(gains))
-    half = float(student.ppf(0.5 + COVERAGE / 2.0, len(gains) - 1)) * spread
+    half = float(stdtrit(len(gains) - 1, 0.5 + COVERAGE / 2.0)) * spread
     mean = float(gains.mean())
     return Gain(axis, mean, mean - half, mean + half)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from math import nan
 
 import numpy as np
-from scipy.stats import binom
+from scipy.special import bdtrc
 
 from fmu_compensator.driving import Driven, drive, learnt_as
 from fmu_compensator.fit.run_conditions import Condition, conditions_of
@@ -342,4 +342,4 @@ def _chance_of_worst(unusual: Sequence[RunReport], runs: int) -> float:
 def _chance(unusual: int, runs: int) -> float:
     """Return the probability that *unusual* of *runs* runs, or more, are unusual by chance [1]."""
     # Up to three axes are checked in each run.
-    return float(binom.sf(unusual - 1, runs, len(AXES) * WRONG))
+    return float(bdtrc(unusual - 1, runs, len(AXES) * WRONG))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from fmu_compensator.fit.data import bridged
 from fmu_compensator.fit.gaussian import DEGREES, MOST_ROWS
@@ -83,7 +83,7 @@ class Agreement:
         known = np.linalg.inv(covariance[np.ix_(places, places)])
         own = np.diag(known)
         off = np.quantile(np.abs(rises[:, places] @ known / own), 1.0 - WORTH_SHARE, axis=0)
-        far = float(student.ppf(1.0 - WRONG / (2.0 * len(places)), DEGREES))
+        far = float(stdtrit(DEGREES, 1.0 - WRONG / (2.0 * len(places))))
         return off, np.maximum(far * np.sqrt(self._growth[places] / own), SMALLEST_K)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from measurement.faults.series import valid
 from measurement.resampling import FINEST_K, LAG_S, SLOW_S, WRONG
@@ -72,7 +72,7 @@ class Witnesses:
             return 0.0
         weights, error = _learnt(x, y)
         moved = float(np.ptp(np.r_[0.0, np.cumsum(wanted @ weights)]))
-        sure = float(norm.isf(WRONG / 2.0)) * error * np.sqrt(len(wanted))
+        sure = float(-ndtri(WRONG / 2.0)) * error * np.sqrt(len(wanted))
         return moved if moved >= sure else 0.0
 
 

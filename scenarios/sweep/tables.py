@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from fmu_compensator.fit.installed import COVERAGE
 from fmu_packaging.reference import DECIMALS
@@ -162,7 +162,7 @@ def _correlations(rows: pd.DataFrame, labels: Mapping[str, bool]) -> dict[str, f
     their draws, so a drawn number has as many independent cases as repeats.
     """
     left = rows["after_mean_um"]
-    chance = float(norm.isf(WRONG / 2.0 / max(len(labels), 1)))
+    chance = float(-ndtri(WRONG / 2.0 / max(len(labels), 1)))
     found = {}
     for label, drawn in labels.items():
         column = rows[label]

@@ -19,7 +19,6 @@ from scenarios.arguments import (
     tell,
 )
 from scenarios.assignments import options_of
-from scenarios.fit_figures import draw_fit
 from scenarios.fit_text import bar, report
 from scenarios.grey_options import add_choice_options, choice_options
 from scenarios.outputs import COMPENSATOR_FILE, FOLDER
@@ -93,6 +92,8 @@ def run(args: argparse.Namespace) -> int:
     path, table = compensator.save(args.output), compensator.model.table
     wrote = []
     if args.out is not None:
+        from scenarios.fit_figures import draw_fit  # only here: it loads Matplotlib
+
         drawn = draw_fit(table["provenance"]["figures"]["fit"], args.out)
         wrote = [f"wrote {name}" for name in drawn] or [f"nothing to draw: {NO_FIGURE}"]
     rig = table["provenance"]["rig"]
