@@ -14,9 +14,8 @@ are independent Gaussians, and the runs determine how much of the drift is delay
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,9 +36,9 @@ are too wide, at 4 those of three splits of the lathe are too narrow."""
 USUAL_UM_PER_K, SPREAD_OF_USUAL = 1.5, 1.0
 """A weight's usual size, and the standard deviation of its logarithm [um/K, 1]: an elongation is
 alpha times a length, 1 to 5 um/K. Wide enough that the runs decide; set on no data."""
-USUAL_WALK, SPREAD_OF_WALK = 1.0, 2.0
-"""The random walk's usual standard deviation over an hour, in units of the noise, and the standard
-deviation of its logarithm [1/sqrt(h), 1]. Wide enough that the runs decide; set on no data."""
+SPREAD_OF_WALK = 2.0
+"""Standard deviation of the logarithm of the random walk's size over an hour in units of the noise,
+about 0 [1]. Wide enough that the runs decide; set on no data."""
 SMALLEST_NOISE = 0.02
 """Lower limit of the noise of a displacement [um, urad]: set on no data."""
 MOST_ROWS = 48
@@ -76,16 +75,6 @@ class Sample:
     targets: Array
     mean: Array
 
-    @cached_property
-    def growth(self) -> tuple[Array, Array]:
-        """Return the walk's variances in its independent directions in time, and these.
-
-        Arrays, shapes (n,) and (n, n): eigenvalues and eigenvectors of the covariance of a walk
-        with unit variance per hour [h].
-        """
-        values, directions = np.linalg.eigh(np.minimum.outer(self.hours, self.hours))
-        return np.maximum(values, 0.0), directions
-
 
 @dataclass(frozen=True)
 class _Turned:
@@ -111,18 +100,14 @@ class _Turned:
     @classmethod
     def of(cls, samples: Sequence[Sample]) -> _Turned:
         """Turn the rows of some runs."""
-        growths, turns = zip(*(sample.growth for sample in samples), strict=True)
-
-        def turned(parts: Iterable[Array]) -> Array:
-            return np.vstack([turn.T @ part for turn, part in zip(turns, parts, strict=True)])
-
-        return cls(
-            turned(sample.features for sample in samples),
-            turned(sample.targets for sample in samples),
-            turned(sample.mean for sample in samples),
-            np.concatenate(growths),
-            tuple(map(len, growths)),
-        )
+        parts = []
+        for sample in samples:
+            # The independent directions of a walk with unit variance per hour.
+            growth, turn = np.linalg.eigh(np.minimum.outer(sample.hours, sample.hours))
+            three = (turn.T @ part for part in (sample.features, sample.targets, sample.mean))
+            parts.append((*three, np.maximum(growth, 0.0)))
+        features, measured, mean, growth = map(np.concatenate, zip(*parts, strict=True))
+        return cls(features, measured, mean, growth, tuple(len(s.hours) for s in samples))
 
     def variance(self, walk: float, sizes: Array) -> Array:
         """Return the variance of each row's error over that of the noise, shape (N,) [1].
@@ -282,9 +267,8 @@ class _Posterior:
         """Return the weights that explain some columns, (N, c), best, shape (p, c)."""
         return np.asarray(self.covariance @ (self.features.T @ (columns / self.variance[:, None])))
 
-    def squares(self, columns: Array, weights: Array) -> Array:
-        """Return the squares of what these weights leave, and of the weights, shape (c, c)."""
-        left = columns - self.features @ weights
+    def squares(self, left: Array, weights: Array) -> Array:
+        """Return the squares of what these weights leave, (N, c), and of them, shape (c, c)."""
         return np.asarray((left.T / self.variance) @ left + (weights.T / self.prior) @ weights)
 
 
@@ -322,33 +306,34 @@ class _Evidence:
         """
         told, rows = self.posterior(logs), len(self._targets)
         weights = told.weights(self._targets)
-        noise = np.diag(self._spread(told, weights))
+        left = self._targets - told.features @ weights
+        noise = np.diag(self._spread(told, left, weights))
         size = 0.5 * (logs[1:, None] + np.log(noise)) - np.log(USUAL_UM_PER_K)
         fit = 0.5 * len(noise) * (told.determinant + float(np.log(told.variance).sum()))
         fit += 0.5 * rows * np.log(noise).sum()
-        far = (logs[0] - np.log(USUAL_WALK)) / SPREAD_OF_WALK
+        far = logs[0] / SPREAD_OF_WALK
         cost = fit + 0.5 * np.sum((size / SPREAD_OF_USUAL) ** 2) + 0.5 * far**2
         pulls = size / SPREAD_OF_USUAL**2
         by_square = 0.5 * (rows + pulls.sum(axis=0)) / (rows * noise)
         determined = 0.5 * len(noise) * (1.0 - np.diag(told.covariance) / told.prior)
         by_weight = determined - (weights**2 / told.prior[:, None]) @ by_square
         by_scale = by_weight.reshape(len(logs) - 1, -1).sum(axis=1) + 0.5 * pulls.sum(axis=1)
-        left = self._targets - told.features @ weights
         novelty = np.sum((told.features @ told.covariance) * told.features, axis=1)
         by_variance = 0.5 * len(noise) * (told.variance - novelty) - left**2 @ by_square
         by_walk = 2.0 * float((1.0 - 1.0 / told.variance) @ (by_variance / told.variance))
         by_walk += far / SPREAD_OF_WALK
         return float(cost), np.append(by_walk, by_scale)
 
-    def _spread(self, told: _Posterior, weights: Array) -> Array:
-        """Return the most likely Sigma for these weights."""
-        found = told.squares(self._targets, weights) / len(self._targets)
+    def _spread(self, told: _Posterior, left: Array, weights: Array) -> Array:
+        """Return the most likely Sigma for these weights, and what they leave of the targets."""
+        found = told.squares(left, weights) / len(left)
         return np.asarray(found + SMALLEST_NOISE**2 * np.eye(len(found)))
 
     def likely_share(self, logs: Array) -> Array:
         """Return the mean function's most likely share of each target, shape (m,); 0 if none."""
         both, told = np.hstack([self._rows.measured, self._rows.mean]), self.posterior(logs)
-        left, count = told.squares(both, told.weights(both)), len(self._share)
+        weights, count = told.weights(both), len(self._share)
+        left = told.squares(both - told.features @ weights, weights)
         of_mean = np.diag(left)[count:]
         return np.clip(np.diag(left[:count, count:]) / np.where(of_mean > 0.0, of_mean, 1.0), 0, 1)
 
@@ -356,7 +341,8 @@ class _Evidence:
         """Return the model with this walk and these scales."""
         told, (walk, *scale) = self.posterior(logs), np.exp(logs)
         weights = told.weights(self._targets)
-        spread, rows = self._spread(told, weights), float(len(self._targets))
+        left = self._targets - told.features @ weights
+        spread, rows = self._spread(told, left, weights), float(len(left))
         return Gaussian(
             weights, told.covariance, np.array(scale), float(walk), spread, rows, self._share
         )

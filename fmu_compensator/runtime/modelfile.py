@@ -286,6 +286,7 @@ def _check_figures(fields: Fields) -> None:
     for run in unseen.tables("by_run", "runs") if unseen.has("by_run") else ():
         misses = [0.0 if miss is None else miss for miss in run.items("miss", "numbers", 3, 3)]
         Fields({"miss": misses}, run.source, run.place).numbers("miss", 3, low=0.0)
+    # As many as `fmu_compensator.fit.run_conditions` names, which a runtime does not have.
     ranges = fields.items("conditions", "ranges", 4, 4) if "conditions" in told else ()
     known = {str(place): one for place, one in enumerate(ranges) if one is not None}
     for place in known:
