@@ -31,7 +31,7 @@ demo: $(STAMP)
 	$(BIN)/python build_fmu.py
 	@# The same in C run faster; without a compiler those in Python do it.
 	$(BIN)/python build_fmu.py --native || true
-	$(BIN)/spindle-drift run step_speed --live --out results/step_speed
+	$(BIN)/spindle-drift run step_speed --out results/step_speed
 
 # A working day at LinuxCNC in eight minutes; it needs linuxcnc-uspace and linuxcnc-uspace-dev.
 control: $(STAMP)

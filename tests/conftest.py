@@ -33,9 +33,9 @@ BENCHMARKS = ("gap_benchmark", "gap_truth", "sensor_faults_benchmark")
 SHARED_DATA = ROOT.parent / "shared" / "data"
 OTHERS = {name: getattr(native_compilers, name) for name in ("FOR_WINDOWS", "FOR_AARCH64")}
 """The compilers for other platforms, by the constants that name them."""
-AS_SHIPPED = native_compilers.LIBRARY_HERE
+AS_SHIPPED = native_compilers.COMPILED
 QUICKLY = tuple("-O0" if flag == "-O3" else flag for flag in AS_SHIPPED)
-"""Of how a library is compiled: no number depends on it, and it takes a third of the time."""
+"""How a library is compiled: no number depends on it, and it takes a third of the time."""
 NO_MATTER = {"-shared", "-s", "-O0", "-I."}
 """Flags that compile nothing: for the linker, as without, or as it is anyway."""
 
@@ -144,12 +144,16 @@ def compiled_once(shared: Path) -> Iterator[None]:
 
     @wraps(run_compiler)
     def known(command: Sequence[str], folder: Path) -> None:
-        if "-c" in command or "-target" in command:
+        if "-o" not in command or "-target" in command:
             run_compiler(command, folder)
             return
         at = command.index("-o")
         head, rest = command[:at], command[at:]
-        flags = [flag for flag in head if flag not in NO_MATTER and not flag.startswith("-Wl,")]
+        flags = [flag for flag in head if flag not in NO_MATTER]
+        if "-c" in head:
+            *flags, _, source = flags
+            shutil.copyfile(compiled(flags, source, folder), folder / rest[1])
+            return
         if "-shared" not in head:  # as a library has it
             flags += ["-fPIC", "-fvisibility=hidden"]
         parts = [
@@ -159,7 +163,7 @@ def compiled_once(shared: Path) -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(native_compilers, "run_compiler", known)
-        patched.setattr(native_compilers, "LIBRARY_HERE", QUICKLY)
+        patched.setattr(native_compilers, "COMPILED", QUICKLY)
         for name in OTHERS:
             patched.setattr(native_compilers, name, "")
         yield
@@ -169,7 +173,7 @@ def compiled_once(shared: Path) -> Iterator[None]:
 def every_compiler() -> Iterator[None]:
     """The compilers for other platforms, too, and all as for what ships."""
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(native_compilers, "LIBRARY_HERE", AS_SHIPPED)
+        patched.setattr(native_compilers, "COMPILED", AS_SHIPPED)
         for name, command in OTHERS.items():
             patched.setattr(native_compilers, name, command)
         yield

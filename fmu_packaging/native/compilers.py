@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -30,22 +31,18 @@ STRICT = (
 OWN = ("gcc", "clang", "cc")
 FOR_WINDOWS = "x86_64-w64-mingw32-gcc"
 FOR_AARCH64 = "aarch64-linux-gnu-gcc"
-LIBRARY = ("-O3", "-fPIC", "-fvisibility=hidden", "-shared", "-s")
+COMPILED = ("-O3", "-fPIC", "-fvisibility=hidden")
+COMPILED_BY_ZIG = (*COMPILED, "-fno-sanitize=undefined")
+COMPILED_FOR_WINDOWS = ("-O3", "-fvisibility=hidden", "-D__USE_MINGW_ANSI_STDIO=1")
+COMPILED_FOR_WEB = ("-O2", "-fno-sanitize=undefined")
+LINKED = ("-shared", "-s")
 # Without date and folder of the build, so that the same sources give the same bytes.
-LIBRARY_HERE = (*LIBRARY, "-Wl,--build-id=none", "-Wl,--no-undefined")
-LIBRARY_BY_ZIG = (*LIBRARY, "-fno-sanitize=undefined")
-LIBRARY_FOR_WINDOWS = (
-    *(flag for flag in LIBRARY if flag != "-fPIC"),
-    "-static-libgcc",
-    "-D__USE_MINGW_ANSI_STDIO=1",
-    "-Wl,--no-insert-timestamp",
-)
+LINKED_HERE = (*LINKED, "-Wl,--build-id=none", "-Wl,--no-undefined")
+LINKED_FOR_WINDOWS = (*LINKED, "-static-libgcc", "-Wl,--no-insert-timestamp")
 # A module without a main, only with FMI functions to be called.
-LIBRARY_FOR_WEB = (
-    "-O2",
+LINKED_FOR_WEB = (
     "-s",
     "-mexec-model=reactor",
-    "-fno-sanitize=undefined",
     "-Wl,--export-dynamic",
     "-Wl,--export=memory_take",
 )
@@ -85,8 +82,8 @@ class Compiler:
         Name of the target platform in FMI 2.0 and in FMI 3.0.
     suffix : str
         Suffix of a library's file name.
-    flags : tuple of str
-        Flags to build a library.
+    flags, linked : tuple of str
+        Flags to compile a library's sources, and to link them.
     """
 
     command: tuple[str, ...]
@@ -94,6 +91,7 @@ class Compiler:
     platform3: str
     suffix: str
     flags: tuple[str, ...]
+    linked: tuple[str, ...]
 
     def library(self, sources: Mapping[str, str]) -> bytes:
         """Return the shared library of C sources, given by path.
@@ -108,14 +106,20 @@ class Compiler:
         CompileError
             For the first error or warning.
         """
-        with tempfile.TemporaryDirectory(prefix="native_") as folder:
-            write_sources(Path(folder), sources)
-            target = f"library{self.suffix}"
-            run_compiler(
-                [*self.command, *STRICT, *self.flags, "-o", target, *c_files(sources), "-lm"],
-                Path(folder),
-            )
-            return (Path(folder) / target).read_bytes()
+        with tempfile.TemporaryDirectory(prefix="native_") as name:
+            folder, target = Path(name), f"library{self.suffix}"
+            write_sources(folder, sources)
+
+            def compiled(source: str) -> str:
+                made = str(Path(source).with_suffix(".o"))
+                command = [*self.command, *STRICT, *self.flags, "-I."]
+                run_compiler([*command, "-c", source, "-o", made], folder)
+                return made
+
+            with ThreadPoolExecutor(os.cpu_count()) as pool:
+                objects = [*pool.map(compiled, c_files(sources))]
+            run_compiler([*self.command, *self.linked, "-o", target, *objects, "-lm"], folder)
+            return (folder / target).read_bytes()
 
     def printed(self, sources: Mapping[str, str], more: Sequence[str] = ()) -> str:
         """Return the output of a program of C sources; only for a compiler for this machine.
@@ -158,15 +162,17 @@ def compilers() -> list[Compiler]:
     if not own or shutil.which(own[0]) is None:
         missing = f"CC names {given!r}, which cannot" if given else f"of {', '.join(OWN)} none can"
         raise NativeError(f"--native: no C compiler: {missing} be found")
-    flags = LIBRARY_HERE if fmpy.system == "linux" else LIBRARY
+    linked = LINKED_HERE if fmpy.system == "linux" else LINKED
     names = fmpy.platform, fmpy.platform_tuple
-    found = [Compiler(tuple(own), *names, fmpy.sharedLibraryExtension, flags)]
+    found = [Compiler(tuple(own), *names, fmpy.sharedLibraryExtension, COMPILED, linked)]
     if fmpy.system == "linux" and shutil.which(FOR_WINDOWS):
         names = "win64", "x86_64-windows"
-        found.append(Compiler((FOR_WINDOWS,), *names, ".dll", LIBRARY_FOR_WINDOWS))
+        flags = COMPILED_FOR_WINDOWS, LINKED_FOR_WINDOWS
+        found.append(Compiler((FOR_WINDOWS,), *names, ".dll", *flags))
     aarch64 = "aarch64-linux"  # FMI 2.0 has no name for it and uses that of FMI 3.0
     if fmpy.system == "linux" and fmpy.platform_tuple != aarch64 and shutil.which(FOR_AARCH64):
-        found.append(Compiler((FOR_AARCH64,), aarch64, aarch64, ".so", LIBRARY_HERE))
+        flags = COMPILED, LINKED_HERE
+        found.append(Compiler((FOR_AARCH64,), aarch64, aarch64, ".so", *flags))
     return found
 
 
@@ -179,7 +185,7 @@ def compilers_for_all() -> list[Compiler]:
         If that package is not installed.
     """
     return [
-        Compiler(_zig(target, "--all-platforms"), *names, LIBRARY_BY_ZIG)
+        Compiler(_zig(target, "--all-platforms"), *names, COMPILED_BY_ZIG, LINKED)
         for target, names in BY_ZIG.items()
     ]
 
@@ -192,7 +198,8 @@ def compiler_for_web() -> Compiler:
     NativeError
         If that package is not installed.
     """
-    return Compiler(_zig(FOR_WEB, "web"), FOR_WEB, FOR_WEB, ".wasm", LIBRARY_FOR_WEB)
+    flags = COMPILED_FOR_WEB, LINKED_FOR_WEB
+    return Compiler(_zig(FOR_WEB, "web"), FOR_WEB, FOR_WEB, ".wasm", *flags)
 
 
 def _zig(target: str, asked: str) -> tuple[str, ...]:

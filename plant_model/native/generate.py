@@ -58,7 +58,7 @@ def machine_sources(machine: Machine, equations: Equations | None = None) -> dic
     equations = equations or equations_of(machine, tunable)
     edges = (place for place in equations.matrix if place[0] != place[1])
     product = Product(len(machine.nodes), edges)
-    functions, of_parameters, of_inputs = _functions(equations, product)
+    files, of_parameters, of_inputs = _functions(equations, product)
     sizes = {
         "NODES": len(machine.nodes),
         "STATES": len(equations.scales),
@@ -81,6 +81,7 @@ def machine_sources(machine: Machine, equations: Equations | None = None) -> dic
         "MOST_ALLOWANCE": MOST_ALLOWANCE,
     }
     head = HEAD.format(name=machine.name)
+    includes = '#include "machine_data.h"\n#include "formulas.h"\n'
     defines = "\n".join(f"#define {name} {size}" for name, size in sizes.items())
     guard = "MACHINE_SIZES_H"
     return {
@@ -88,14 +89,12 @@ def machine_sources(machine: Machine, equations: Equations | None = None) -> dic
         "machine_data.c": "\n".join(
             [head, '#include "machine_data.h"\n', *_tables(machine, equations), ""]
         ),
-        "equations.c": "\n".join(
-            [head, '#include "machine_data.h"\n#include "formulas.h"\n', *functions]
-        ),
+        **{name: "\n".join([head, includes, *functions]) for name, functions in files.items()},
     }
 
 
-def _functions(equations: Equations, product: Product) -> tuple[list[str], int, int]:
-    """Return the C functions, and the number of values that each stage keeps."""
+def _functions(equations: Equations, product: Product) -> tuple[dict[str, list[str]], int, int]:
+    """Return the C functions by file, and the number of values that each stage keeps."""
     of_parameters = Stage("k", {"p"})
     of_inputs = Stage("h", {"p", "u"})
     first, both = [of_parameters], [of_parameters, of_inputs]
@@ -142,18 +141,18 @@ def _functions(equations: Equations, product: Product) -> tuple[list[str], int, 
     ):
         cells = _places([(name, getattr(equations, name))])
         made.append(function(f"void equations_{name}({given}, double *{name})", cells, first))
-    # The largest functions, which no controller needs.
-    made.append("#ifndef NO_HEAP")
+    files = {"equations.c": made}
+    # The largest functions, which no controller needs, each compiled beside the others.
     for name, found in derivatives_of(equations).items():
         head = f"void equations_{name}({shown}, const double *d, double *found)"
-        made.append(function(head, _places([("found", found)]), first))
-    made.append("#endif\n")
+        body = function(head, _places([("found", found)]), first)
+        files[f"{name}.c"] = ["#ifndef NO_HEAP", body, "#endif"]
     made.append(stage_function(f"void equations_held({now}, double *h)", of_inputs, first))
     made.append(
         stage_function("void equations_prepare(const double *p, double *k)", of_parameters, [])
     )
     made.append(product.text)
-    return made, len(of_parameters.kept), len(of_inputs.kept)
+    return files, len(of_parameters.kept), len(of_inputs.kept)
 
 
 def _places(lists: Iterable[tuple[str, Sequence[object]]]) -> list[tuple[str, object]]:

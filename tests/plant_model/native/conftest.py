@@ -94,7 +94,8 @@ def library_of(
 def core_of(machine: Machine, compiler: Sequence[str], folder: Path) -> ctypes.CDLL:
     """Compile the core of a machine in a folder, and load it."""
     sources = {**program(), **machine_sources(machine)}
-    del sources["model.c"]
+    for name in ("model.c", "forward.c", "backward.c"):  # only an FMU calls derivatives
+        sources.pop(name, None)
     sources["model_data.c"] = variable_sources(variables(machine), "core", "{0}")
     sources["core.c"] = (HERE / "core.c").read_text()
     for name in ("model.h", "setup.h"):
