@@ -131,9 +131,15 @@ class PatchForm(_Span):
             return 0.0
         return abs((degrees(self.side) - angle + 180.0) % 360.0 - 180.0)
 
-    def reaches(self, angle: float) -> bool:
-        """Return whether it covers a direction [deg]."""
-        return self.apart(angle) <= (180.0 if self.side is None else self.width / 2.0)
+    def reaches(self, angle: float, width: float = 0.0) -> bool:
+        """Return whether it covers some of an angle *width* [deg] around a direction [deg]."""
+        return self.apart(angle) <= 180.0 * self.around + width / 2.0
+
+    def overlaps(self, other: PatchForm, touch: float) -> bool:
+        """Return whether it shares more than *touch* [mm, deg] with another patch."""
+        both = min(self.end, other.end) - max(self.start, other.start)
+        width = 360.0 * other.around - 2.0 * touch
+        return both > touch and self.reaches(degrees(other.side or 0.0), width)
 
 
 class StretchForm(_Span):

@@ -392,22 +392,31 @@ class Drawing:
                 raise self.refuse(f"{place}.inlet", f"the input {jacket.inlet} is not in degC")
             names.append(jacket.name)
 
-    def _patch(self, place: str, patch: PatchForm) -> None:
-        """Refuse a patch that is not on the housing."""
+    def _patch(self, place: str, patch: PatchForm, beside: Iterable[PatchForm] = ()) -> None:
+        """Refuse a patch that is not on the housing, or overlaps one *beside* it."""
         if not patch.start < patch.end:
             raise self.refuse(place, f"from {patch.start:g} must be below to {patch.end:g} mm")
         for key, end in (("from", patch.start), ("to", patch.end)):
             self._inside(f"{place}.{key}", end, "housing")
+        for other in beside:
+            if patch.overlaps(other, TOUCH):
+                raise self.refuse(
+                    place,
+                    f"from {patch.start:g} to {patch.end:g} mm overlaps the one from"
+                    f" {other.start:g} to {other.end:g} mm: its heat would count twice",
+                )
 
     def _carriers(self) -> None:
         names = [carrier.name for carrier in self.form.carriers]
+        held: list[PatchForm] = []
         for i, carrier in enumerate(self.form.carriers):
             place = f"carriers.{i}"
             self.one_of(f"{place}.material", carrier.material, self.materials)
             if carrier.on is not None:
                 self.one_of(f"{place}.on", carrier.on, [n for n in names if n != carrier.name])
             if carrier.holds is not None:
-                self._patch(f"{place}.holds", carrier.holds)
+                self._patch(f"{place}.holds", carrier.holds, held)
+                held.append(carrier.holds)
             if carrier.air is not None:
                 self.one_of(f"{place}.air", carrier.air, self.air_names())
             for j, bend in enumerate(carrier.bends):
@@ -418,7 +427,7 @@ class Drawing:
             self.one_of("housing.air", self.form.housing.air, self.air_names())
         for i, face in enumerate(self.form.housing.faces):
             place = f"housing.faces.{i}"
-            self._patch(place, face)
+            self._patch(place, face, self.form.housing.faces[:i])
             if face.air is not None:
                 self.one_of(f"{place}.air", face.air, self.air_names())
 

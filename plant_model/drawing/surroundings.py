@@ -40,8 +40,7 @@ def _channel(sheet: Sheet, jacket: JacketForm) -> tuple[float, float, float]:
     stretch = sheet.drawing.stretch_at("housing", (jacket.start + jacket.end) / 2.0)
     coil = (stretch.outer + stretch.inner) / 2.0
     turns = channel.turns or (jacket.end - jacket.start) / (channel.width + RIB)
-    around = 1.0 if jacket.side is None else jacket.width / 360.0
-    length = pi * coil * turns * around
+    length = pi * coil * turns * jacket.around
     wetted = (channel.width + 2.0 * channel.depth) * length * 1e-6
     return wetted, channel.width * channel.depth * length * 1e-9, coil
 

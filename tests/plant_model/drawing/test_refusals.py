@@ -52,6 +52,10 @@ def stretches(end: float, start: float) -> list[dict[str, float]]:
         ("carriers.0.holds", SIDED | {"width": 0}, ".width: 0 is not allowed: 1 to 360 degrees"),
         ("carriers.0.holds", SIDED | {"side": "Z"}, ".side"),
         ("housing.faces", [{"from": 0, "to": 900}], ".0.to: 900 mm is outside the housing, which"),
+        # Twice the same surface.
+        ("housing.faces", [{"from": 0, "to": 60}, SIDED], ".1: from 0 to 60 mm overlaps the one f"),
+        ("housing.faces", [SIDED, SIDED | {"side": 329}], ".1: from 0 to 60 mm overlaps the one f"),
+        ("carriers.1.holds", SIDED, ": from 0 to 60 mm overlaps the one from 0 to 60 mm: its"),
         (
             "housing.faces",
             [{"from": 0, "to": 9, "air": "x"}],
@@ -91,6 +95,11 @@ def test_refusals(key, value, problem):
     """A problem that begins with a point or a colon goes on from the key."""
     said = key + problem if problem[0] in ".:" else problem
     assert said in refusal(changed(small_page(), key, value))
+
+
+def test_faces_may_touch():
+    faces = [SIDED, SIDED | {"side": 330}, SIDED | {"from": 60, "to": 80}]
+    assert machine_of(changed(small_page(), "housing.faces", faces))
 
 
 def test_a_stretch_without_material_in_a_page_of_its_own_material():
