@@ -14,8 +14,9 @@ from fmu_compensator.fit.training import TrainingRun
 from fmu_compensator.runtime.error_models import error_models
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields
+from measurement.runs import Run
 from scenarios.fit_found import told
-from tests.fmu_compensator.conftest import RIG, make_run
+from tests.fmu_compensator.conftest import DIRECT_RIG, make_run
 from tests.refusing import refusal
 
 CHOSEN = [0, 3]
@@ -33,17 +34,27 @@ QUICK: dict[str, dict[str, Any]] = {
 }
 
 
+def direct(name: str, seed: int) -> Run:
+    """Return a run with two displacements: one more asks a model nothing else."""
+    run = make_run(name, seed, hours=2.0)
+    frame = run.frame.assign(disp_x_um=run.frame["S1_um"], disp_z_um=-run.frame["S5_um"])
+    return Run(name, frame.drop(columns=[f"S{number}_um" for number in range(1, 6)]))
+
+
+RUNS = [direct(name, seed) for seed, name in enumerate("abc")]
+TARGETS = ("disp_x", "disp_z")
+
+
 @cache
 def runs_of(form: str) -> tuple[Any, ...]:
-    runs = [make_run(name, seed, hours=2.0) for seed, name in enumerate("abc")]
-    return prepare(runs, RIG, form).runs
+    return prepare(RUNS, DIRECT_RIG, form).runs
 
 
 @cache
 def task_of(kind: str, form: str) -> Task:
     model = fitted_models()[kind]
     rows = [run.history(CHOSEN) if model.history else run.complete(CHOSEN) for run in runs_of(form)]
-    return Task(rows, NAMES, ("elongation", "yaw", "pitch", "near_x", "near_y"), form)
+    return Task(rows, NAMES, TARGETS, form)
 
 
 @cache
@@ -54,7 +65,7 @@ def fitted(kind: str, form: str) -> FittedModel:
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_a_fit_reports_can_be_told(kind):
     found = fitted(kind, "rise")
-    lines = told(kind, ("elongation", "yaw", "pitch", "near_x", "near_y"), found.report())
+    lines = told(kind, TARGETS, found.report())
     assert all(line and "\n" not in line for line in lines)
     assert json.dumps(found.report())
 
@@ -62,7 +73,7 @@ def test_what_a_fit_reports_can_be_told(kind):
 def runtime_of(kind: str, form: str = "rise") -> ErrorModel:
     table = json.loads(json.dumps(fitted(kind, form).table(), allow_nan=False))
     fields = Fields(table, "test")
-    model = error_models()[kind].from_fields(fields, len(CHOSEN), 5)
+    model = error_models()[kind].from_fields(fields, len(CHOSEN), len(TARGETS))
     fields.done()
     return model
 
@@ -70,7 +81,7 @@ def runtime_of(kind: str, form: str = "rise") -> ErrorModel:
 @cache
 def unseen(form: str) -> TrainingRun:
     """A run with a pause, uneven sampling, unknown speed for a while, and every second row."""
-    rows = prepare([make_run("new", 7, hours=2.0)], RIG, form).runs[0].history(CHOSEN)
+    rows = prepare([direct("new", 7)], DIRECT_RIG, form).runs[0].history(CHOSEN)
     kept = np.ones(len(rows.time_s), dtype=bool)
     kept[60:90] = kept[140:200:2] = False
     rows = rows.at(kept)
@@ -148,7 +159,7 @@ def test_too_few_rows_are_refused_in_one_line(kind):
 
 def read(kind: str, table: dict[str, Any]) -> None:
     fields = Fields(json.loads(json.dumps(table)), "file.json", "error_model")
-    error_models()[kind].from_fields(fields, len(CHOSEN), 5)
+    error_models()[kind].from_fields(fields, len(CHOSEN), len(TARGETS))
     fields.done()
 
 

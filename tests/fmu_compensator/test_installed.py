@@ -14,21 +14,14 @@ from fmu_compensator.runtime.compensator import RunningCompensator
 from fmu_compensator.runtime.modelfile import parse_model
 from measurement.errors import BadInput
 from measurement.runs import Run
-from tests.fmu_compensator.conftest import DIRECT_RIG, make_run
+from tests.fmu_compensator.conftest import DIRECT_RIG
 from tests.fmu_compensator.dense import LAGS_S, drawn
-from tests.fmu_compensator.test_error_models import KINDS, QUICK
+from tests.fmu_compensator.test_error_models import KINDS, QUICK, RUNS, direct
 
 SENSORS = [f"T{number}" for number in range(1, 5)]
 FREE = {"slew_um_per_s": 1000.0, "offset_um": 1000.0}
 
 
-def direct(name: str, seed: int) -> Run:
-    run = make_run(name, seed, hours=2.0, step_s=60.0)
-    frame = run.frame.assign(disp_x_um=run.frame["S1_um"], disp_z_um=-run.frame["S5_um"])
-    return Run(name, frame.drop(columns=[f"S{number}_um" for number in range(1, 6)]))
-
-
-RUNS = [direct(name, seed) for seed, name in enumerate("abc")]
 NEW = direct("new", 17)
 
 
