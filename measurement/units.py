@@ -8,6 +8,7 @@ only, so that any package can use it, even inside an FMU.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 UM_PER_MM, RAD_PER_URAD = 1e3, 1e-6
 """As given by the SI."""
@@ -61,6 +62,7 @@ UNITS: dict[str, Unit] = {
 }
 
 
+@cache
 def split_column(name: str) -> tuple[str, str]:
     """Return the signal's name and its unit's suffix.
 

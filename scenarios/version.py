@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 PROGRAM = "spindle-drift"
 
 
+@cache
 def version() -> str:
     """Return the installed version."""
     from importlib import metadata

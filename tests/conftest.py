@@ -16,10 +16,12 @@ from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
+from matplotlib.figure import Figure
 
 import build_fmu
 from fmu_packaging.native import compilers as native_compilers
 from fmu_packaging.native.compilers import Compiler, NativeError, compilers
+from scenarios import figures
 from tests.running import cannot_run
 
 HERE = Path(__file__).resolve().parent
@@ -36,6 +38,7 @@ OTHERS = {name: getattr(native_compilers, name) for name in ("FOR_WINDOWS", "FOR
 AS_SHIPPED = native_compilers.COMPILED
 QUICKLY = tuple("-O0" if flag == "-O3" else flag for flag in AS_SHIPPED)
 """How a library is compiled: no number depends on it, and it takes a third of the time."""
+SETTLE, SAVE = figures.settle, Figure.savefig
 NO_MATTER = {"-shared", "-s", "-O0", "-I."}
 """Flags that compile nothing: for the linker, as without, or as it is anyway."""
 
@@ -64,10 +67,11 @@ def pytest_configure() -> None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Generator[None, object, object]:
-    """Nothing that is imported goes away again: to look through it for garbage takes seconds."""
+    """Nothing that is imported goes away again, and little else is garbage: look for it rarely."""
     gc.disable()
     collected = yield
     gc.freeze()
+    gc.set_threshold(100_000)
     gc.enable()
     return collected
 
@@ -177,6 +181,22 @@ def every_compiler() -> Iterator[None]:
         for name, command in OTHERS.items():
             patched.setattr(native_compilers, name, command)
         yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def undrawn() -> Iterator[None]:
+    """A figure is made but not drawn, which takes half of the time of a command that has one."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(figures, "settle", lambda figure: None)
+        patched.setattr(Figure, "savefig", lambda figure, stream, **_: stream.write(b"no picture"))
+        yield
+
+
+@pytest.fixture
+def drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For tests of what a picture shows: it is drawn, and a warning on the way is an error."""
+    monkeypatch.setattr(figures, "settle", SETTLE)
+    monkeypatch.setattr(Figure, "savefig", SAVE)
 
 
 @pytest.fixture(scope="session")

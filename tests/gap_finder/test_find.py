@@ -27,6 +27,7 @@ RIVALS = ("friction_speed_exponent", "centrifugal_shift", "windage")
 LEFT_OUT = [name for name in catalogue() if name not in RIVALS]
 
 
+@pytest.mark.usefixtures("drawn")
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "number", "size"),

@@ -55,6 +55,7 @@ def test_the_machine_gives_tilt_and_ambient(five_point_run, capsys):
     assert table["ambient"]["column"] == "T9_degC"
 
 
+@pytest.mark.usefixtures("drawn")
 def test_a_folder_of_results_with_a_figure_per_run(five_point_run, direct_run, tmp_path, capsys):
     out = tmp_path / "out"
     assert call(five_point_run, direct_run, "--out", out, "--json") == 0

@@ -17,6 +17,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     return written(tmp_path_factory.mktemp("runs"), *made)
 
 
+@pytest.mark.usefixtures("drawn")
 def test_compare_prints_a_ranking_and_writes_page_and_figures(runs, tmp_path, capsys):
     out = tmp_path / "compared"
     code = main(
@@ -77,6 +78,7 @@ def test_a_refusal_is_one_line_and_writes_nothing(runs, tmp_path, capsys, argume
     assert not out.exists()
 
 
+@pytest.mark.usefixtures("drawn")
 def test_points_prints_degrees_and_groups_and_draws(runs, tmp_path, prints):
     out = tmp_path / "points"
     text = prints(["points", *runs, "--clusters", "2", "--out", str(out)])

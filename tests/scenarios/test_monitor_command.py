@@ -50,6 +50,7 @@ def test_an_update_writes_a_file_and_shows_the_old_one_s_errors(
     assert compensator.read_bytes() == before
 
 
+@pytest.mark.usefixtures("drawn")
 def test_the_first_line_of_monitor_is_the_verdict(compensator, new_run, tmp_path, prints):
     out = tmp_path / "watched"
     told = prints(["monitor", str(compensator), str(new_run), "--out", str(out)]).splitlines()

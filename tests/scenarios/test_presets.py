@@ -52,6 +52,7 @@ def test_points_as_a_study_has_them_keep_the_air_and_say_what_the_api_says(runs,
     assert len(named.combinations) == 3
 
 
+@pytest.mark.usefixtures("drawn")
 @pytest.mark.long
 def test_the_time_series_study_says_order_tests_and_correlations(fitted, tmp_path):
     figures = ["--out", str(tmp_path / "figures")]
@@ -163,6 +164,7 @@ def test_pure_rotation_says_what_it_leaves_out(fitted):
     assert left_out not in fitted("--model", "mlr")[1]
 
 
+@pytest.mark.usefixtures("drawn")
 def test_a_network_draws_its_convergence_and_a_regression_says_that_it_draws_nothing(
     fitted, tmp_path
 ):

@@ -92,6 +92,7 @@ def test_a_failure_while_writing_leaves_no_folder(
     assert names(tmp_path) == ["fmus", "tiny.toml"]
 
 
+@pytest.mark.usefixtures("drawn")
 def test_the_same_scenario_gives_the_same_bytes(tmp_path, tiny_scenario, tiny_folder):
     tiny_scenario.write_text(tiny_scenario.read_text() + MISSING)
     found = []

@@ -86,6 +86,7 @@ def test_the_table_holds_what_the_plant_does(sweep, tmp_path):
     assert found["files"] == ["sweep.csv", "sweep.parquet", "percentiles.csv", "percentiles.png"]
 
 
+@pytest.mark.usefixtures("drawn")
 @pytest.mark.long
 def test_any_number_of_workers_gives_the_same_files(sweep, tmp_path):
     for workers in (1, 2):
@@ -104,6 +105,7 @@ def nobody_is_left(process: subprocess.Popen[str]) -> bool:
     return False
 
 
+@pytest.mark.usefixtures("drawn")
 @pytest.mark.long
 def test_a_killed_sweep_ends_with_its_workers_and_goes_on_and_comes_to_the_same(
     tiny_scenario, tiny_folder, closed, tmp_path
@@ -190,6 +192,7 @@ def test_a_folder_of_something_else_is_left_alone(sweep, tmp_path):
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["thesis.txt"]
 
 
+@pytest.mark.usefixtures("drawn")
 def test_a_damaged_case_is_run_again(sweep, tmp_path):
     sweep("out", "gain=1,2")
     case, table = tmp_path / "out" / "cases" / "000001.json", tmp_path / "out" / "sweep.csv"
