@@ -86,7 +86,8 @@ def _jacket(sheet: Sheet, jacket: JacketForm) -> None:
     if jacket.inlet_side is None:
         return
     angle = degrees(jacket.inlet_side)
-    uneven = stated(jacket.unevenness, CLASS_VALUES["unevenness"], 0.5).scaled(wall.value)
+    uneven = stated(jacket.unevenness, CLASS_VALUES["unevenness"], 0.5).clipped(0.0, 1.0)
+    uneven = uneven.scaled(wall.value)
     said = f"times {wall.value:.0f} W/K of the wall: {uneven.source}"
     name = sheet.number(f"{node}_unevenness", replace(uneven, unit="W/K", source=said))
     for sector, share in parts:

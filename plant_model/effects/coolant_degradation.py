@@ -6,6 +6,8 @@ import numpy as np
 
 from plant_model.effects.base import Effect, Inputs
 from plant_model.effects.coolant_jacket import flows_of
+from plant_model.effects.uneven_cooling import differences_of
+from plant_model.exchange import exchange
 from plant_model.parameters import FloatArray, Parameter
 
 FILM_EXPONENT = 0.8
@@ -35,17 +37,15 @@ class CoolantDegradation(Effect):
         """Collect the walls' conductances as a matrix on the nodes [W/K]."""
         machine, size = self.machine, len(self.machine.nodes)
         self._matrix = np.zeros((self.values.sets, size, size))
-        for item in machine.of_kind("links", "coolant_wall", "coolant_unevenness"):
-            effect, number = (
-                ("coolant_jacket", "conductance")
-                if item.kind == "coolant_wall"
-                else ("uneven_cooling", "difference")
-            )
-            a, b = (machine.node_index[name] for name in item.refs["between"])
-            g = (self.scale_of(effect) * self.of(item, number))[:, 0]
-            for node, other in ((a, b), (b, a)):
-                self._matrix[:, node, node] += g
-                self._matrix[:, other, node] -= g
+        scale = self.scale_of("coolant_jacket")
+        walls = [
+            exchange(machine, item, scale * self.of(item, "conductance"))
+            for item in machine.of_kind("links", "coolant_wall")
+        ]
+        for wall in [*walls, *differences_of(self)]:
+            for node, other in ((wall.node, wall.other), (wall.other, wall.node)):
+                self._matrix[:, node, node] += wall.conductance[:, 0]
+                self._matrix[:, other, node] -= wall.conductance[:, 0]
         self._flows = flows_of(machine, self.values)
 
     def start_states(self, temperatures: FloatArray, inputs: Inputs) -> FloatArray:

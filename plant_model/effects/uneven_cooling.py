@@ -2,17 +2,46 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+
+import numpy as np
+
 from plant_model.effects.base import Effect, amplitude
-from plant_model.exchange import exchange
+from plant_model.exchange import Exchange, exchange
 from plant_model.item_forms import ItemSpec, NumberSpec
+from plant_model.parameters import FloatArray
+
+
+def differences_of(effect: Effect) -> list[Exchange]:
+    """Return by how much more the wall of each uneven sector exchanges than the mean wall.
+
+    Parameters
+    ----------
+    effect : Effect
+        Any effect of the machine.
+    """
+    machine, jacket = effect.machine, effect.scale_of("coolant_jacket")
+    left: dict[frozenset[str], FloatArray] = defaultdict(lambda: np.zeros((1, 1)))
+    for item in machine.of_kind("links", "coolant_wall"):
+        wall = frozenset(item.refs["between"])
+        left[wall] = left[wall] + jacket * effect.of(item, "conductance")
+    scale = effect.scale_of("uneven_cooling") * jacket
+    exchanges = []
+    for item in machine.of_kind("links", "coolant_unevenness"):
+        wall = frozenset(item.refs["between"])
+        g = np.maximum(scale * effect.of(item, "difference"), -left[wall])
+        left[wall] = left[wall] + g
+        exchanges.append(exchange(machine, item, g))
+    return exchanges
 
 
 class UnevenCooling(Effect):
     """Excess or deficit of a sector's wall conductance: Q = s dUA (T_jacket - T_wall).
 
     The inlet side of a jacket cools better than the far side. ``coolant_unevenness`` gives a
-    sector's difference from the mean; the differences of one ring should sum to zero. Without
-    ``coolant_jacket`` there is no cooling, and this effect does nothing.
+    sector's difference from the mean; the differences of one ring should sum to zero. A deficit is
+    at most all of the sector's ``coolant_wall``: without ``coolant_jacket`` there is no cooling,
+    and this effect does nothing.
     """
 
     title = "Uneven cooling around the circumference"
@@ -29,7 +58,4 @@ class UnevenCooling(Effect):
 
     def prepare(self) -> None:
         """Put the conductances into the constant exchanges."""
-        scale = self.own("scale") * self.scale_of("coolant_jacket")
-        self.constant_exchanges = [
-            exchange(self.machine, item, scale * self.of(item, "difference")) for item in self.items
-        ]
+        self.constant_exchanges = differences_of(self)

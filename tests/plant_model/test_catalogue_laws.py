@@ -232,6 +232,9 @@ def test_coolant_degradation_ends_as_a_machine_of_less_flow_and_weaker_walls(jig
         for item in jig_borer_lumps.of_kind("links", "coolant_wall", "coolant_unevenness")
         for key, parameter in item.parameters.items()
     }
+    # A jacket that works at half is worse by the same share.
+    half = {"effects.coolant_jacket.scale": 0.5}
+    jig_borer_lumps = jig_borer_lumps.with_values(half)
     weaker = simulate(jig_borer_lumps.with_values(less), inputs)
     moved, with_it, _ = change(jig_borer_lumps, "coolant_degradation", inputs, loss=0.25, hours=2.0)
     np.testing.assert_allclose(with_it.temperatures[0, -1], weaker.temperatures[0, -1], atol=0.05)

@@ -9,6 +9,7 @@ from plant_model.drawing.form import PatchForm, degrees
 from plant_model.drawing.mesh import NAMED, Sector
 from plant_model.effects.housing_bending import HousingBending
 from plant_model.machine import Machine
+from plant_model.network import Network, effects_in_force
 from plant_model.parameters import Values
 from plant_model.simulate import simulate
 from plant_model.warm_up import warm_up
@@ -107,6 +108,19 @@ def test_only_a_jacket_with_an_inlet_side_cools_unevenly(side, share):
     ]
     # Of four sides one is cooled better and one worse, each a quarter of the wall.
     assert sum(map(abs, more)) == pytest.approx(share * wall / 2.0)
+
+
+def test_no_side_cools_less_than_not_at_all():
+    machine = machine_of(changed(small_page(), "jackets.0.unevenness", 0.9))
+    assert machine.parameters["numbers.jacket_one_unevenness"].high == pytest.approx(
+        machine.parameters["numbers.jacket_one_wall"].value
+    )
+    values = Values(machine.parameters, {"effects.uneven_cooling.scale": 1.5})
+    network = Network(machine, values, effects_in_force(machine, values))
+    inputs = {entry.name: np.array([0.0]) for entry in machine.inputs}
+    paths = -network.conductances(inputs)[0][0]
+    np.fill_diagonal(paths, 0.0)
+    assert paths.min() == 0.0
 
 
 def test_a_jacket_on_one_side_has_so_much_less_channel():
