@@ -69,10 +69,15 @@ class RestingParts:
         matrix, boundary = self._network.conductances(inputs)
         for entry in self._network.one_way:
             matrix[:, entry.node, entry.other] -= entry.conductance[:, 0]
+        given = -matrix[:, self.at[:, None], self.others]
+        # Heat of a part from which none gets away has no steady state.
+        leads = matrix[:, self.at[:, None], self.at] != 0.0
+        away = np.asarray(given.any(axis=2) | boundary[:, self.at].any(axis=2))
+        for _ in self.at:
+            away |= (leads & away[:, None]).any(axis=2)
+        heat = (self._network.heat(inputs)[:, 0, self.at] * away)[..., None]
         matrix[:, self.at, self.at] += ISOLATED
         boundary[:, self.at, 0] += ISOLATED
-        heat = self._network.heat(inputs)[:, 0, self.at, None]
-        given = -matrix[:, self.at[:, None], self.others]
         columns = (
             np.broadcast_to(part, (len(heat), *part.shape[1:]))
             for part in (given, boundary[:, self.at], heat)

@@ -34,6 +34,9 @@ def chain() -> Machine:
     table = lumps()
     for name, start in (("warm", "T1"), ("middle", REST), ("alone", REST)):
         table["nodes"].append({"name": name, "capacity": number(100.0, "J/K"), "start": start})
+    heat = {"kind": "steady_heat", "name": "drives", "node": "alone", "power": number(20.0, "W")}
+    table["sources"].append(heat)
+    table["effects"]["plain_heat"] = {}
     between = {"kind": "contact", "between": ["warm", "middle"], "conductance": number(3.0, "W/K")}
     film = {"area": number(0.1, "m2"), "coefficient": number(10.0, "W/(m2 K)")}
     to_hall = {"kind": "convection", "between": ["middle", "ambient"], **film}
@@ -45,7 +48,7 @@ def test_a_part_between_two_starts_at_their_weighted_mean():
     machine = chain()
     start = simulate(machine, still(machine, T1=32.0, T2=24.0)).temperatures[0, 0]
     assert start[machine.node_index["middle"]] == pytest.approx((3 * 32.0 + 1 * 24.0) / 4, abs=1e-6)
-    # What exchanges nothing stands at the hall's temperature.
+    # What exchanges nothing stands at the hall's temperature, even if it has heat.
     assert start[machine.node_index["alone"]] == pytest.approx(24.0, abs=1e-6)
 
 
