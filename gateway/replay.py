@@ -34,7 +34,7 @@ def recorded(path: Path, database: Database) -> list[can.Message]:
     Raises
     ------
     BadInput
-        If the log cannot be read or holds no such frame.
+        If the log cannot be read or holds no such frame, or those of several channels.
     """
     if path.suffix.lower() not in READ:
         raise BadInput(path, "", f"its ending must be one of {', '.join(READ)}")
@@ -54,6 +54,10 @@ def recorded(path: Path, database: Database) -> list[can.Message]:
         raise BadInput(path, "", f"is not a log of frames: {one_line(error)[:200]}") from None
     if not found:
         raise BadInput(path, "", "holds no frame of the machine")
+    channels = sorted({str(message.channel) for message in found})
+    if len(channels) > 1:
+        buses = ", ".join(channels)
+        raise BadInput(path, "", f"holds frames of the machine on channels {buses}: keep one")
     return found
 
 

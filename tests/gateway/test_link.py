@@ -236,6 +236,15 @@ def test_a_log_without_our_frames_is_refused(tmp_path, content, database):
     assert "\n" not in str(caught.value)
 
 
+def test_a_log_of_two_buses_is_refused(tmp_path, database):
+    path = tmp_path / "frames.log"
+    path.write_text("(1.0) can0 210#00\n(1.0) can1 7FF#00\n")
+    assert len(recorded(path, database)) == 1
+    path.write_text("(1.0) can0 210#00\n(1.0) can1 210#00\n")
+    with pytest.raises(BadInput, match=r"frames\.log: .* on channels can0, can1: keep one$"):
+        recorded(path, database)
+
+
 def test_the_probes_of_a_log_are_played(tmp_path, database):
     path = tmp_path / "frames.log"
     ids = [frame.frame_id for frame in database.events(MACHINE)]
