@@ -9,11 +9,12 @@ import signal
 import tempfile
 import tomllib
 from collections.abc import Callable, Generator, Iterator, Sequence
-from functools import wraps
+from functools import cache, wraps
 from hashlib import sha256
 from importlib.metadata import entry_points
 from pathlib import Path
 
+import lark
 import pytest
 from hypothesis import HealthCheck, settings
 from matplotlib.figure import Figure
@@ -180,6 +181,15 @@ def every_compiler() -> Iterator[None]:
         patched.setattr(native_compilers, "COMPILED", AS_SHIPPED)
         for name, command in OTHERS.items():
             patched.setattr(native_compilers, name, command)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def names_once() -> Iterator[None]:
+    """A variable's name is read by fmpy's grammar once: that is half of a build, and FMUs share."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(lark.Lark, "parse", cache(lark.Lark.parse))
+        patched.setattr(lark, "Lark", cache(lark.Lark))
         yield
 
 

@@ -90,14 +90,14 @@ def _lacks(entry: Interface) -> str:
 @pytest.fixture(scope="module")
 def interfaces() -> dict[str, Interface]:
     """What packages take from each other, by its name."""
-    return {
-        entry.label: entry
+    crossing = {
+        id(found): found
         for module, tree in _trees()
         for source, found in _taken(tree)
         if _package(source) != _package(module) or module == "spindle_drift"
         if str(getattr(found, "__module__", "")).startswith(tuple(ROOMS))
-        for entry in _functions(found)
     }
+    return {entry.label: entry for found in crossing.values() for entry in _functions(found)}
 
 
 def test_many_interfaces_are_found(interfaces):

@@ -42,18 +42,18 @@ def answers_of(log: Path, database: Database) -> dict[float, tuple[object, ...]]
     return found
 
 
-def test_the_loop_of_two_processes_and_its_replay(shared_wire, database, shipped, tmp_path, start):
+def test_the_loop_of_two_processes_and_its_replay(
+    shared_wire, database, shipped, tmp_path, start, capsys
+):
     """The offsets are the co-simulation's; the recorded log gives the same ones again."""
     bus = [*shared_wire.arguments(), "--fmu-dir", shipped]
     run, log, again = tmp_path / "run.csv", tmp_path / "first.log", tmp_path / "again.log"
     gateway = start("gateway", *bus, *LOCKSTEP, "--until-off", "--json", "--log", log)
-    machine = start(
-        *("machine", "step_speed", *bus, "--speed-up", "max", "--timeout", 10000),
-        *("--set", f"duration_s={LONG_S}", "--set", "signals.speed=9000", "--out", run, "--json"),
-    )
-    assert machine.wait() == 0, machine.text()
+    machine = ["machine", *map(str, bus), "--speed-up", "max", "--timeout", "10000"]
+    more = ["--set", f"duration_s={LONG_S}", "--set", "signals.speed=9000", "--out", str(run)]
+    assert main([*machine, "step_speed", *more, "--json", "--quiet"]) == 0
     assert gateway.wait() == 0, gateway.text()
-    summary = json.loads(machine.text()[machine.text().index("{") :])
+    summary = json.loads(capsys.readouterr().out)
     assert summary["answered"] == summary["steps"] == LONG_S
     frames = json.loads(gateway.text()[gateway.text().index("{\n") :])["frames"]
     assert set(frames) == {"good", "startup"}
@@ -69,8 +69,7 @@ def test_the_loop_of_two_processes_and_its_replay(shared_wire, database, shipped
 
     # Nothing proves that a recording is fresh.
     gateway = start("gateway", *bus, *LOCKSTEP, "--until-off", "--log", again, "--freshness", "any")
-    machine = start(*("machine", *bus, "--replay", log, "--speed-up", "max", "--timeout", 10000))
-    assert machine.wait() == 0, machine.text()
+    assert main([*machine, "--replay", str(log), "--quiet"]) == 0
     assert gateway.wait() == 0, gateway.text()
     first, second = answers_of(log, database), answers_of(again, database)
     assert len(first) == LONG_S + 1

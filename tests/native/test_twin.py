@@ -158,7 +158,8 @@ def test_every_number_is_that_of_the_runtime(kind, seed, driver_of):
         samples.silence(120, 1 + seed % 3)
     lines: list[str] = []
     expected: list[tuple[Output, Row]] = []
-    for k in range(STEPS):
+    steps = STEPS if kind == "gaussian" else STEPS // 2  # others add a mean function to it
+    for k in range(steps):
         sample = samples.next()
         lines += line_of(model, sample)
         output = compensator.step(*sample)
@@ -168,7 +169,7 @@ def test_every_number_is_that_of_the_runtime(kind, seed, driver_of):
             expected.append(expected[-1])
             state, compensator = compensator.state(), RunningCompensator(model)
             compensator.restore(json.loads(json.dumps(state)))
-        if k == 2 * STEPS // 3:
+        if k == 2 * steps // 3:
             compensator.reset()
             lines.append("r")
             expected.append((compensator.step(nan, nan, [nan] * len(model.sensors)), ([], [])))
