@@ -14,6 +14,7 @@ from fmu_compensator.fit.training import TrainingRun
 from fmu_compensator.runtime.error_models import error_models
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields
+from measurement.faults import looked_over
 from measurement.runs import Run
 from scenarios.fit_found import told
 from tests.fmu_compensator.conftest import DIRECT_RIG, make_run
@@ -41,7 +42,7 @@ def direct(name: str, seed: int) -> Run:
     return Run(name, frame.drop(columns=[f"S{number}_um" for number in range(1, 6)]))
 
 
-RUNS = [direct(name, seed) for seed, name in enumerate("abc")]
+RUNS = looked_over([direct(name, seed) for seed, name in enumerate("abc")])
 TARGETS = ("disp_x", "disp_z")
 
 

@@ -13,13 +13,14 @@ from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.points import choose_points, on_grid
 from fmu_compensator.runtime.modelfile import parse_model
 from measurement.errors import BadInput
+from measurement.faults import looked_over
 from measurement.rig import DirectRig
 from measurement.runs import Run, read_run
 from tests.fmu_compensator.conftest import DIRECT_RIG, RIG, make_run
 from tests.refusing import refusal
 
-RUNS = [make_run(name, seed) for seed, name in enumerate("abcd")]
-FINE = [make_run(name, seed, step_s=30.0) for seed, name in enumerate("abcd")]
+RUNS = looked_over([make_run(name, seed) for seed, name in enumerate("abcd")])
+FINE = looked_over([make_run(name, seed, step_s=30.0) for seed, name in enumerate("abcd")])
 
 
 def changed(run: Run, **columns: Any) -> Run:
@@ -42,7 +43,7 @@ def test_grey_points_take_one_of_each_group():
 
 @pytest.mark.parametrize("model", [None, "mlr"])
 def test_what_is_promised_is_what_runs_left_out_show(model):
-    table = fit_compensator(RUNS, RIG, model, points="T1,T4")
+    table = fit_compensator(RUNS[:3], RIG, model, points="T1,T4")
     assert table["error_model"]["kind"] == (model or "gaussian")
     figures = table["provenance"]["figures"]
     for axis, row in figures["unseen"]["like"].items():
@@ -50,9 +51,9 @@ def test_what_is_promised_is_what_runs_left_out_show(model):
         assert figures["training"][axis]["model"] < row["model"] < 0.4, axis
         assert row["no_model"] > 0.9
         assert 0.5 < row["inside"] <= 1.0
-    assert [row["run"] for row in figures["unseen"]["by_run"]] == list("abcd")
+    assert [row["run"] for row in figures["unseen"]["by_run"]] == list("abc")
     # The promise is that of a compensator made without the run, driven through it.
-    left = fitted(RUNS[1:], RIG, model, points="T1,T4", limits={"slew_um_per_s": 1000.0})
+    left = fitted(RUNS[1:3], RIG, model, points="T1,T4", limits={"slew_um_per_s": 1000.0})
     driven = drive(parse_model(compensator_text(left), "left"), RUNS[0], RUNS[0], RIG, 100.0)
     miss = np.sqrt(np.nanmean((driven.error / driven.half_width) ** 2, axis=0))
     assert figures["unseen"]["by_run"][0]["miss"] == pytest.approx(miss.tolist(), rel=1e-4)
@@ -109,9 +110,9 @@ def test_a_sensor_that_is_read_rarely_counts_by_straight_lines():
     # It is judged with its last reading held, as in a control: more is left than with every one.
     rare = [
         changed(run, T4_degC=np.where(np.arange(len(run.frame)) % 20, np.nan, run.frame["T4_degC"]))
-        for run in RUNS
+        for run in RUNS[:3]
     ]
-    tables = [fit_compensator(runs, RIG, "mlr", points="T1,T4") for runs in (RUNS, rare)]
+    tables = [fit_compensator(runs, RIG, "mlr", points="T1,T4") for runs in (RUNS[:3], rare)]
     unseen = [table["provenance"]["figures"]["unseen"]["like"]["Z"]["model"] for table in tables]
     assert unseen[0] < unseen[1] < 2.0 * unseen[0]
     assert [table["provenance"]["runs"][0]["rows"] for table in tables] == [len(RUNS[0].frame)] * 2
@@ -139,7 +140,7 @@ def test_a_spike_in_the_first_displacement_does_not_shift_the_run():
     first[0] += 50.0
     plain, spiked = (
         fit_compensator(runs, RIG, "mlr", points="T1,T4")["provenance"]
-        for runs in (FINE, [changed(FINE[0], S5_um=first), *FINE[1:]])
+        for runs in (FINE[:3], [changed(FINE[0], S5_um=first), *FINE[1:3]])
     )
     left, wanted = (one["figures"]["training"]["Z"]["no_model"] for one in (spiked, plain))
     assert left == pytest.approx(wanted, rel=0.01)

@@ -11,12 +11,13 @@ from fmu_compensator.fit.comparison import compare
 from fmu_compensator.fit.contestants import contestants
 from fmu_compensator.fit.splits import Split, leave_out
 from measurement.errors import BadInput
+from measurement.faults import looked_over
 from measurement.figures import figures_of_merit
 from measurement.runs import Run
 from tests.fmu_compensator.conftest import RIG, make_run
 from tests.refusing import refusal
 
-RUNS = [make_run(name, seed, hours=2.0) for seed, name in enumerate("abcde")]
+RUNS = looked_over([make_run(name, seed, hours=2.0) for seed, name in enumerate("abcde")])
 
 
 def one_split() -> Split:

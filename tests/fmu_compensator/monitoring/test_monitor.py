@@ -19,11 +19,12 @@ from fmu_compensator.monitoring.monitor import (
 )
 from fmu_compensator.runtime.modelfile import Model, parse_model
 from measurement.errors import BadInput
+from measurement.faults import looked_over
 from measurement.resampling import WRONG
 from measurement.runs import Run
 from tests.fmu_compensator.conftest import RIG, make_run
 
-TRAINING = [make_run(f"old{seed}", seed) for seed in range(8)]
+TRAINING = looked_over([make_run(f"old{seed}", seed) for seed in range(8)])
 NEW = [make_run(f"new{seed}", 100 + seed) for seed in range(3)]
 DISPLACEMENTS, ROWS = RIG.columns, np.arange(len(NEW[0].frame))
 
