@@ -13,6 +13,9 @@ from functools import cache, wraps
 from hashlib import sha256
 from importlib.metadata import entry_points
 from pathlib import Path
+from subprocess import CompletedProcess
+from types import SimpleNamespace
+from typing import Any
 
 import lark
 import pytest
@@ -20,9 +23,11 @@ from hypothesis import HealthCheck, settings
 from matplotlib.figure import Figure
 
 import build_fmu
+from fmu_packaging import reference
 from fmu_packaging.native import compilers as native_compilers
 from fmu_packaging.native.compilers import Compiler, NativeError, compilers
 from scenarios import figures
+from tests.forked import forked
 from tests.running import cannot_run
 
 HERE = Path(__file__).resolve().parent
@@ -190,6 +195,22 @@ def names_once() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(lark.Lark, "parse", cache(lark.Lark.parse))
         patched.setattr(lark, "Lark", cache(lark.Lark))
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def reference_runs_forked() -> Iterator[None]:
+    """A reference run is made in a process that has imported fmpy already.
+
+    The wheel's tests and those of builds in processes of their own have it as it ships.
+    """
+
+    def run(command: Sequence[str], **settings: Any) -> CompletedProcess[str]:
+        script = Path(command[3]).read_text("utf-8")
+        return forked(script, command[4:], settings["cwd"], settings["env"])
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(reference, "subprocess", SimpleNamespace(run=run))
         yield
 
 

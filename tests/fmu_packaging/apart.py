@@ -5,16 +5,10 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from tests.forked import PRELUDE, forked
 from tests.running import output_of
 
-PRELUDE = """
-import json, os, sys
-import fmpy
-from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import (FMU2Model, FMU2Slave, fmi2CallbackAllocateMemoryTYPE,
-                       fmi2CallbackFreeMemoryTYPE, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE)
-from fmpy.fmi3 import FMU3Model, FMU3Slave
-
+OPENING = """
 messages = []
 
 def _log(component, instance, status, category, message):
@@ -79,8 +73,13 @@ def apart(code: str, *arguments: object, before: str = "", path: Path | None = N
     The process must end well: a crash in the binary is a failure of the test.
     """
     where = f"import sys; sys.path.insert(0, {str(path)!r})\n" if path else ""
-    code = where + before + PRELUDE + code
-    shown = output_of(sys.executable, "-P", "-E", "-c", code, *arguments)
+    if path or before:  # as that may change what is imported
+        code = where + before + PRELUDE + OPENING + code
+        shown = output_of(sys.executable, "-P", "-E", "-c", code, *arguments)
+    else:
+        done = forked(OPENING + code, arguments)
+        assert done.returncode == 0, f"exit code {done.returncode}\n{done.stderr}\n{done.stdout}"
+        shown = done.stdout
     lines = [line for line in shown.splitlines() if line.startswith("RESULT")]
     assert lines, shown
     return json.loads(lines[-1].removeprefix("RESULT"))
