@@ -119,7 +119,7 @@ class Service:
             self.wall,
         )
         if warm is None and not self.settings.proof.said:
-            self.say("offsets stay invalid until the machine is known to be cold")
+            self.say("offsets are zero and invalid until the machine is known to be cold")
         self.manager.tell("READY=1")
         # The state is written in the background, and only the newest one.
         saver = Background(2)
