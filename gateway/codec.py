@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import isfinite, isnan, nan
+from typing import cast
 
 import can
 from cantools.database.errors import DecodeError
@@ -259,8 +260,7 @@ def decode(frame: Frame, data: bytes | bytearray) -> Content:
         found = frame.message.decode(bytes(data), decode_choices=False, scaling=False)
     except DecodeError as error:
         raise LookupError(str(error)) from None
-    assert isinstance(found, dict)
-    raw: dict[str, float] = {name: float(value) for name, value in found.items()}  # type: ignore[arg-type]
+    raw = cast("dict[str, float]", found)  # whole numbers stay whole: a float holds 53 bits
     page = int(raw[frame.multiplexer]) if frame.multiplexer else None
     values: dict[str, float] = {}
     problems: list[Finding] = []

@@ -100,7 +100,6 @@ def _number(name: str, spec: Spec, signal: CanSignal, plain: Signal) -> Signal:
     if ends != [0.0, 0.0]:  # no more than the bits hold, whatever the DBC file says
         least, most = sorted(turned * (factor * end + shift) for end in ends)
         low, high = max(low, least), min(high, most)
-    low, high = float(f"{low:.12g}"), float(f"{high:.12g}")
     return replace(plain, unit=wanted, scale=scale, offset=offset, low=low, high=high)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from gateway.busload import bus_load, frame_bits
-from gateway.codec import Encoder, Sender, Value
+from gateway.codec import Encoder, Sender, Value, decode, high_raw, low_raw
 from gateway.database import COMPENSATOR, MACHINE, Database, key_of
 from gateway.mapcheck import limits_of, problems_of
 from gateway.mapfile import MAPS
@@ -385,3 +385,23 @@ def test_an_answer_says_how_far_its_inputs_are_protected(builder):
     mapping = read_mapping(MAPS / "machine_builder.toml")
     assert builder.trust == "none"
     assert len(mapping.unprotected()) == 3
+
+
+@pytest.mark.parametrize("bits", [40, 56, 64])
+@pytest.mark.parametrize("sign", "+-")
+def test_long_raw_values_are_read_and_sent_to_the_last_bit(edited, bits, sign):
+    most = 2 ** (bits - (sign == "-")) - 1
+    wanted = 'signal = "TOOL_DATA.ToolLength", missing_raw'
+    path = edited(('signal = "TOOL_DATA.ToolLength"', f"{wanted} = {most}"))
+    dbc = path.with_name("machine_builder.dbc")
+    text = dbc.read_text(encoding="utf-8").replace("TOOL_DATA: 6", "TOOL_DATA: 8")
+    lines = text.replace("7|32@0-", f"7|{bits}@0{sign}").splitlines()
+    dbc.write_text("\n".join(line for line in lines if "SG_ ToolNumber" not in line) + "\n")
+    (frame,) = (f for f in read_mapping(path).database.frames if f.name == "TOOL_DATA")
+    missing = bytes(Encoder(frame).message({"tool_length": float("nan")}).data)
+    assert missing == most.to_bytes(bits // 8, "big").ljust(8, b"\0")
+    assert np.isnan(decode(frame, missing).values["tool_length"])
+    assert decode(frame, bytes(8)).values["tool_length"] == 0.0
+    if bits == 40:  # more than a float holds is no longer a length
+        signal = frame.signals["tool_length"]
+        assert (low_raw(signal), high_raw(signal)) == (-(most + 1) if sign == "-" else 0, most)
