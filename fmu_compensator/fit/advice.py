@@ -8,7 +8,8 @@ import numpy as np
 
 from fmu_compensator.driving import begins_late, drive, learnt_as
 from fmu_compensator.fit.data import prepare
-from fmu_compensator.fit.gaussian import Gaussian, Sample
+from fmu_compensator.fit.features import Sample
+from fmu_compensator.fit.gaussian import Gaussian
 from fmu_compensator.fit.promise import FEWEST_JUDGED_ROWS, by_axis, left_of
 from fmu_compensator.fit.run_conditions import conditions_of, values_of
 from fmu_compensator.fit.updating import gaussian_of, sample_of_run

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from fmu_compensator.fit.columns import MeasuredColumns
-from fmu_compensator.fit.gaussian import LAGS_S
+from fmu_compensator.fit.features import LAGS_S
 from fmu_compensator.fit.training import GRID_S, Array, TrainingRun, row_weights
 from fmu_compensator.runtime.fields import is_name
 from measurement.drift import counted, late_by

@@ -18,17 +18,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
 
-from fmu_compensator.fit.training import Array, TrainingRun
+from fmu_compensator.fit.features import LAGS_S, Sample
+from fmu_compensator.fit.training import Array
 from measurement.errors import BadInput
 
-LAGS_S = (900.0, 3600.0, 14400.0)
-"""Lags of the rises, in addition to the rises themselves [s]. Faster ones would let the model use
-the slope of a thermometer's reading: set on a lathe outside this project, where that generalised
-badly to other conditions."""
 DEGREES = 3.0
 """Degrees of freedom of Student's t for the size of a run's random walk [1]: set on nine splits of
 the lathe's runs and fifteen simulated machines, where 90 % intervals contain 79 to 97 %. At 2 they
@@ -41,10 +37,6 @@ SPREAD_OF_WALK = 2.0
 about 0 [1]. Wide enough that the runs decide; set on no data."""
 SMALLEST_NOISE = 0.02
 """Lower limit of the noise of a displacement [um, urad]: set on no data."""
-MOST_ROWS = 48
-"""Number of rows used per run, evenly spread over time: as errors last hours, they tell as much as
-all. Set on no data; on twelve splits of the lathe's and the electric spindle's runs errors are 3 %
-larger with 24 (geometric mean), and 4 % with 96."""
 LOST = 0.05
 """Share of the variance by which the omitted directions of the weights may widen an interval [1]:
 omitting them keeps the file and a step small, and never makes intervals narrower. Set on no
@@ -52,28 +44,6 @@ data."""
 ROUNDS = 6
 """Alternations between sizes of runs and scales: set on the lathe's runs, where the fourth no
 longer changes a displayed digit."""
-
-
-@dataclass(frozen=True)
-class Sample:
-    """The rows of one run that the weights are learnt from.
-
-    Attributes
-    ----------
-    hours : array (n,)
-        Time since the start of the walk [h].
-    features : array (n, p)
-        Rises and their lags [K].
-    targets : array (n, m)
-        [um, urad]
-    mean : array (n, m)
-        Prediction of the mean function fitted to other runs [um, urad].
-    """
-
-    hours: Array
-    features: Array
-    targets: Array
-    mean: Array
 
 
 @dataclass(frozen=True)
@@ -381,66 +351,3 @@ def directions(model: Gaussian, samples: Sequence[Sample], before: Array | None 
     enough = explained[-1] - explained <= LOST * usual
     both = np.vstack([before, (turned @ known.T)[: int(np.argmax(enough)) + 1]])
     return both if len(both) <= size else np.asarray(np.linalg.qr(both, mode="r"))  # same D' D
-
-
-def rises_and_lags(time_s: Array, rises: Array) -> Array:
-    """Return the features of a run, shape (n, k * (1 + lags)): rises, then lag by lag [K].
-
-    Parameters
-    ----------
-    time_s : array (n,)
-        Increasing [s].
-    rises : array (n, k)
-        Rises above the first reading or above fixed temperatures [K]. The lags start at zero;
-        between rows a rise moves evenly.
-    """
-    lagged = np.zeros((len(rises), len(LAGS_S), rises.shape[1]))
-    state = np.zeros((len(LAGS_S), rises.shape[1]))
-    # As at run time: `share` and `behind` of every step and lag.
-    steps, tau = np.diff(time_s)[:, None, None], np.array(LAGS_S)[:, None]
-    parts = -np.expm1(-steps / tau)
-    late = tau / steps - (1.0 - parts) / parts
-    seen = rises[1:, None] - late * np.diff(rises, axis=0)[:, None]
-    for row, (part, rise) in enumerate(zip(parts, seen, strict=True), start=1):
-        state = state + part * (rise - state)
-        lagged[row] = state
-    return np.hstack([rises, lagged.reshape(len(rises), len(LAGS_S) * rises.shape[1])])
-
-
-def spread_rows(hours: Array, known: NDArray[np.bool_]) -> NDArray[np.int_]:
-    """Return up to `MOST_ROWS` of the known rows, evenly spread in time, without the first row."""
-    rows = np.flatnonzero(known)
-    rows = rows[rows > 0]
-    if len(rows) <= MOST_ROWS:
-        return rows
-    wanted = np.linspace(hours[rows[0]], hours[rows[-1]], MOST_ROWS)
-    return np.asarray(rows[np.unique(np.searchsorted(hours[rows], wanted).clip(0, len(rows) - 1))])
-
-
-def sample_of(
-    run: TrainingRun, rises: Array, targets: Array, mean: Array, settled_h: float = 0.0
-) -> Sample:
-    """Return the rows of a run to learn the weights from.
-
-    Parameters
-    ----------
-    run : TrainingRun
-        Its rows with complete inputs.
-    rises : array (n, k)
-        Of its thermometers [K].
-    targets, mean : array (n, m)
-        Measured targets (NaN: not measured) and the mean function's prediction [um, urad].
-    settled_h : float
-        Time that the walk had run at the first row: 0 if targets start at zero [h].
-    """
-    hours = (run.time_s - run.time_s[0]) / 3600.0 if len(run.time_s) else run.time_s
-    known = np.asarray(np.isfinite(targets + mean).all(axis=1))
-    features = rises_and_lags(run.time_s, rises)
-    first = int(known.argmax())
-    if not settled_h and first:
-        # Drift counts from the first reading, and so does everything that explains it.
-        known[first] = False
-        hours, features = hours - hours[first], features - features[first]
-        targets, mean = targets - targets[first], mean - mean[first]
-    rows = spread_rows(hours, known)
-    return Sample(hours[rows] + settled_h, features[rows], targets[rows], mean[rows])

@@ -14,16 +14,8 @@ from scipy.special import stdtrit
 from fmu_compensator.fit.conditions import FOLDS
 from fmu_compensator.fit.data import Prepared, PreparedRun, first_valid
 from fmu_compensator.fit.error_models.base import FittedModel
-from fmu_compensator.fit.gaussian import (
-    DEGREES,
-    LAGS_S,
-    Gaussian,
-    Sample,
-    by_feature,
-    directions,
-    rises_and_lags,
-    sample_of,
-)
+from fmu_compensator.fit.features import LAGS_S, Sample, rises_and_lags, sample_of
+from fmu_compensator.fit.gaussian import DEGREES, Gaussian, by_feature, directions
 from fmu_compensator.fit.recipe import Recipe
 from fmu_compensator.fit.training import GRID_S, Array, TrainingRun
 from fmu_compensator.runtime.gaussian import OF_FIXED, OF_START

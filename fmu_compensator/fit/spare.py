@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fmu_compensator.fit.data import PreparedRun
-from fmu_compensator.fit.gaussian import LAGS_S, spread_rows
+from fmu_compensator.fit.features import LAGS_S, spread_rows
 from fmu_compensator.fit.installed import Installed, listed
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.resampling import FINEST_K

@@ -12,7 +12,8 @@ import numpy as np
 from fmu_compensator.driving import learnt_as
 from fmu_compensator.fit.data import Prepared, PreparedRun, left_out, prepare
 from fmu_compensator.fit.error_models.base import predicted
-from fmu_compensator.fit.gaussian import Gaussian, Sample, by_feature, directions, sample_of
+from fmu_compensator.fit.features import Sample, sample_of
+from fmu_compensator.fit.gaussian import Gaussian, by_feature, directions
 from fmu_compensator.fit.installed import listed, rises_of
 from fmu_compensator.fit.promise import FEWEST_JUDGED_ROWS, RunLeft, followed, judge_runs
 from fmu_compensator.fit.ranges import limits_table, sensor_table

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from fmu_compensator.fit.data import bridged
-from fmu_compensator.fit.gaussian import DEGREES, MOST_ROWS
+from fmu_compensator.fit.features import MOST_ROWS
+from fmu_compensator.fit.gaussian import DEGREES
 from fmu_compensator.fit.installed import COVERAGE
 from fmu_compensator.fit.training import Array
 from fmu_compensator.runtime.modelfile import Model

@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from fmu_compensator.fit.gaussian import Sample, rises_and_lags
+from fmu_compensator.fit.features import Sample, rises_and_lags
 
 Array = npt.NDArray[np.float64]
 

@@ -6,8 +6,8 @@ import pytest
 import spindle_drift as sd
 from fmu_compensator.driving import drive
 from fmu_compensator.fit.data import prepare
+from fmu_compensator.fit.features import rises_and_lags, sample_of
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
-from fmu_compensator.fit.gaussian import rises_and_lags, sample_of
 from fmu_compensator.runtime.modelfile import parse_model
 from measurement.drift import predicted_drift
 from measurement.errors import BadInput

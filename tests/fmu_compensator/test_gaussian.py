@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from fmu_compensator.fit import gaussian as fitting
-from fmu_compensator.fit.gaussian import Gaussian, Sample, by_feature, directions, rises_and_lags
+from fmu_compensator.fit.features import Sample, rises_and_lags
+from fmu_compensator.fit.gaussian import Gaussian, by_feature, directions
 from fmu_compensator.runtime.fields import Fields
 from fmu_compensator.runtime.gaussian import Gaussian as Installed
 from tests.fmu_compensator.dense import LAGS_S, Array, Dense, drawn
