@@ -15,6 +15,7 @@ import re
 import sys
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 
 VENDORED = "pythonfmu"
@@ -229,13 +230,14 @@ def rewritten(source: str, root: str, ours: Iterable[str], name: str = "<module>
     return b"".join(lines).decode()
 
 
+@cache
 def _imports(
     source: str,
     name: str,
     is_package: bool,
     relative: bool = True,
     typing_too: bool = False,
-) -> list[_Import]:
+) -> tuple[_Import, ...]:
     """Return the imports of a module, with those for type checkers only if *typing_too*."""
     tree = ast.parse(source)
     skipped = set() if typing_too else _typing_only(tree)
@@ -259,7 +261,7 @@ def _imports(
             candidates = (module, *(f"{module}.{alias.name}" for alias in node.names))
             line, column = _module_position(source, node)
             found.append(_Import(line, column, module, candidates))
-    return found
+    return tuple(found)
 
 
 def _resolved(node: ast.ImportFrom, name: str, is_package: bool) -> str:

@@ -143,7 +143,7 @@ MEASURED = st.none() | st.tuples(PROBE, PROBE, PROBE, PROBE, PROBE)
 READINGS = st.tuples(READING, READING, READING, READING)
 SAMPLE = st.tuples(TIMING, TIMING, READINGS, READING, READING, MEASURED)
 ONCE = settings(
-    max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 
 

@@ -81,10 +81,10 @@ def test_sets_that_share_temperatures_read_as_each_would_alone(temperature_depen
         return step(machine, network, *rest)
 
     monkeypatch.setattr(module, "trajectories", counted)
-    together = simulate(machine, inputs, sets, tolerance=1e-7)
+    together = simulate(machine, inputs, sets, tolerance=1e-6)
     assert stepped == [2]
     for i in range(4):
-        alone = simulate(machine, inputs, {k: v[i] for k, v in sets.items()}, tolerance=1e-7)
+        alone = simulate(machine, inputs, {k: v[i] for k, v in sets.items()}, tolerance=1e-6)
         for name, shown in alone.readings.items():
             np.testing.assert_allclose(together.readings[name][i], shown[0], atol=1e-4)
 

@@ -234,7 +234,7 @@ def test_a_case_that_takes_its_process_down_loses_no_other(sweep, tiny_folder, t
 
 
 def test_what_drives_the_error_is_named(sweep):
-    found = sweep("out", "gain=1e-3..2e-3", "noise_seed=1..9:2", "speed=1000", repeat=20)
+    found = sweep("out", "gain=1e-3..2e-3", "noise_seed=1..9:2", "speed=1000", repeat=12)
     axis = found["variants"]["main"]["axes"]["X"]
     assert axis["rank_correlation"] == {"gain": 1.0}
     assert "main     X     gain +1.00" in as_text(found)

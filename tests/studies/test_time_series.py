@@ -14,9 +14,10 @@ from fmu_compensator.fit.error_models.mlr import MultipleLinearRegression
 from fmu_compensator.fit.recipe import Recipe
 from fmu_compensator.fit.training import TrainingRun
 from measurement.errors import BadInput
+from measurement.runs import Run
 from studies.fit.arma import AutoregressiveMovingAverage
 from studies.fit.arx import AutoregressiveExogenous
-from tests.fmu_compensator.conftest import RIG, make_run
+from tests.fmu_compensator.conftest import DIRECT_RIG, make_run
 from tests.fmu_compensator.models.made import lag, rms, run_of, steps, task_of
 
 # ARX
@@ -156,10 +157,15 @@ def test_arma_differences_once_and_finds_the_coefficient():
 
 
 def test_a_run_that_is_sampled_too_coarsely_for_arma_is_named():
-    runs = [make_run(name, seed, hours=1.5, step_s=60.0) for seed, name in enumerate("ab")]
-    runs.append(make_run("coarse", 2, hours=1.5, step_s=600.0))
+    made = [make_run(name, seed, hours=1.5, step_s=60.0) for seed, name in enumerate("ab")]
+    made.append(make_run("coarse", 2, hours=1.5, step_s=600.0))
+    axes = {"disp_x_um": "S1_um", "disp_z_um": "S5_um"}
+    runs = [
+        Run(run.name, run.frame.assign(**{name: run.frame[one] for name, one in axes.items()}))
+        for run in made
+    ]
     recipe = Recipe("arma", "T1,T4", "rise", {}, {"order": 1})
-    prepared = prepare(runs, RIG, "rise")
+    prepared = prepare(runs, DIRECT_RIG, "rise")
     chosen, _ = recipe.choose(prepared, prepared.runs)
     notes = list(recipe.fit(prepared, prepared.runs, chosen).notes)
     assert notes == [
@@ -200,8 +206,7 @@ def test_one_step_ahead_beats_persistence_and_says_nothing_of_a_free_run():
 
 
 def test_a_free_run_starts_from_zero_as_one_that_measures_does():
-    run = integrated_ar(0)
-    fitted = AutoregressiveMovingAverage.fit(task_of([run]))
+    run, fitted = integrated_ar(0), of_integrated_ar()
     once = np.full_like(run.targets, np.nan)
     once[0] = 0.0
     free = fitted.predict(run)

@@ -149,7 +149,7 @@ def test_every_effect_gives_the_numbers_of_python(machine, library_of):
         worst, python = compared(everything, library, values_of(everything, rng, share_on), rng, 25)
         linear += python.network.linear
         assert worst < CLOSE
-    worst, python = compared(everything, library, linear_values_of(everything, rng), rng, 300)
+    worst, python = compared(everything, library, linear_values_of(everything, rng), rng, 120)
     assert worst < CLOSE
     assert python.network.linear
 

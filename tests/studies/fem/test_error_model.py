@@ -1,6 +1,7 @@
 """The finite-element spindle as an error model: reduction, identification, refusals."""
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -68,6 +69,11 @@ def runs(jig_borer: FiniteElementSpindle) -> list[Run]:
     return [measured(jig_borer, seed) for seed in (1, 2, 3)]
 
 
+@pytest.fixture(scope="module")
+def table(runs: list[Run]) -> dict[str, Any]:
+    return FiniteElementModel.fit(task_of(runs[:1]), identify=False).table()
+
+
 def test_the_reduced_spindle_follows_the_whole_one(jig_borer):
     reduced = ReducedSpindle(jig_borer, 14, (0.0, 12000.0))
     mass = jig_borer.heat.mass
@@ -119,9 +125,8 @@ def test_it_identifies_a_spindle_that_differs(jig_borer):
     assert errors[1] < 0.8 * errors[0]
 
 
-def test_air_is_used_where_it_was_chosen(runs):
-    with_air = FiniteElementModel.fit(task_of(runs[:1]), identify=False)
-    assert with_air.table()["outside_inputs"] == [0]
+def test_air_is_used_where_it_was_chosen(runs, table):
+    assert table["outside_inputs"] == [0]
     without = dataclasses.replace(task_of(runs[:1]), input_names=["A", "T1"])
     assert FiniteElementModel.fit(without, identify=False).table()["outside_inputs"] == []
 
@@ -158,7 +163,6 @@ def test_runs_without_speed_are_refused(runs):
         ("regimes.0.colour", 1),
     ],
 )
-def test_a_damaged_table_is_refused(runs, field, value):
-    table = FiniteElementModel.fit(task_of(runs[:1]), identify=False).table()
+def test_a_damaged_table_is_refused(table, field, value):
     damaged = Fields(mangled(table, field, value), "file")
     assert refusal(error_models()["fem"].from_fields, damaged, 2, 2)
