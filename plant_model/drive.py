@@ -122,6 +122,29 @@ def column_in(frame: pd.DataFrame, entry: Input) -> str | None:
     return next((name for name in names if name in frame.columns), None)
 
 
+def check_ranges(machine: Machine, frame: pd.DataFrame) -> None:
+    """Refuse inputs outside the ranges that the machine file gives them.
+
+    Parameters
+    ----------
+    machine : Machine
+    frame : DataFrame
+        As in `drive_from`.
+
+    Raises
+    ------
+    DriveError
+        For the first such value of an input.
+    """
+    for entry in machine.inputs:
+        column = column_in(frame, entry)
+        values = np.asarray(frame[column] if column else (), dtype=np.float64)
+        for k in np.flatnonzero((values < entry.low) | (values > entry.high))[:1]:
+            found = f"{values[k]:g} at {np.asarray(frame.get('time_s', frame.index))[k]:g} s"
+            allowed = f"{entry.low:g}..{entry.high:g} {entry.unit}"
+            raise DriveError(f"{column}: {found} is outside {allowed}")
+
+
 def _series(frame: pd.DataFrame, entry: Input) -> FloatArray:
     """Return one input at the frame's rows; gaps hold, those of boundaries are interpolated."""
     column = column_in(frame, entry)

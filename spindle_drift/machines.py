@@ -19,7 +19,7 @@ from gap_finder.standing import calibrated
 from measurement.errors import BadInput
 from measurement.runs import Run
 from plant_model import simulate as plant
-from plant_model.drive import DriveError
+from plant_model.drive import DriveError, check_ranges
 from plant_model.machine import Machine as Model
 from plant_model.machine_file import machine_path, read_machine
 from plant_model.machine_writer import write_machine
@@ -170,7 +170,7 @@ def simulate(
     Raises
     ------
     BadInput
-        If the inputs cannot drive the machine, or a parameter is not allowed.
+        If the inputs cannot drive the machine or leave its ranges, or a parameter is not allowed.
 
     Examples
     --------
@@ -196,6 +196,7 @@ def simulate(
     else:
         frame = inputs if isinstance(inputs, pd.DataFrame) else inputs.frame
     try:
+        check_ranges(model, frame)
         found = plant.simulate(model, frame, values, noise_seed=noise_seed)
     except (DriveError, ParameterError) as error:
         raise BadInput(source, "", str(error)) from None

@@ -170,6 +170,9 @@ def test_a_machine_keeps_what_it_was_given(tmp_path):
         machine.with_values({"nothing_like_it": 1.0})
     with pytest.raises(sd.BadInput, match="speed_rpm"):
         sd.simulate(machine, pd.DataFrame({"time_s": [0.0, 1.0]}))
+    fast = {"time_s": [0.0, 60.0], "T5_degC": 20.0, "T9_degC": 20.0, "speed_rpm": [0.0, 2e5]}
+    with pytest.raises(sd.BadInput, match=r"speed_rpm: 200000 at 60 s is outside 0\.\.20000 rpm"):
+        sd.simulate(machine, pd.DataFrame(fast))
 
 
 def test_a_comparison_is_that_of_the_command(runs, tmp_path, capsys):
