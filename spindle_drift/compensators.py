@@ -100,8 +100,8 @@ class Compensator:
     def figures(self) -> pd.DataFrame:
         """RMSE [um] of each axis: uncompensated, training runs, left-out runs, promised.
 
-        ``like`` leaves out runs that resemble the rest, ``unlike`` whole conditions; NaN if there
-        were fewer than three runs. All are remaining errors of the compensator as installed.
+        ``like`` leaves out runs that resemble the rest, ``unlike`` whole conditions; NaN if the
+        file states none. All are remaining errors of the compensator as installed.
         """
         told = self.model.provenance["figures"]
         unseen = told.get("unseen") or {}
@@ -110,10 +110,9 @@ class Compensator:
                 "no_model": row["no_model"],
                 "training": row["model"],
                 **{
-                    kind: unseen[kind][axis]["model"] if kind in unseen else math.nan
-                    for kind in ("like", "unlike")
+                    kind: unseen.get(kind, {}).get(axis, {}).get("model", math.nan)
+                    for kind in ("like", "unlike", "promised")
                 },
-                "promised": unseen["promised"][axis]["model"] if "promised" in unseen else math.nan,
             }
             for axis, row in told.get("training", {}).items()
         }

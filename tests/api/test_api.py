@@ -113,6 +113,11 @@ def test_what_is_fitted_is_what_the_command_fits(runs, tmp_path):
     figures = sd.Compensator.load(out).figures
     assert list(figures.columns) == ["no_model", "training", "like", "unlike", "promised"]
     assert figures["like"].notna().all()
+    table = json.loads(out.read_text())
+    del table["provenance"]["figures"]["unseen"]["like"]["Z"]
+    out.write_text(json.dumps(table))
+    figures = sd.Compensator.load(out).figures
+    assert list(figures.index[figures["like"].isna()]) == ["Z"]
 
 
 def test_offsets_are_those_of_the_fmu(fitted, runs, tmp_path):
