@@ -27,6 +27,8 @@ POSE = ("x", "y", "elongation", "yaw", "pitch", "tool_strain")
 """Components of a pose: radial drift at the gauge line [um], elongation [um], tilt [urad], and
 the growth of the tool per length [um/mm]."""
 
+UNITS_S = {"hours": 3600.0, "minutes": 60.0}
+"""Names of time constants and their units [s], given by the names."""
 
 ROUND = (-180.0, -135.0, -90.0, -45.0, 0.0, 45.0, 90.0, 135.0)
 """Directions [deg] that the gap finder tries for an effect with a direction, given by
@@ -357,8 +359,21 @@ class Effect:
         raise TypeError(f"{self.name} lags behind nothing")
 
     def time_constants(self) -> FloatArray:
-        """Return those of lagging own states [s], (sets or 1, own states); infinite: constant."""
-        raise TypeError(f"{self.name} has no time constants")
+        """Return those of lagging own states [s], (sets or 1, own states); infinite: constant.
+
+        By default the first state lags by the parameter ``hours`` or ``minutes``; a second one
+        keeps the value at the start.
+
+        Raises
+        ------
+        TypeError
+            If the effect has neither parameter.
+        """
+        unit = next((unit for unit in UNITS_S if unit in self.parameters), "")
+        if not unit:
+            raise TypeError(f"{self.name} has no time constants")
+        lag = UNITS_S[unit] * self.own(unit)
+        return np.concatenate([lag, np.full_like(lag, np.inf)], axis=1)[:, : len(self.states)]
 
     def state_decay(self) -> FloatArray:
         """Return the rates at which own states decay by themselves [1/s], (sets or 1, own states).

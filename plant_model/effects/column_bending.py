@@ -106,11 +106,6 @@ class ColumnBending(Effect):
             bends = bends - hall
         return np.stack([bends, bends], axis=-1)
 
-    def time_constants(self) -> FloatArray:
-        """Return the lag of the walls; the value at the start is kept."""
-        hours = self.own("hours")
-        return np.concatenate([3600.0 * hours, np.full_like(hours, np.inf)], axis=1)
-
     def displacement(
         self, inputs: Inputs, rise: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:

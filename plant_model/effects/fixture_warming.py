@@ -66,11 +66,6 @@ class FixtureWarming(Effect):
         followed = (1.0 - share) * hall + share * temperatures[..., self._part]
         return np.stack([followed, followed], axis=-1)
 
-    def time_constants(self) -> FloatArray:
-        """Return the lag of the fixture; the value at the start is kept."""
-        minutes = self.own("minutes")
-        return np.concatenate([60.0 * minutes, np.full_like(minutes, np.inf)], axis=1)
-
     def reading(
         self, inputs: Inputs, states: FloatArray, time_s: FloatArray, readings: Readings
     ) -> None:

@@ -81,11 +81,6 @@ class SlowStructure(Effect):
             followed = share * temperatures[..., self._part] + (1.0 - share) * followed
         return np.stack([followed, followed], axis=-1)
 
-    def time_constants(self) -> FloatArray:
-        """Return the lag of the bed; the value at the start is kept."""
-        hours = self.own("hours")
-        return np.concatenate([3600.0 * hours, np.full_like(hours, np.inf)], axis=1)
-
     def displacement(
         self, inputs: Inputs, rise: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:

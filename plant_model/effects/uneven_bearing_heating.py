@@ -119,10 +119,6 @@ class UnevenBearingHeating(Effect):
         shape = (*np.broadcast_shapes(relative.shape, (1, temperatures.shape[1])), 1)
         return np.broadcast_to(relative[..., None], shape)
 
-    def time_constants(self) -> FloatArray:
-        """Return the lag of the ring."""
-        return 60.0 * self.own("minutes")
-
     def start_states(self, temperatures: FloatArray, inputs: Inputs) -> FloatArray:
         """Start with an even ring."""
         return np.zeros((len(temperatures), 1))
