@@ -136,7 +136,7 @@ def test_tool_heating_ends_in_the_balance_of_its_own_states():
 def test_a_tool_at_rest_grows_with_the_hall():
     machine = lathe()
     assert not machine.of_kind("structure", "tool")
-    time = np.arange(0.0, 24 * 3600.0 + 1.0, 300.0)
+    time = np.arange(0.0, 14 * 3600.0 + 1.0, 300.0)
     hall = 20.0 + 4.0 * np.minimum(time / 7200.0, 1.0)
     inputs = pd.DataFrame({"time_s": time, "speed_rpm": 0.0, "hall_degC": hall})
     own = {"holder_length": 100.0, "capacity": 600.0, "loss": 3.0, "conductance": 1.0}
@@ -149,7 +149,7 @@ def test_a_tool_at_rest_grows_with_the_hall():
 
 
 def test_a_tool_of_the_structure_follows_the_hall_by_itself(jig_borer_lumps):
-    inputs = steady(0.0, 12.0)
+    inputs = steady(0.0, 8.0)
     inputs["T5_degC"] = 21.0 + 3.0 * np.minimum(inputs["time_s"] / 7200.0, 1.0)
     inputs["T9_degC"] = inputs["T5_degC"]
     _, with_it, without = change(jig_borer_lumps, "tool_heating", inputs)

@@ -101,7 +101,7 @@ def test_dependent_network_equals_an_independent_solver(
 
 def test_error_control_keeps_what_it_promises(jig_borer_lumps):
     machine = with_effects(jig_borer_lumps, "radiation", "viscosity_temperature")
-    inputs = inputs_over(0.75, every_s=60.0)
+    inputs = inputs_over(0.4, every_s=60.0)
     default = simulate(machine, inputs, step_s=60.0).temperatures
     close = simulate(machine, inputs, step_s=20.0, tolerance=1e-7).temperatures
     assert np.abs(default - close).max() < 1e-3
