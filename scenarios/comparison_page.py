@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from fmu_compensator.fit.comparison import Comparison, Judged, Row
 from measurement.faults import Fault, by_column, group_line
 from measurement.units import UNITS
 from scenarios.charts import BEFORE, LINES, SHOWN, Chart, Line, Panel, convergence_chart, with_gaps
-from scenarios.figures import draw, saved
 from scenarios.report import short, write_page
 
 
@@ -177,11 +175,17 @@ def write_figures(comparison: Comparison, folder: Path) -> list[Path]:
     -------
     list of Path
     """
+    from scenarios.figures import draw  # only here: it loads Matplotlib
+
     ranking = _draw_ranking(comparison, folder / "ranking.png")
     return [*(draw(chart, folder) for chart in charts_of(comparison)), ranking]
 
 
 def _draw_ranking(comparison: Comparison, path: Path) -> Path:
+    from matplotlib.figure import Figure
+
+    from scenarios.figures import saved
+
     lines = [line for line in table_of(comparison) if not line.row.uses_displacement][::-1]
     count = len(comparison.targets)
     figure = Figure(figsize=(4.0 + 2.6 * count, 1.2 + 0.32 * len(lines)), layout="constrained")

@@ -16,7 +16,6 @@ from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from scenarios.channel_charts import channel_charts, measured_against_model
 from scenarios.charts import BEFORE, LINES, Chart, Line
-from scenarios.figures import draw
 from scenarios.gap_map import RegimeMap, regime_map
 from scenarios.gap_signature import signature_charts
 from scenarios.parameter_rows import parameter_rows
@@ -33,6 +32,8 @@ def write_gap_page(
     folder: Path,
 ) -> list[Path]:
     """Write the page and its figures into *folder* and return the files."""
+    from scenarios.figures import draw  # only here: it loads Matplotlib
+
     result, unseen = judged.result, judged.unseen
     charts = signature_charts(result) + [
         chart

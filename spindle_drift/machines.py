@@ -24,7 +24,6 @@ from plant_model.machine import Machine as Model
 from plant_model.machine_file import machine_path, read_machine
 from plant_model.machine_writer import write_machine
 from plant_model.parameters import ParameterError
-from scenarios.gap_runner import begun_warm, not_compared, usable_runs
 from scenarios.machine_inputs import inputs_of
 from scenarios.outputs import MACHINE_FILE, check_output, guarding, marked
 from scenarios.scenario import Case, read_scenario
@@ -292,6 +291,8 @@ def calibrate(
     """
     if not 1 <= starts <= 50:
         raise BadInput("--starts", "", f"{starts} is outside 1..50")
+    from scenarios.gap_runner import begun_warm, not_compared, usable_runs
+
     given, recorded = as_machine(machine), as_runs(runs)
     used, _, faults = usable_runs(given.model, recorded)
     found, observed, stood = calibrated(

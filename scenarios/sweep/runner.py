@@ -16,7 +16,6 @@ from tqdm import tqdm
 from measurement.errors import BadInput
 from measurement.files import write_atomically
 from scenarios.runner import versions
-from scenarios.sweep.figure import draw
 from scenarios.sweep.plan import Plan, Request, plan
 from scenarios.sweep.pool import cores, on_cores
 from scenarios.sweep.store import Store
@@ -98,6 +97,8 @@ def _written(planned: Plan, outcomes: Mapping[int, dict[str, Any]], out: Path) -
     bands = over_time(planned, outcomes)
     files = _tables(table, out)
     if not bands.empty:
+        from scenarios.sweep.figure import draw  # only here: it loads Matplotlib
+
         write_atomically(out / BANDS, bands.to_csv(index=False, lineterminator="\n"))
         files += [BANDS, *draw(planned, table, bands, out)]
     facts = {

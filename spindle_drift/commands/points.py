@@ -16,7 +16,6 @@ from scenarios.arguments import add_json, add_parameters, add_results, add_runs
 from scenarios.charts import SHOWN
 from scenarios.grey_options import add_grey_options, grey_options
 from scenarios.outputs import FOLDER
-from scenarios.points_figures import draw_points
 from scenarios.presets import add_as, preset
 from scenarios.results import write_findings
 from spindle_drift._inputs import as_runs
@@ -64,6 +63,8 @@ def run(args: argparse.Namespace) -> int:
     text = json.dumps(surveyed.to_dict(), indent=1, allow_nan=False)
     lines = _report(surveyed)
     if args.out is not None:
+        from scenarios.points_figures import draw_points  # only here: it loads Matplotlib
+
         paths = write_findings(args.out, "points", text, partial(draw_points, surveyed))
         lines.append("wrote " + ", ".join(map(str, paths)))
     print(text if args.json else "\n".join(lines))

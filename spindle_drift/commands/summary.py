@@ -16,10 +16,8 @@ from measurement.iso230 import Summary
 from measurement.rig import Rig
 from measurement.runs import Run, read_run
 from scenarios.arguments import add_json, add_parameters, add_results, add_runs
-from scenarios.figures import png_bytes
 from scenarios.outputs import FOLDER
 from scenarios.results import write_findings
-from scenarios.run_figure import draw_overview
 from spindle_drift.machines import Machine
 from spindle_drift.recordings import rig_for, summary
 
@@ -68,6 +66,9 @@ def run(args: argparse.Namespace) -> int:
 def _draw(
     folder: Path, runs: list[Run], summaries: list[Summary], rigs: list[Rig | None]
 ) -> list[Path]:
+    from scenarios.figures import png_bytes  # only here: it loads Matplotlib
+    from scenarios.run_figure import draw_overview
+
     names = _file_names([entry.name for entry in runs])
     every = list(zip(names, runs, summaries, rigs, strict=True))
     hidden = len(every) < 4 or not sys.stderr.isatty()

@@ -35,6 +35,17 @@ def test_help_lists_every_command_and_is_quick():
         assert f"\n    {command} " in done.stdout
 
 
+def test_no_help_waits_for_matplotlib():
+    code = """
+import sys
+from scenarios.cli import commands, main
+for name in commands():
+    main([name, "--help"])
+    assert "matplotlib" not in sys.modules, name
+"""
+    subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+
+
 def test_list_names_every_scenario(prints):
     lines = prints(["list"]).splitlines()
     assert [line.split()[0] for line in lines] == [path.stem for path in library()]
