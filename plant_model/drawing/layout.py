@@ -202,6 +202,9 @@ class Drawing:
                 raise self.refuse("inputs", f"{name} is missing: an input in {unit} of this name")
             if inputs[name].unit != unit:
                 raise self.refuse(f"inputs.{name}.unit", f"{inputs[name].unit!r} must be {unit}")
+        if not self.highest_speed > 0.0:
+            low, high = inputs["speed"].low, inputs["speed"].high
+            raise self.refuse("inputs.speed", f"{low:g} to {high:g} rpm is no range to turn in")
 
     def _stretches(self, part: str, form: ShaftForm | HousingForm) -> None:
         self.one_of(f"{part}.material", form.material, self.materials)

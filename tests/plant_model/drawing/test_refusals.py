@@ -82,6 +82,7 @@ def stretches(end: float, start: float) -> list[dict[str, float]]:
         ("motor.to", 300, ": 300 mm is outside the shaft, which is from 0 to 260 mm"),
         # The form.
         ("inputs.speed", None, "inputs: speed is missing: an input in rpm of this name"),
+        ("inputs.speed.high", 0, "inputs.speed: 0 to 0 rpm is no range to turn in"),
         ("shaft.gauge_line", 300, ": 300 mm is outside the shaft"),
         ("shaft.lenght", 3, ": is not a known field"),
         ("shaft", None, ": is missing"),
