@@ -20,6 +20,7 @@ from scenarios.scenario import read_scenario
 from tests.gateway.bench import Bench
 from tests.gateway.bus import gateway_thread
 from tests.gateway.conftest import new_wire
+from tests.patience import PATIENCE_S
 
 # Small enough to be believed at once.
 SHOWN = {"elongation": 0.4, "yaw": 1.0, "pitch": -1.0, "near_x": 0.4, "near_y": -0.3}
@@ -134,11 +135,11 @@ def test_nobody_takes_it_and_the_control_gives_up(database):
 def test_the_machine_probes_as_the_co_simulation_does(database, shipped, tmp_path):
     wire, run = new_wire("virtual"), tmp_path / "run.csv"
     settings = {"duration_s": 120.0, "signals.speed": 9000, "compensator.probe.when_um": 0.5}
-    clock = GatewaySettings(machine_clock=True, timeout_s=10.0)
+    clock = GatewaySettings(machine_clock=True, timeout_s=PATIENCE_S)
     plant, compensator = shipped / "plant.fmu", shipped / "compensator.fmu"
     with gateway_thread(wire, database, compensator, clock) as service:
         command = ["machine", "step_speed", *wire.arguments(), "--fmu-dir", str(shipped)]
-        command += ["--timeout", "10000", "--speed-up", "max", "--out", str(run)]
+        command += ["--timeout", f"{1e3 * PATIENCE_S:g}", "--speed-up", "max", "--out", str(run)]
         assert main([*command, *(f"--set={name}={value}" for name, value in settings.items())]) == 0
     case = read_scenario("step_speed", [*settings.items(), ("record_s", 1.0)]).cases[0]
     direct = simulate(case, plant, compensator, quiet=True).frame

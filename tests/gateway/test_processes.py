@@ -18,8 +18,11 @@ from scenarios.scenario import read_scenario
 from tests.gateway.bench import WARM
 from tests.gateway.bus import Answer, Control, Listener
 from tests.gateway.conftest import SLEW_UM_PER_S, new_wire
+from tests.patience import PATIENCE_S
 
-LOCKSTEP = ("--clock", "machine", "--timeout", 10000)
+TIMEOUT, LONG = ("--timeout", f"{1e3 * PATIENCE_S:g}"), f"{PATIENCE_S:g}"
+LOCKSTEP = ("--clock", "machine", "--startup-timeout", LONG, *TIMEOUT)
+WAITING = ("--wait", LONG, *TIMEOUT)
 LONG_S = 100
 
 
@@ -49,7 +52,7 @@ def test_the_loop_of_two_processes_and_its_replay(
     bus = [*shared_wire.arguments(), "--fmu-dir", shipped]
     run, log, again = tmp_path / "run.csv", tmp_path / "first.log", tmp_path / "again.log"
     gateway = start("gateway", *bus, *LOCKSTEP, "--until-off", "--json", "--log", log)
-    machine = ["machine", *map(str, bus), "--speed-up", "max", "--timeout", "10000"]
+    machine = ["machine", *map(str, bus), "--speed-up", "max", *WAITING]
     more = ["--set", f"duration_s={LONG_S}", "--set", "signals.speed=9000", "--out", str(run)]
     assert main([*machine, "step_speed", *more, "--json", "--quiet"]) == 0
     assert gateway.wait() == 0, gateway.text()
