@@ -295,7 +295,7 @@ class _Evidence:
         return float(cost), np.append(by_walk, by_scale)
 
     def _spread(self, told: _Posterior, left: Array, weights: Array) -> Array:
-        """Return the most likely Sigma for these weights, and what they leave of the targets."""
+        """Return the most likely Sigma, from these weights and what they leave of targets."""
         found = told.squares(left, weights) / len(left)
         return np.asarray(found + SMALLEST_NOISE**2 * np.eye(len(found)))
 
