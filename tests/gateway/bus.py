@@ -3,14 +3,13 @@
 import contextlib
 import multiprocessing
 import os
-import subprocess
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import can
 import cantools
@@ -29,6 +28,8 @@ from tests.gateway.bench import proven, told_by_machine
 
 ROOT = Path(__file__).resolve().parents[2]
 PATIENCE_S = 60.0
+SERVER = multiprocessing.get_context("forkserver")
+SERVER.set_forkserver_preload(["pytest", __name__, "gateway.commands.gateway"])
 Answer = dict[str, float | str]
 
 
@@ -219,87 +220,56 @@ def gateway_thread(
         raise problems[0]
 
 
-def _started(arguments: list[str], output: IO[bytes]) -> subprocess.Popen[bytes]:
-    return subprocess.Popen(
-        [sys.executable, "-m", "scenarios.cli", *arguments],
-        cwd=ROOT,
-        stdin=subprocess.DEVNULL,
-        stdout=output,
-        stderr=subprocess.STDOUT,
-    )
-
-
-class _Forked:
-    """A command in a fork of this process, with what `subprocess.Popen` has of use here."""
-
-    def __init__(self, arguments: list[str], output: IO[bytes]) -> None:
-        fork = multiprocessing.get_context("fork")
-        self._child = fork.Process(target=self._run, args=(arguments, output.fileno()))
-        self._child.start()
-        assert self._child.pid
-        self.pid = self._child.pid
-        self.kill, self.terminate = self._child.kill, self._child.terminate
-
-    @staticmethod
-    def _run(arguments: list[str], output: int) -> None:
-        os.chdir(ROOT)
-        with open(os.devnull, "rb") as nothing:
-            os.dup2(nothing.fileno(), 0)
-        os.dup2(output, 1)
-        os.dup2(output, 2)
-        # What pytest has put in their place writes elsewhere.
-        sys.stdout, sys.stderr = (os.fdopen(fd, "w", encoding="utf-8") for fd in (1, 2))
-        sys.exit(main(arguments))
-
-    def poll(self) -> int | None:
-        return self._child.exitcode
-
-    def wait(self, timeout_s: float) -> int:
-        self._child.join(timeout_s)
-        if self._child.exitcode is None:
-            raise subprocess.TimeoutExpired("spindle-drift", timeout_s)
-        return self._child.exitcode
+def _command(arguments: list[str], output: Path, environment: dict[str, str]) -> None:
+    """Run a command as the main program of a process does."""
+    os.environ.update(environment)
+    os.chdir(ROOT)
+    for number, place in enumerate((os.devnull, output, output)):
+        os.dup2(os.open(place, os.O_RDWR | os.O_APPEND), number)
+    sys.exit(main(arguments))
 
 
 class Program:
     """A command of spindle-drift as a process of its own.
 
-    In the guest of `tests.gateway.on_vcan` a new interpreter takes 15 s to import what a command
-    needs: there the process is a fork of this one, which has imported it.
+    The process is a fork of one that has imported what a command needs, which takes two seconds.
     """
 
     def __init__(self, folder: Path, *arguments: object) -> None:
         self.arguments = [str(argument) for argument in arguments]
-        self._output = (folder / f"{self.arguments[0]}-{time.monotonic_ns()}.txt").open("w+b")
-        started = _Forked if os.environ.get("IN_GUEST") else _started
-        self._process = started(self.arguments, self._output)
+        self._output = folder / f"{self.arguments[0]}-{time.monotonic_ns()}.txt"
+        self._output.touch()
+        given = (self.arguments, self._output, dict(os.environ))
+        self._process = SERVER.Process(target=_command, args=given)
+        self._process.start()
 
     @property
     def pid(self) -> int:
         """Its process."""
+        assert self._process.pid
         return self._process.pid
 
     def text(self) -> str:
         """Return what it has printed so far."""
-        self._output.seek(0)
-        return self._output.read().decode()
+        return self._output.read_text("utf-8")
 
     def kill(self) -> None:
         """End it without a chance to clean up, as kill -9 does."""
         self._process.kill()
-        self._process.wait(PATIENCE_S)
+        self.wait(PATIENCE_S)
 
     def stop(self) -> int:
         """Ask it to end and return its exit code."""
         self._process.terminate()
-        return self._process.wait(PATIENCE_S)
+        return self.wait(PATIENCE_S)
 
     def wait(self, timeout_s: float = 120.0) -> int:
         """Wait for its end and return its exit code."""
-        return self._process.wait(timeout_s)
+        self._process.join(timeout_s)
+        assert self._process.exitcode is not None
+        return self._process.exitcode
 
     def close(self) -> None:
         """Make sure that it is gone."""
-        if self._process.poll() is None:
+        if self._process.is_alive():
             self.kill()
-        self._output.close()

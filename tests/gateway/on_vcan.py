@@ -108,7 +108,7 @@ def _in_guest(command: list[str], folder: Path, environment: dict[str, str]) -> 
     if command[: len(PYTEST)] == PYTEST:
         command = [*command, f"--basetemp={folder / 'tmp'}"]
     kept = {key: os.environ[key] for key in ("CI", "HOME", "LANG") if key in os.environ}
-    kept |= {"PYTHONDONTWRITEBYTECODE": "1", "PYTHONPATH": str(ROOT), "IN_GUEST": "1"}
+    kept |= {"PYTHONDONTWRITEBYTECODE": "1", "PYTHONPATH": str(ROOT)}
     script = folder / "init.sh"
     script.write_text(
         INIT.format(
