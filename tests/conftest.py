@@ -9,7 +9,7 @@ import signal
 import tempfile
 import tomllib
 from collections.abc import Callable, Generator, Iterator, Sequence
-from functools import cache, wraps
+from functools import cache, partial, wraps
 from hashlib import sha256
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -82,6 +82,13 @@ def pytest_collection() -> Generator[None, object, object]:
     return collected
 
 
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """What they import takes a second in each process."""
+    first = collection_path.relative_to(ROOT).parts[1:2]
+    passed_over = "not long" in config.option.markexpr and first and first[0] in BENCHMARKS
+    return True if passed_over else None
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """What only makes the benchmarks' tables is a matter of ``make long``."""
     for item in items:
@@ -117,8 +124,8 @@ def once(path: Path, make: Callable[[Path], object]) -> Path:
 
 
 INCLUDED = re.compile(r'^\s*#\s*include "(.+)"', re.MULTILINE)
-PREFIXED = re.compile(r"^#ifdef FMI\d_FUNCTION_PREFIX$.*?^#endif$", re.MULTILINE | re.DOTALL)
-"""The names of a program, which say nothing where they get no prefix."""
+IDLE = re.compile(r"/\*.*?\*/|^#ifdef FMI\d_FUNCTION_PREFIX$.*?^#endif$", re.MULTILINE | re.DOTALL)
+"""Comments, and the names of a program, which say nothing where they get no prefix."""
 
 
 def with_included(folder: Path, name: str) -> dict[str, str]:
@@ -129,7 +136,7 @@ def with_included(folder: Path, name: str) -> dict[str, str]:
         name = left.pop()
         path = folder / name
         if name not in texts and path.is_file():
-            texts[name] = PREFIXED.sub("", path.read_text("utf-8"))
+            texts[name] = IDLE.sub("", path.read_text("utf-8"))
             left += INCLUDED.findall(texts[name])
     return texts
 
@@ -190,11 +197,10 @@ def every_compiler() -> Iterator[None]:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def names_once() -> Iterator[None]:
-    """A variable's name is read by fmpy's grammar once: that is half of a build, and FMUs share."""
+def names_read_quickly() -> Iterator[None]:
+    """Variables' names are read by fmpy's grammar in linear time: else that is half of a build."""
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(lark.Lark, "parse", cache(lark.Lark.parse))
-        patched.setattr(lark, "Lark", cache(lark.Lark))
+        patched.setattr(lark, "Lark", cache(partial(lark.Lark, parser="lalr")))
         yield
 
 
