@@ -61,9 +61,9 @@ def flipped(runs: Sequence[Run], name: str) -> list[str]:
     shared = [column for column in runs[0].temperatures if all(column in run.frame for run in runs)]
     if len(runs) < FEWEST_LIKE_RUNS or not shared:
         return []
-    risen = [rises(run, shared) for run in runs]
+    each = [rises(run, [*shared, name]) for run in runs]
+    risen, moved = [part[:, :-1] for part in each], [part[:, -1] for part in each]
     usable = np.all([np.isfinite(part).all(axis=0) for part in risen], axis=0)
-    moved = [rises(run, [name])[:, 0] for run in runs]
     if not usable.any() or not all(np.isfinite(part).all() for part in moved):
         return []
     risen = [part[:, usable] for part in risen]

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.stats import truncnorm
 
 from measurement.errors import BadInput, shown
 from scenarios.signals.base import MOST_STEPS
@@ -82,6 +81,8 @@ class Variation:
             return float(np.exp(generator.uniform(math.log(self.first), math.log(self.second))))
         mean, deviation = self.first, self.second
         limits = ((limit - mean) / deviation for limit in (low, high))
+        from scipy.stats import truncnorm  # only here: it takes a second to load
+
         # Freezing the distribution first takes four times as long as the draw.
         return float(truncnorm.rvs(*limits, mean, deviation, random_state=generator))
 

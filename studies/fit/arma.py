@@ -8,10 +8,6 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from statsmodels.regression.linear_model import yule_walker
-from statsmodels.tools.sm_exceptions import ModelWarning
-from statsmodels.tsa.arima.estimators.innovations import innovations_mle
-from statsmodels.tsa.stattools import acf, adfuller, pacf
 
 from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.error_models.options import (
@@ -183,7 +179,7 @@ def _fit_series(pieces: list[Array], largest: int) -> Series:
     best: tuple[float, Array, Array] | None = None
     tried: dict[str, float] = {}
     with warnings.catch_warnings():
-        for kind in (ModelWarning, FutureWarning, RuntimeWarning, UserWarning):
+        for kind in (FutureWarning, RuntimeWarning, UserWarning):
             warnings.simplefilter("ignore", kind)
         for p, q in product(range(largest + 1), repeat=2):
             if p + q == 0:
@@ -207,6 +203,8 @@ def correlations(z: Array) -> dict[str, Any]:
     it is AR(p); if both tail off it is ARMA. ``white_noise_95`` is the bound for 95 % of the
     autocorrelations of white noise, 1.96 / sqrt(n).
     """
+    from statsmodels.tsa.stattools import acf, pacf
+
     partial = pacf(z, method="ywm")  # as many lags as statsmodels takes
     return {
         "acf": np.round(acf(z, nlags=len(partial) - 1), 4).tolist(),
@@ -225,6 +223,10 @@ def _arma(z: Array, p: int, q: int) -> tuple[float, Array, Array] | None:
 
 def _maximum(z: Array, p: int, q: int, by_yule_walker: bool) -> tuple[float, Array, Array] | None:
     """Return AIC, phi and theta of the maximum reached from a start; None if it fails."""
+    # Only here: it takes a second to load.
+    from statsmodels.regression.linear_model import yule_walker
+    from statsmodels.tsa.arima.estimators.innovations import innovations_mle
+
     try:
         start = None
         if by_yule_walker:
@@ -242,6 +244,8 @@ def _maximum(z: Array, p: int, q: int, by_yule_walker: bool) -> tuple[float, Arr
 
 def _stationary_order(pieces: list[Array]) -> tuple[int, list[float]]:
     """Return the order of differencing, and the median ADF p-value of each order tried."""
+    from statsmodels.tsa.stattools import adfuller
+
     p_values = []
     for differences in range(MOST_DIFFERENCES + 1):
         of_pieces = []

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from scipy.spatial.distance import pdist
-from sklearn.kernel_approximation import Nystroem
 
 from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, whole
@@ -99,6 +98,8 @@ class GaussianProcess(FittedModel):
         middle = np.mean([y.mean(axis=0) for y in targets], axis=0)
         constant = middle if fixed else np.zeros(targets[0].shape[1])
         shift = everything.mean(axis=0) if fixed else np.zeros(everything.shape[1])
+        from sklearn.kernel_approximation import Nystroem  # only here: it takes a second to load
+
         spread = float(np.median(pdist(everything[::7]))) or 1.0
         best: tuple[Posterior, float, float, Nystroem] | None = None
         for length in (factor * spread for factor in LENGTHS):

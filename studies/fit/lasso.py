@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from sklearn.linear_model import lars_path_gram
 
 from fmu_compensator.fit.error_models.base import Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown
@@ -110,6 +109,8 @@ def _weights(gram: Array, moment: Array, shares: Sequence[float]) -> Array:
     largest = float(np.abs(moment).max())
     if largest == 0.0:
         return np.zeros((len(shares), len(moment)))
+    from sklearn.linear_model import lars_path_gram  # only here: it takes a second to load
+
     alphas, _, path = lars_path_gram(
         Xy=moment,
         Gram=gram + RIDGE * np.eye(len(gram)),

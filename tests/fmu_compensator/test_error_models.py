@@ -22,7 +22,7 @@ from tests.refusing import refusal
 
 CHOSEN = [0, 3]
 NAMES = ["T1", "T4"]
-KINDS = sorted(fitted_models())
+KINDS = sorted(error_models())
 LEARNING = [kind for kind in KINDS if kind != "gaussian"]
 """Those with something to fit: no mean function has no option, and needs no row."""
 # What is tested here does not need a model fitted to the end.

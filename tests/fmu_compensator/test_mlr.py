@@ -4,8 +4,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from sklearn.linear_model import LinearRegression
-from statsmodels.regression.linear_model import WLS
 
 from fmu_compensator.fit.error_models.base import Task
 from fmu_compensator.fit.error_models.mlr import MultipleLinearRegression
@@ -71,6 +69,9 @@ def test_what_cannot_be_fitted_is_refused_in_one_line(inputs, targets, told):
 
 @pytest.mark.parametrize("form", ["absolute", "rise"])
 def test_it_is_what_statsmodels_and_scikit_learn_find(form):
+    from sklearn.linear_model import LinearRegression
+    from statsmodels.regression.linear_model import WLS
+
     x = 20.0 + inputs_of(80, 4, seed=5) @ inputs_of(4, 4, seed=6)
     y = (x @ [1.0, -2.0, 0.5, 3.0] + inputs_of(80, 1, seed=7)[:, 0])[:, None]
     time = np.cumsum(1.0 + np.random.default_rng(8).uniform(0.0, 9.0, 80))

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections import Counter
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,7 @@ import pytest
 from measurement.errors import BadInput
 from tests.patience import until
 
-pytest.importorskip("distributed")
-dask = pytest.importorskip("dask")
+pytestmark = pytest.mark.skipif(not find_spec("distributed"), reason="Dask is not installed")
 
 PATIENCE = {"distributed.comm.timeouts.connect": "500ms"}
 
@@ -113,6 +113,8 @@ def test_a_worker_that_is_killed_loses_nothing_and_nothing_counts_twice(
 
 def refusal(sweep: Any, address: str) -> str:
     """Return what a sweep on a cluster that does not answer in time is refused with."""
+    from distributed import dask  # which has its settings then
+
     with dask.config.set(PATIENCE), pytest.raises(BadInput) as refused:
         sweep("out", *SWEPT, **MORE, workers=None, cluster=address)
     return str(refused.value)

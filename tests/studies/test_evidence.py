@@ -3,10 +3,6 @@
 import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
-from scipy.stats import multivariate_t
-from sklearn.gaussian_process import GaussianProcessRegressor
-from sklearn.gaussian_process.kernels import RBF, ConstantKernel, DotProduct
-from sklearn.linear_model import Ridge
 
 from measurement.resampling import SLOW_S
 from studies.fit.evidence import SAMPLES_PER_RUN, posterior
@@ -28,6 +24,8 @@ def made(seed: int = 1) -> tuple[list[np.ndarray], list[np.ndarray]]:
 
 
 def test_the_weights_are_those_of_scikit_learns_ridge():
+    from sklearn.linear_model import Ridge
+
     features, targets = made()
     found = posterior(features, targets)
     ridge = Ridge(alpha=found.ratio, fit_intercept=False)
@@ -38,6 +36,8 @@ def test_the_weights_are_those_of_scikit_learns_ridge():
 
 def test_the_evidence_is_the_marginal_likelihood_of_the_samples():
     """With as many rows a run as it counts for, it is a multivariate t in the limit of no prior."""
+    from scipy.stats import multivariate_t
+
     random = np.random.default_rng(2)
     count = int(SAMPLES_PER_RUN)
     features = [random.standard_normal((count, 2)) for _ in range(RUNS)]
@@ -54,6 +54,9 @@ def test_the_evidence_is_the_marginal_likelihood_of_the_samples():
 
 
 def test_the_process_is_scikit_learns_where_every_sample_has_a_bump():
+    from sklearn.gaussian_process import GaussianProcessRegressor
+    from sklearn.gaussian_process.kernels import RBF, ConstantKernel, DotProduct
+
     runs = []
     for turns in (1.0, 2.0, 3.0):
         x = 5.0 * np.sin(np.linspace(0.0, 2.0 * np.pi * turns, ROWS))[:, None]

@@ -5,9 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
-from statsmodels.tsa.arima.model import ARIMA
-from statsmodels.tsa.statespace.mlemodel import MLEModel
 
 from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.error_models.mlr import MultipleLinearRegression
@@ -64,33 +61,42 @@ def test_a_measurement_takes_the_place_of_arx_own_prediction():
     assert gap[-1] == pytest.approx(0.0, abs=0.3)
 
 
-class Armax(MLEModel):
-    """y(k) = a y(k-1) + b x(k) + e(k) + c e(k-1) in the state [y(k), c e(k)], by likelihood."""
+def armax(y: Any, x: Any) -> Any:
+    """Return a, b, c and the variance of y(k) = a y(k-1) + b x(k) + e(k) + c e(k-1) by likelihood.
 
-    start_params = (0.5, 1.0, 0.0, 0.1)
+    In the state [y(k), c e(k)].
+    """
+    from statsmodels.tsa.statespace.mlemodel import MLEModel
 
-    def __init__(self, y: Any, x: Any) -> None:
-        super().__init__(y, k_states=2, k_posdef=1)
-        self.ahead = np.append(x[1:], 0.0)
-        self["design"] = np.array([[1.0, 0.0]])
-        self.ssm.initialize_approximate_diffuse()
+    class Armax(MLEModel):
+        start_params = (0.5, 1.0, 0.0, 0.1)
 
-    def update(self, params: Any, **given: Any) -> None:
-        pole, now, moving, variance = super().update(params, **given)
-        self["transition"] = np.array([[pole, 1.0], [0.0, 0.0]])
-        self["selection"] = np.array([[1.0], [moving]])
-        self["state_cov"] = np.array([[variance]])
-        self["state_intercept"] = np.array([now * self.ahead, np.zeros(len(self.ahead))])
+        def __init__(self) -> None:
+            super().__init__(y, k_states=2, k_posdef=1)
+            self.ahead = np.append(x[1:], 0.0)
+            self["design"] = np.array([[1.0, 0.0]])
+            self.ssm.initialize_approximate_diffuse()
+
+        def update(self, params: Any, **given: Any) -> None:
+            pole, now, moving, variance = super().update(params, **given)
+            self["transition"] = np.array([[pole, 1.0], [0.0, 0.0]])
+            self["selection"] = np.array([[1.0], [moving]])
+            self["state_cov"] = np.array([[variance]])
+            self["state_intercept"] = np.array([now * self.ahead, np.zeros(len(self.ahead))])
+
+    return Armax().fit(disp=False).params
 
 
 def test_armax_is_that_of_the_largest_likelihood():
+    from scipy.signal import lfilter
+
     draw = np.random.default_rng(3).standard_normal
     x, error = lfilter([1.0], [1.0, -0.9], draw(3000)), draw(3000)
     y = lfilter([1.0], [1.0, -0.8], 0.5 * x + lfilter([1.0, -0.6], [1.0], error))
     ours = AutoregressiveExogenous.fit(
         task_of([run_of(x[:, None], y[:, None], name="r")]), estimator="armax", lags=0
     )
-    theirs = Armax(y, x).fit(disp=False).params
+    theirs = armax(y, x)
     assert ours.report()["orders"]["y0"][2] >= 1
     assert ours.pole[0] == pytest.approx(theirs[0], abs=0.01)
     assert ours.now[0, 0] == pytest.approx(theirs[1], abs=0.02)
@@ -174,6 +180,9 @@ def test_a_run_that_is_sampled_too_coarsely_for_arma_is_named():
 
 
 def test_arma_is_that_of_the_largest_of_several_likelihoods():
+    from scipy.signal import lfilter
+    from statsmodels.tsa.arima.model import ARIMA
+
     random = np.random.default_rng(5)
     w = lfilter([1.0, -1.12, 0.37], [1.0, -0.74], random.standard_normal(301))
     run = run_of(random.standard_normal((301, 1)), w[:, None])
