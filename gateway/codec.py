@@ -20,8 +20,6 @@ from gateway.proof import ECHO, ECHO_BITS, PROOF, proof_of
 
 Value = float | str
 """A number in the signal's unit, or a name from its value table."""
-ROUNDING = {16: 2.0**-11, 32: 2.0**-24}
-"""Largest relative rounding error of a number, by its length in bits: given by IEEE 754."""
 
 
 @dataclass(frozen=True)
@@ -81,21 +79,12 @@ def _whole(signal: Signal, raw: float) -> float:
 
 def low_raw(signal: Signal) -> float:
     """Return the smallest allowed raw value."""
-    return _ends(signal)[0]
+    return signal.raw_ends[0]
 
 
 def high_raw(signal: Signal) -> float:
     """Return the largest allowed raw value."""
-    return _ends(signal)[1]
-
-
-def _ends(signal: Signal) -> tuple[float, float]:
-    low, high = sorted((end - signal.offset) / signal.scale for end in (signal.low, signal.high))
-    if not signal.is_float:
-        return round(low), round(high)
-    # A raw value at an end of the range may arrive rounded.
-    rounding = ROUNDING.get(signal.bits, 0.0)
-    return low - rounding * abs(low), high + rounding * abs(high)
+    return signal.raw_ends[1]
 
 
 class CountedTime:

@@ -22,6 +22,8 @@ FAREWELLS = 1 + MAY_BE_LOST
 """How many times a node announces that it leaves."""
 EXTENDED = 1 << 31
 """Marks a 29-bit identifier in a DBC file: given by its format."""
+ROUNDING = {16: 2.0**-11, 32: 2.0**-24}
+"""Largest relative rounding error of a number, by its length in bits: given by IEEE 754."""
 OFFSETS = ("dX", "dY", "dZ")
 TRUST = ("none", "partly", "protected")
 """How many of a frame's faults can be detected, from the least."""
@@ -78,6 +80,16 @@ class Signal:
     def key(self) -> str:
         """The name that cantools uses."""
         return self.wire_name or self.name
+
+    @cached_property
+    def raw_ends(self) -> tuple[float, float]:
+        """The smallest and the largest allowed raw value."""
+        low, high = sorted((end - self.offset) / self.scale for end in (self.low, self.high))
+        if not self.is_float:
+            return round(low), round(high)
+        # A raw value at an end of the range may arrive rounded.
+        rounding = ROUNDING.get(self.bits, 0.0)
+        return low - rounding * abs(low), high + rounding * abs(high)
 
     @property
     def named(self) -> dict[str, int]:

@@ -156,7 +156,7 @@ class Bench:
 
         self.unit.step = stepped
 
-    def settle(self, values: Mapping[str, Value] | None = None, seconds: float = 6.0) -> None:
+    def settle(self, values: Mapping[str, Value] | None = None, seconds: float = 5.0) -> None:
         """Start, and run until the offsets follow the model."""
         self.begin()
         self.cycle()

@@ -1,7 +1,7 @@
 """The log beside the loop: appended to, turned over, reopened, and never a reason to stop."""
 
-import subprocess
-import sys
+import os
+import signal
 import threading
 import time
 from pathlib import Path
@@ -13,6 +13,7 @@ import pytest
 from gateway import background, framelog
 from gateway.background import Background
 from gateway.framelog import FrameLog
+from tests.gateway.bus import SERVER
 from tests.patience import until
 
 ENDINGS = [".log", ".asc", ".blf"]
@@ -50,20 +51,22 @@ def test_a_log_is_appended_to(tmp_path, ending):
     assert found == list(range(20))
 
 
+def log_and_die(paths: list[Path]) -> None:
+    logs = [FrameLog(path) for path in paths]
+    for number in range(400):
+        if number == 300:
+            time.sleep(2.5)
+        for log in logs:
+            log.write(frame(number))
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
 def test_a_log_survives_a_kill_but_for_its_last_second(tmp_path):
-    program = (
-        "import os, sys, time; from pathlib import Path\n"
-        "from gateway import framelog\n"
-        "from tests.gateway.test_framelog import frame\n"
-        "logs = [framelog.FrameLog(Path(name)) for name in sys.argv[1:]]\n"
-        "for k in range(300): [log.write(frame(k)) for log in logs]\n"
-        "time.sleep(2.5)\n"
-        "for k in range(300, 400): [log.write(frame(k)) for log in logs]\n"
-        "os.kill(os.getpid(), 9)\n"
-    )
     paths = [tmp_path / f"frames{ending}" for ending in ENDINGS]
-    done = subprocess.run([sys.executable, "-c", program, *map(str, paths)], check=False)
-    assert done.returncode == -9
+    killed = SERVER.Process(target=log_and_die, args=(paths,))
+    killed.start()
+    killed.join()
+    assert killed.exitcode == -signal.SIGKILL
     for path in paths:
         assert numbers(path)[:300] == list(range(300))
         logged(path, frame(1000))

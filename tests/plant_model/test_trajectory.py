@@ -18,7 +18,7 @@ from plant_model.trajectory import NOT_WARMING, trajectories
 from tests.plant_model.conftest import inputs_over, with_effects
 
 
-def inputs_of(name: str, hours: float = 0.5) -> pd.DataFrame:
+def inputs_of(name: str, hours: float = 0.25) -> pd.DataFrame:
     frame = inputs_over(hours, every_s=60.0)
     machine = read_machine(name)
     for entry in machine.inputs:
@@ -73,7 +73,7 @@ def test_sets_that_share_temperatures_read_as_each_would_alone(temperature_depen
         "nodes.column.capacity": machine.parameters["nodes.column.capacity"].value
         * np.array([1.0, 1.0, 1.0, 1.1]),
     }
-    inputs, stepped = inputs_of("jig_borer_lumps", 0.3), []
+    inputs, stepped = inputs_of("jig_borer_lumps", 0.15), []
     step = module.trajectories
 
     def counted(machine: Machine, network: Network, *rest: Any) -> list[FloatArray]:

@@ -192,7 +192,6 @@ def test_a_folder_of_something_else_is_left_alone(sweep, tmp_path):
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["thesis.txt"]
 
 
-@pytest.mark.usefixtures("drawn")
 def test_a_damaged_case_is_run_again(sweep, tmp_path):
     sweep("out", "gain=1,2")
     case, table = tmp_path / "out" / "cases" / "000001.json", tmp_path / "out" / "sweep.csv"
