@@ -27,7 +27,7 @@ LEARNING = [kind for kind in KINDS if kind != "gaussian"]
 """Those with something to fit: no mean function has no option, and needs no row."""
 # What is tested here does not need a model fitted to the end.
 QUICK: dict[str, dict[str, Any]] = {
-    "arma": {"order": 1, "step_s": 60.0},
+    "arma": {"order": 1, "step_s": 180.0},
     "bp": {"iterations": 5},
     "fem": {"identify": False},
     "ga_bp": {"population": 8, "generations": 3, "iterations": 5, "hidden": 4},

@@ -65,7 +65,7 @@ def test_a_hidden_effect_is_named_added_and_closes_the_gap(
 
 
 def test_nothing_is_named_when_nothing_is_missing(jig_borer_lumps):
-    runs = runs_of(jig_borer_lumps, seed=7)
+    runs = runs_of(jig_borer_lumps, 60.0, seed=7)
     first = find_gap(jig_borer_lumps, runs[:3], Search(LEFT_OUT))
     assert first.keys == ()
     assert Judged.of(first, observe(jig_borer_lumps, runs[3:])).verdict == "none_missing"

@@ -10,7 +10,8 @@ from gap_finder.switchings import Relay, carried_away, likely_switchings, watche
 from measurement.runs import Run
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
-from tests.gap_finder.conftest import runs_of
+from plant_model.simulate import simulate
+from tests.gap_finder.conftest import inputs_of, runs_of
 
 KEY = "coolant_thermostat:rear_outer"
 SETTING = {"on_above": 26.0, "dead_band": 3.0}
@@ -20,7 +21,7 @@ SETTING = {"on_above": 26.0, "dead_band": 3.0}
 def observed(jig_borer_lumps: Machine) -> list[Observations]:
     """Runs of a machine whose coolant stands until its rear bearing is warm."""
     machine = with_effect(jig_borer_lumps, KEY, {"band": 1.5} | SETTING)
-    return observe(jig_borer_lumps, runs_of(machine, seed=0))
+    return observe(jig_borer_lumps, runs_of(machine, 60.0, seed=0))
 
 
 def found(machine: Machine, observed: list[Observations]) -> list[tuple[str, float, float]]:
@@ -48,12 +49,13 @@ def test_a_part_that_one_run_does_not_read_is_left_out(jig_borer_lumps, observed
 
 
 def test_where_nothing_switches_nothing_is_simulated(jig_borer_lumps):
-    assert found(jig_borer_lumps, observe(jig_borer_lumps, runs_of(jig_borer_lumps))) == []
+    assert found(jig_borer_lumps, observe(jig_borer_lumps, runs_of(jig_borer_lumps, 60.0))) == []
 
 
-def test_the_measured_part_switches_and_not_the_modelled_one(jig_borer_lumps, observed):
+def test_the_measured_part_switches_and_not_the_modelled_one(jig_borer_lumps):
     machine = with_effect(jig_borer_lumps, KEY, {"band": 1.5} | SETTING)
-    (one,) = observed[2:3]
+    run = Run("stops", simulate(machine, inputs_of("stops"), noise_seed=2).run_frame())
+    (one,) = observe(jig_borer_lumps, [run])
     told = watched(jig_borer_lumps, one, "rear_outer")
     assert told is not None
     marked = Relay(told, 26.0, 3.0).marked(one, KEY)

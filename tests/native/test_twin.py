@@ -118,6 +118,8 @@ def by_sensor(state: list[float]) -> list[float]:
 
 def same(found: str, expected: list[float], unused: Collection[int] = ()) -> bool:
     numbers = [float.fromhex(value) for value in found.split()]
+    if numbers == expected:  # as nearly always, and soon seen
+        return True
     return len(numbers) == len(expected) and all(
         place in unused or (isnan(a) and isnan(b)) or isclose(a, b, rel_tol=TIGHT, abs_tol=TIGHT)
         for place, (a, b) in enumerate(zip(numbers, expected, strict=True))

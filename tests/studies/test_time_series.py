@@ -134,7 +134,7 @@ def test_an_unknown_estimator_or_order_is_refused():
 # ARMA
 
 
-def integrated_ar(seed: int, rows: int = 1200, phi: float = 0.7) -> TrainingRun:
+def integrated_ar(seed: int, rows: int = 600, phi: float = 0.7) -> TrainingRun:
     random = np.random.default_rng(seed)
     w = np.zeros(rows)
     for k in range(1, rows):
@@ -197,7 +197,7 @@ def test_the_report_has_the_correlations_that_tell_the_kind_of_series():
     [report] = fitted.report()["targets"].values()
     # An AR(1) of 0.7: the autocorrelation tails away as 0.7^k, the partial one breaks off after 1.
     bound = report["white_noise_95"]
-    assert bound == pytest.approx(1.96 / np.sqrt(1199), rel=1e-3)
+    assert bound == pytest.approx(1.96 / np.sqrt(598), abs=5e-5)
     assert report["acf"][:4] == pytest.approx([1.0, 0.7, 0.49, 0.343], abs=0.1)
     assert report["pacf"][1] == pytest.approx(0.7, abs=0.1)
     assert sum(abs(value) > bound for value in report["pacf"][2:]) <= 3
