@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from gap_finder.descent import ITERATIONS, Descent
+from gap_finder.descent import FIRST, ITERATIONS, Descent, Point
 from gap_finder.directions import fewer
 from gap_finder.likelihood import Likelihood, Quadratic
 from gap_finder.linearise import (
@@ -98,6 +99,8 @@ class Calibration:
         With the calibrated values.
     cost : float
         Final -2 log likelihood plus prior.
+    expected : float
+        The same, as the derivatives promise where calibration ended: lower if it has not converged.
     starts : tuple of float
         Final cost from each starting point.
     parameters : tuple of ParameterEstimate
@@ -109,6 +112,7 @@ class Calibration:
 
     machine: Machine
     cost: float
+    expected: float
     starts: tuple[float, ...]
     parameters: tuple[ParameterEstimate, ...]
     parts: tuple[Linearisation, ...]
@@ -137,9 +141,24 @@ class _Problem:
             errors = [part.bias for part in sensitivities]
         self.likelihood = Likelihood(observed, own, errors)
 
-    def linear(self, points: FloatArray) -> list[list[Linearisation]]:
-        """Linearise every run about every point, (S, P)."""
-        return linear_about(self.machine, self.observed, self.priors, points)
+    def at(self, x: FloatArray) -> Point:
+        """Linearise every run about a point, (P,)."""
+        parts = linear_about(self.machine, self.observed, self.priors, x)
+        of_runs = self.likelihood.about(parts)
+        matrix, right = of_runs.matrix + np.eye(len(x)), of_runs.right + x
+        about = Quadratic(matrix, right, of_runs.cost + float(x @ x), of_runs.units)
+        step = self.trials(x, about, [0.0])[0] - x
+        expected = about.cost + float((2.0 * right + matrix @ step) @ step)
+        return Point(x, tuple(parts), about, expected)
+
+    def trials(self, x: FloatArray, about: Quadratic, dampings: Sequence[float]) -> FloatArray:
+        """Return the point that each damping leads to, (T, P)."""
+        diagonal = np.diag(np.diag(about.matrix))
+        steps = [
+            _bounded_step(about.matrix + damping * diagonal, about.right, x, self.priors)
+            for damping in dampings
+        ]
+        return np.asarray(np.clip(x + np.array(steps), self.priors.low, self.priors.high))
 
     def costs(self, points: FloatArray) -> FloatArray:
         """Return the cost at every point, (S,); NaN if the machine cannot be stepped there."""
@@ -161,9 +180,8 @@ def calibrate(
     *,
     starts: int = 2,
     seed: int = 0,
-    iterations: int = ITERATIONS,
     start_from: Sequence[Machine] = (),
-    go_on: Calibration | None = None,
+    cost_limit: float = np.inf,
     sensitivities: Sequence[Sensitivities] | None = None,
     progress: Progress = quiet,
 ) -> Calibration:
@@ -178,12 +196,10 @@ def calibrate(
         Number of starting points; the first is the machine itself, the others are random.
     seed : int
         Seed of the random starting points.
-    iterations : int
-        At most, from each start.
     start_from : sequence of Machine
         Starting points instead of the machine itself; the priors stay the machine's.
-    go_on : Calibration, optional
-        An earlier calibration of this machine on these runs, to be continued.
+    cost_limit : float
+        Calibration ends after a few iterations if it cannot be expected to reach this.
     sensitivities : sequence of Sensitivities, optional
         Derivatives of each run about a similar machine, if already known.
     progress : callable
@@ -197,24 +213,21 @@ def calibrate(
     priors = Priors.of(machine, calibrated=True)
     problem = _Problem(machine, observed, priors, sensitivities)
     generator = np.random.default_rng(seed)
-    if go_on is not None:
-        x = priors.position(go_on.machine)
-        begun = [Descent(x, go_on.cost, [*go_on.parts])]
-    else:
-        begin = [priors.position(start) for start in start_from or (machine,)]
-        begin += [generator.normal(0.0, 0.7, len(priors.names)) for _ in range(starts - 1)]
-        begun = _begun(problem, np.clip(np.array(begin), priors.low, priors.high))
-    reached = _descend(problem, begun, iterations, progress)
-    best = min(reached, key=lambda descent: descent.cost)
+    begin = [priors.position(start) for start in start_from or (machine,)]
+    begin += [generator.normal(0.0, 0.7, len(priors.names)) for _ in range(starts - 1)]
+    descents = _begun(problem, np.clip(np.array(begin), priors.low, priors.high))
+    _descend(problem, descents, cost_limit, progress)
+    best = min((descent.at for descent in descents), key=lambda point: point.cost)
     values = {name: float(value[0]) for name, value in priors.values(best.x[None, :]).items()}
-    about = problem.likelihood.about(best.parts)
+    spread = np.sqrt(np.diag(np.linalg.inv(best.about.matrix)))
     return Calibration(
         machine.with_values(values, beyond=True),
         best.cost,
-        tuple(descent.cost for descent in reached),
-        intervals(machine, priors, best.x, _spread(about)),
-        tuple(best.parts),
-        about.units,
+        min(descent.at.expected for descent in descents),
+        tuple(descent.at.cost for descent in descents),
+        intervals(machine, priors, best.x, spread),
+        best.parts,
+        best.about.units,
     )
 
 
@@ -222,48 +235,28 @@ def _begun(problem: _Problem, points: FloatArray) -> list[Descent]:
     """Return descents from those points, (S, P), at which the machine can be stepped."""
     begun = []
     for x in points:
-        try:
-            (parts,) = problem.linear(x[None])
-        except IntegrationError:
-            continue
-        cost = problem.cost(x, [part.residual for part in parts])
-        begun.append(Descent(x, cost, parts))
+        with suppress(IntegrationError):
+            begun.append(Descent(problem.at(x)))
     if not begun:
         raise IntegrationError("the machine cannot be stepped from where calibration starts")
     return begun
 
 
 def _descend(
-    problem: _Problem, descents: list[Descent], iterations: int, progress: Progress
-) -> list[Descent]:
+    problem: _Problem, descents: Sequence[Descent], cost_limit: float, progress: Progress
+) -> None:
     """Descend from all starts side by side, within physical bounds."""
-    for iteration in range(iterations):
-        progress(f"iteration {iteration + 1}")
+    for iteration in range(ITERATIONS):
         going = [descent for descent in descents if not descent.is_done]
-        if not going:
+        hopeless = min(descent.at.expected for descent in descents) > cost_limit
+        if not going or (hopeless and iteration >= FIRST):
             break
-        trials = [_trials(problem, descent) for descent in going]
+        progress(f"iteration {iteration + 1}")
+        trials = [problem.trials(d.at.x, d.at.about, d.dampings) for d in going]
         costs = np.split(problem.costs(np.concatenate(trials)), len(going))
-        triples = zip(going, trials, costs, strict=True)
-        moved = [descent for descent, *tried in triples if descent.take(*tried) is not None]
-        if not moved:
-            continue
-        parts_of = problem.linear(np.array([descent.x for descent in moved]))
-        for descent, parts in zip(moved, parts_of, strict=True):
-            descent.parts = parts
-    return descents
-
-
-def _trials(problem: _Problem, descent: Descent) -> FloatArray:
-    """Return the trial points of a descent, shape (T, P)."""
-    priors, x = problem.priors, descent.x
-    about = problem.likelihood.about(descent.parts)
-    matrix, right = about.matrix + np.eye(len(x)), about.right + x
-    diagonal = np.diag(np.diag(matrix))
-    steps = [
-        _bounded_step(matrix + damping * diagonal, right, x, priors) for damping in descent.dampings
-    ]
-    return np.asarray(np.clip(x + np.array(steps), priors.low, priors.high))
+        for descent, tried, reached in zip(going, trials, costs, strict=True):
+            if (taken := descent.best_of(reached)) is not None:
+                descent.at = problem.at(tried[taken])
 
 
 def _bounded_step(
@@ -277,11 +270,6 @@ def _bounded_step(
     bounds = np.minimum(low, -1e-12), np.maximum(high, 1e-12)
     target = -np.linalg.solve(factor, right)
     return np.asarray(lsq_linear(factor.T, target, bounds, method="bvls").x)
-
-
-def _spread(about: Quadratic) -> FloatArray:
-    """Return the parameters' standard deviations in the fitting scale, shape (P,)."""
-    return np.asarray(np.sqrt(np.diag(np.linalg.inv(about.matrix + np.eye(len(about.right))))))
 
 
 def intervals(

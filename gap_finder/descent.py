@@ -6,11 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gap_finder.likelihood import Quadratic
 from gap_finder.linearise import Linearisation
 from plant_model.parameters import FloatArray
 
 ITERATIONS = 20
 """Maximum number of steps; set for time, on no data."""
+
+FIRST = 2
+"""Iterations after which a calibration that is not expected to reach a given cost ends; set for
+time, on no data."""
 
 ENOUGH = 1e-3
 """Relative improvement of the cost below which a descent has converged [1]; set on no data."""
@@ -23,6 +28,33 @@ BOLD = 0.5
 best single step creeps along narrow curved valleys. Set on no data."""
 
 
+@dataclass(frozen=True)
+class Point:
+    """Parameters, and what is known about them.
+
+    Attributes
+    ----------
+    x : array, shape (P,)
+        In the fitting scale.
+    parts : tuple of Linearisation
+        Every run, linearised about them.
+    about : Quadratic
+        The cost about them, by these.
+    expected : float
+        The least cost, by this.
+    """
+
+    x: FloatArray
+    parts: tuple[Linearisation, ...]
+    about: Quadratic
+    expected: float
+
+    @property
+    def cost(self) -> float:
+        """The cost there."""
+        return self.about.cost
+
+
 @dataclass(eq=False)
 class Descent:
     """A descent from one starting point.
@@ -32,21 +64,15 @@ class Descent:
 
     Attributes
     ----------
-    x : array
-        Current point.
-    cost : float
-        Cost there.
-    parts : list of Linearisation
-        Every run, linearised about that point.
+    at : Point
+        Where it is.
     damping : float
         In diagonals of the normal matrix [1].
     is_done : bool
         Whether it has converged, or no step helps.
     """
 
-    x: FloatArray
-    cost: float
-    parts: list[Linearisation]
+    at: Point
     damping: float = 1e-2
     is_done: bool = False
 
@@ -55,24 +81,21 @@ class Descent:
         """Dampings to try next."""
         return [self.damping * share for share in SHARES]
 
-    def take(self, trials: FloatArray, costs: FloatArray) -> int | None:
-        """Take one of the tried steps; return its index, or None if none helps.
+    def best_of(self, costs: FloatArray) -> int | None:
+        """Return which of the tried steps to take, or None if none helps.
 
         Parameters
         ----------
-        trials : array, shape (len(SHARES), P)
-            Points reached.
         costs : array, shape (len(SHARES),)
-            Cost at each; NaN if the machine cannot be stepped there.
+            Cost after each; NaN if the machine cannot be stepped there.
         """
-        won = np.nan_to_num(self.cost - costs, nan=-np.inf)
+        won = np.nan_to_num(self.at.cost - costs, nan=-np.inf)
         if not won.max() > 0.0:
             # It has converged, or already follows the slope with short steps.
-            self.is_done = bool(won.max() > -ENOUGH * self.cost or self.damping > 1.0)
+            self.is_done = bool(won.max() > -ENOUGH * self.at.cost or self.damping > 1.0)
             self.damping *= SHARES[-1] / SHARES[1]
             return None
         taken = int(np.argmax(won >= BOLD * won.max()))
-        self.is_done = bool(won.max() < ENOUGH * self.cost)
-        self.x, self.cost = trials[taken], float(costs[taken])
+        self.is_done = bool(won.max() < ENOUGH * self.at.cost)
         self.damping = max(self.damping * max(SHARES[taken], SHARES[1]), 1e-6)
         return taken

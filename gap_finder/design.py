@@ -89,7 +89,7 @@ class RunSensitivities:
 
 def sensitivities_of(machine: Machine, observed: Observations, fixed: Priors) -> RunSensitivities:
     """Compute a run's derivatives about a calibrated machine, with all columns of ``other``."""
-    ((by_fixed,),) = linear_about(machine, [observed], fixed, fixed.position(machine)[None])
+    (by_fixed,) = linear_about(machine, [observed], fixed, fixed.position(machine))
     bias = bias_columns(machine, observed)
     places, levers = _place_columns(machine, observed), _lever_columns(machine, observed)
     passing = _passing_columns(machine, observed)

@@ -204,9 +204,9 @@ class Searching:
         return Step(best, tuple(tried), units)
 
     def _cost_limit(self, best: Hypothesis, tried: Sequence[Hypothesis]) -> float:
-        """Return the cost that a calibration must soon fall below to be worth continuing.
+        """Return the cost that a calibration must be expected to reach to be worth continuing.
 
-        It must soon gain half as much as the best so far, or half of what is required.
+        It must gain half as much as the best so far, or half of what is required.
         """
         costs = [hypothesis.fit.calibration.cost for hypothesis in (best, *tried)]
         wins = max(costs[0] - min(costs), MARGIN)
@@ -322,7 +322,7 @@ def added_to(
         Calibrated with the same law on another driver, or the same kind of change elsewhere: the
         other parameters must move with it before this one can help.
     cost_limit : float
-        Cost that its calibration must soon fall below to be worth continuing.
+        Cost that its calibration must be expected to reach.
     """
     observed = [addition.marked(i, run) for i, run in enumerate(best.fit.observed)]
     points = [addition.put_into(best.fit.machine)]
@@ -331,6 +331,8 @@ def added_to(
         points.append(addition.base(best.fit.machine))
     if leader is not None:
         points.append(_in_place_of(leader, best, addition))
+    # Otherwise it does not fit better by enough, however usual its size.
+    cost_limit = min(cost_limit, best.cost_in_fit - MARGIN - sum(prior))
     try:
         calibrated = fit(addition.base(best.fit.base), observed, points, sensitivities, cost_limit)
         if calibrated is None:

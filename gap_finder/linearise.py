@@ -198,24 +198,15 @@ def residuals_at(
 
 
 def linear_about(
-    machine: Machine, observed: Sequence[Observations], priors: Priors, points: FloatArray
-) -> list[list[Linearisation]]:
-    """Linearise every run about several points, (S, P), in the priors' fitting scale.
-
-    Returns
-    -------
-    list of list of Linearisation
-        For every point, every run.
-    """
+    machine: Machine, observed: Sequence[Observations], priors: Priors, point: FloatArray
+) -> list[Linearisation]:
+    """Linearise every run about a point, (P,), in the priors' fitting scale."""
     step = DIFFERENCE * priors.usual
-    linear = []
-    for point in points:
-        # A difference that would leave the physical range goes the other way.
-        way = np.where(point + step > priors.high, -step, step)
-        sets = point + np.concatenate([np.zeros((1, len(way))), np.diag(way)])
-        of_runs = residuals_of(machine, observed, priors.values(sets), near=True)
-        linear.append([Linearisation(r[0], ((r[1:] - r[0]) / way[:, None]).T) for r in of_runs])
-    return linear
+    # A difference that would leave the physical range goes the other way.
+    way = np.where(point + step > priors.high, -step, step)
+    sets = point + np.concatenate([np.zeros((1, len(way))), np.diag(way)])
+    of_runs = residuals_of(machine, observed, priors.values(sets), near=True)
+    return [Linearisation(r[0], ((r[1:] - r[0]) / way[:, None]).T) for r in of_runs]
 
 
 def nuisance_columns(machine: Machine, observed: Observations) -> FloatArray:

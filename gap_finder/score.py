@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -19,10 +18,6 @@ from gap_finder.observations import Observations
 from gap_finder.priors import Priors
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
-
-FIRST = 2
-"""Iterations after which a calibration is abandoned if its cost exceeds a given limit; set for
-time, on no data."""
 
 
 @dataclass(frozen=True)
@@ -93,15 +88,18 @@ def fit(
     sensitivities : sequence of RunSensitivities
         Derivatives about a similar machine.
     cost_limit : float
-        None is returned if the cost is not below this after a few iterations.
+        None is returned if calibration does not reach a cost below this.
     """
-    calibrated = partial(calibrate, base, observed, starts=1, sensitivities=sensitivities)
-    begun = None
-    if cost_limit < np.inf:
-        begun = calibrated(iterations=FIRST, start_from=start_from)
-        if begun.cost > cost_limit:
-            return None
-    calibration = calibrated(start_from=start_from, go_on=begun)
+    calibration = calibrate(
+        base,
+        observed,
+        starts=1,
+        start_from=start_from,
+        cost_limit=cost_limit,
+        sensitivities=sensitivities,
+    )
+    if calibration.expected > cost_limit:
+        return None
     return scored(base, observed, calibration, sensitivities)
 
 

@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from gap_finder.calibrate import calibrate
+from gap_finder.descent import FIRST
 from gap_finder.linearise import residuals_of
 from gap_finder.observations import observe
 from gap_finder.priors import Priors
@@ -88,6 +89,20 @@ def test_spans_that_are_bad_are_left_out(jig_borer_lumps):
 def test_runs_without_a_channel_to_compare_are_refused(jig_borer_lumps):
     frame = pd.DataFrame({"time_s": [0.0, 1.0, 2.0], "speed_rpm": 0.0, "T5_degC": 21.0})
     assert "no column to compare" in refusal(observe, jig_borer_lumps, [Run("empty", frame)])
+
+
+def test_a_calibration_that_cannot_reach_a_cost_ends_early(jig_borer_lumps):
+    truth = jig_borer_lumps.with_values({"sources.front_bearing.f0": 0.65})
+    iterations: list[str] = []
+    found = calibrate(
+        jig_borer_lumps,
+        observe(jig_borer_lumps, runs_of(truth)),
+        starts=1,
+        cost_limit=0.0,
+        progress=iterations.append,
+    )
+    assert len(iterations) == FIRST
+    assert 0.0 < found.expected <= found.cost
 
 
 def test_calibration_finds_what_the_runs_determine_and_leaves_the_rest(jig_borer_lumps):

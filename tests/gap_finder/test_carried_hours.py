@@ -75,7 +75,7 @@ def test_the_hours_of_all_runs_are_written_into_the_machine(jig_borer_lumps):
         shown.append(replace(run, frame=frame))
         before += HOURS[run.name]
     observed = observe(jig_borer_lumps, shown)
-    calibration = calibrate(jig_borer_lumps, observed, starts=1, iterations=1)
+    calibration = calibrate(jig_borer_lumps, observed, starts=1, cost_limit=0.0)
     sensitivities = all_sensitivities(calibration.machine, observed)
     now = scored(jig_borer_lumps, observed, calibration, sensitivities)
     found = list(candidates(now.machine, observed, catalogue()["bearing_run_in"]))

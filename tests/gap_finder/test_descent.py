@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from gap_finder.descent import ITERATIONS, SHARES, Descent
+from gap_finder.descent import ITERATIONS, SHARES, Descent, Point
+from gap_finder.likelihood import Quadratic
 
+ONE = np.ones((1, 1))
 SPEEDS = np.array([0.25, 0.5, 0.85, 0.9, 1.0])
 
 
@@ -29,44 +31,49 @@ def slopes(residual: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> np.nd
     return np.array([(residual(x + step) - residual(x)) / 1e-6 for step in steps]).T
 
 
-def arrived(residual: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> tuple[Descent, int]:
-    """Return a descent where it ended, and how many steps it took."""
-    descent, steps = Descent(x, float(np.sum(residual(x) ** 2)), []), 0
+def point(residual: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> Point:
+    """Return a point with the cost about it, and what to expect by its slopes."""
+    jacobian, left = slopes(residual, x), residual(x)
+    matrix, right, cost = jacobian.T @ jacobian, jacobian.T @ left, float(left @ left)
+    expected = cost - float(right @ np.linalg.solve(matrix, right))
+    return Point(x, (), Quadratic(matrix, right, cost, np.ones(1)), expected)
+
+
+def arrived(residual: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> tuple[Point, int]:
+    """Return where a descent ended, and how many steps it took."""
+    descent, steps = Descent(point(residual, x)), 0
     while not descent.is_done:
         steps += 1
-        jacobian = slopes(residual, descent.x)
-        matrix, slope = jacobian.T @ jacobian, jacobian.T @ residual(descent.x)
-        diagonal = np.diag(np.diag(matrix))
-        trials = np.array(
-            [
-                descent.x - np.linalg.solve(matrix + damping * diagonal, slope)
-                for damping in descent.dampings
-            ]
-        )
-        descent.take(trials, np.array([np.sum(residual(trial) ** 2) for trial in trials]))
-    return descent, steps
+        about = descent.at.about
+        diagonal = np.diag(np.diag(about.matrix))
+        trials = [
+            descent.at.x - np.linalg.solve(about.matrix + damping * diagonal, about.right)
+            for damping in descent.dampings
+        ]
+        taken = descent.best_of(np.array([np.sum(residual(trial) ** 2) for trial in trials]))
+        if taken is not None:
+            descent.at = point(residual, trials[taken])
+    return descent.at, steps
 
 
 def test_it_does_not_creep_along_a_narrow_curved_valley():
-    descent, steps = arrived(motor, np.array([0.0, 0.0, 2.0]))
-    assert descent.cost == pytest.approx(2.0 * least_squares(motor, np.zeros(3)).cost, rel=1e-3)
+    at, steps = arrived(motor, np.array([0.0, 0.0, 2.0]))
+    assert at.cost == pytest.approx(2.0 * least_squares(motor, np.zeros(3)).cost, rel=1e-3)
     assert steps < ITERATIONS / 2
 
 
 def test_where_all_is_linear_one_step_is_enough():
     jacobian = np.array([[1.0, 2.0], [0.0, 1e-3], [3.0, 1.0]])
-    descent, steps = arrived(lambda x: jacobian @ x - 1.0, np.zeros(2))
-    assert descent.x == pytest.approx(np.linalg.lstsq(jacobian, np.ones(3), rcond=None)[0])
+    at, steps = arrived(lambda x: jacobian @ x - 1.0, np.zeros(2))
+    assert at.x == pytest.approx(np.linalg.lstsq(jacobian, np.ones(3), rcond=None)[0])
     assert steps == 2  # the second finds nothing better
 
 
 def test_it_ends_where_no_step_helps_and_takes_none_that_cannot_be_stepped():
-    descent = Descent(np.zeros(1), 1.0, [])
-    tried = np.arange(float(len(SHARES)))[:, None]
-    assert descent.take(tried, np.array([np.nan, 2.0, 0.4, 0.5])) == 2
+    descent = Descent(Point(np.zeros(1), (), Quadratic(ONE, ONE[0], 1.0, ONE[0]), 0.0))
+    assert descent.best_of(np.array([np.nan, 2.0, 0.4, 0.5])) == 2
     dampings = []
     while not descent.is_done:
         dampings.append(descent.damping)
-        assert descent.take(tried, np.full(len(SHARES), np.nan)) is None
+        assert descent.best_of(np.full(len(SHARES), np.nan)) is None
     assert dampings == sorted(dampings)
-    assert descent.x == pytest.approx([2.0])

@@ -23,7 +23,7 @@ LAWS = ("friction_speed_exponent", "windage", "motor_iron_loss", "joint_resistan
 
 def test_the_likeliest_are_scored_even_if_none_lowers_the_score_in_the_screening(jig_borer_lumps):
     observed = observe(jig_borer_lumps, runs_of(jig_borer_lumps))
-    calibration = calibrate(jig_borer_lumps, observed, starts=1, iterations=1)
+    calibration = calibrate(jig_borer_lumps, observed, starts=1, cost_limit=0.0)
     sensitivities = all_sensitivities(calibration.machine, observed)
     now = scored(jig_borer_lumps, observed, calibration, sensitivities)
     tried: list[AddedEffect | AddedChange] = [
