@@ -68,23 +68,14 @@ def raw_of(signal: Signal, value: Value, before: float | None = None) -> float:
     if isfinite(value):
         raw = _whole(signal, (value - signal.offset) / signal.scale)
         # A value up to half a step outside the range still rounds to its end.
-        if low_raw(signal) <= raw <= high_raw(signal):
+        low, high = signal.allowed_raw
+        if low <= raw <= high:
             return raw
     return signal.codes.get(ERROR, missing)
 
 
 def _whole(signal: Signal, raw: float) -> float:
     return raw if signal.is_float else round(raw)
-
-
-def low_raw(signal: Signal) -> float:
-    """Return the smallest allowed raw value."""
-    return signal.raw_ends[0]
-
-
-def high_raw(signal: Signal) -> float:
-    """Return the largest allowed raw value."""
-    return signal.raw_ends[1]
 
 
 class CountedTime:
@@ -104,7 +95,7 @@ class CountedTime:
     """
 
     def __init__(self, signal: Signal) -> None:
-        self.count, self.scale = int(high_raw(signal)) + 1, signal.scale
+        self.count, self.scale = int(signal.allowed_raw[1]) + 1, signal.scale
 
     @property
     def period_s(self) -> float:
@@ -279,7 +270,8 @@ def _problem(frame: Frame, signal: Signal, raw: float) -> Finding | None:
     if raw == signal.codes.get(ERROR):
         return Finding("error_value", frame, f"{name} is marked as an error", name)
     unknown = signal.is_enumeration and raw not in signal.codes.values()
-    if unknown or not low_raw(signal) <= raw <= high_raw(signal):
+    low, high = signal.allowed_raw
+    if unknown or not low <= raw <= high:
         value = raw * signal.scale + signal.offset
         allowed = f"{signal.low:g} to {signal.high:g} {signal.unit}".rstrip()
         if unknown:

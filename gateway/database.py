@@ -82,7 +82,7 @@ class Signal:
         return self.wire_name or self.name
 
     @cached_property
-    def raw_ends(self) -> tuple[float, float]:
+    def allowed_raw(self) -> tuple[float, float]:
         """The smallest and the largest allowed raw value."""
         low, high = sorted((end - self.offset) / self.scale for end in (self.low, self.high))
         if not self.is_float:

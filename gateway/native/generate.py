@@ -12,7 +12,6 @@ from math import isinf
 from fmu_packaging.bus_terminal import SignalTerminal
 from fmu_packaging.variables import Variable
 from gateway.busload import frame_bits
-from gateway.codec import high_raw, low_raw
 from gateway.database import (
     COMPENSATOR,
     ERROR,
@@ -111,7 +110,7 @@ def _header(database: Database, heard: Sequence[str], terminal: SignalTerminal |
         "STARTUP_S": GatewaySettings().startup_s,
         "COLD_FOR_S": WORD_HOLDS_S,
         "TIME_SCALE": machine_time.scale,
-        "TIME_COUNT": float(high_raw(machine_time) + 1),
+        "TIME_COUNT": float(machine_time.allowed_raw[1] + 1),
         "ANSWERED_COUNT": float(1 << answered.bits),
         "MACHINE_RUNNING": _code(database, "machine_state", "running"),
         "THERMAL_COLD": _code(database, "thermal_state", "cold"),
@@ -213,8 +212,8 @@ def _signal(signal: Signal, start: int, refs: Mapping[str, int]) -> str:
         "bits": signal.bits,
         "scale": signal.scale,
         "offset": signal.offset,
-        "low": float(low_raw(signal)),
-        "high": float(high_raw(signal)),
+        "low": float(signal.allowed_raw[0]),
+        "high": float(signal.allowed_raw[1]),
         "missing": missing,
         "error": error,
         "fallback": signal.start,

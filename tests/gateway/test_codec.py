@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gateway.codec import Encoder, Finding, decode, high_raw, low_raw, name_of, raw_of
+from gateway.codec import Encoder, Finding, decode, name_of, raw_of
 from gateway.database import COMPENSATOR, ERROR, MACHINE, NOT_AVAILABLE, Frame
 from gateway.dbc import DBC
 from gateway.mapfile import InputMap, OutputMap
@@ -105,7 +105,8 @@ def test_a_float_of_a_fraction_is_in_range_up_to_its_end():
     )
     signal = mapped_signal("tool_length", InputMap(signal="F.L"), dbc.messages[0].signals[0])
     lengths = [0.15, struct.unpack("f", struct.pack("f", 0.4))[0], 0.401]
-    assert [low_raw(signal) <= one <= high_raw(signal) for one in lengths] == [True, True, False]
+    low, high = signal.allowed_raw
+    assert [low <= one <= high for one in lengths] == [True, True, False]
 
 
 def test_signals_have_the_names_and_units_of_the_fmus(database, unit):

@@ -8,7 +8,7 @@ from typing import Any
 import can
 import pytest
 
-from gateway.codec import Sender, high_raw
+from gateway.codec import Sender
 from gateway.database import COMPENSATOR, MACHINE
 from gateway.node import GatewaySettings
 from gateway.reception import Reception
@@ -210,7 +210,7 @@ def test_a_time_that_stands_is_a_fault(database, unit, machine_clock):
 def test_the_wrap_of_the_machines_time_is_no_fault(database, unit, machine_clock):
     bench = Bench(database, unit, GatewaySettings(machine_clock=machine_clock))
     signal = database.signal("machine_time")
-    wrap_s = (high_raw(signal) + 1) * signal.scale
+    wrap_s = (signal.allowed_raw[1] + 1) * signal.scale
     bench.time_s = wrap_s - 7.0
     sent = bench.frames
     bench.frames = lambda values=None, state="running": sent(
