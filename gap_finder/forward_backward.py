@@ -206,11 +206,10 @@ class Searching:
     def _cost_limit(self, best: Hypothesis, tried: Sequence[Hypothesis]) -> float:
         """Return the cost that a calibration must be expected to reach to be worth continuing.
 
-        It must gain half as much as the best so far, or half of what is required.
+        It must gain half as much as the best so far.
         """
         costs = [hypothesis.fit.calibration.cost for hypothesis in (best, *tried)]
-        wins = max(costs[0] - min(costs), MARGIN)
-        return costs[0] - wins / 2.0
+        return (costs[0] + min(costs)) / 2.0
 
     def _scored(
         self,

@@ -88,7 +88,7 @@ def fit(
     sensitivities : sequence of RunSensitivities
         Derivatives about a similar machine.
     cost_limit : float
-        None is returned if calibration does not reach a cost below this.
+        None is returned if calibration cannot be expected to reach this.
     """
     calibration = calibrate(
         base,

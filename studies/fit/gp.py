@@ -86,6 +86,8 @@ class GaussianProcess(FittedModel):
         refuse_unknown("gp", options, ("centres",))
         wanted = whole("gp", "centres", centres, 1, 500)
         refuse_poor(task)
+        from sklearn.kernel_approximation import Nystroem  # only here: it takes a second to load
+
         lags = LAG_SETS_S[0]
         rows, targets = [], []
         for run in task.runs:
@@ -98,8 +100,6 @@ class GaussianProcess(FittedModel):
         middle = np.mean([y.mean(axis=0) for y in targets], axis=0)
         constant = middle if fixed else np.zeros(targets[0].shape[1])
         shift = everything.mean(axis=0) if fixed else np.zeros(everything.shape[1])
-        from sklearn.kernel_approximation import Nystroem  # only here: it takes a second to load
-
         spread = float(np.median(pdist(everything[::7]))) or 1.0
         best: tuple[Posterior, float, float, Nystroem] | None = None
         for length in (factor * spread for factor in LENGTHS):

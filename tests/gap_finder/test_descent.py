@@ -1,6 +1,7 @@
 """A descent arrives: where all is linear at once, along a narrow curved valley before long."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -71,9 +72,13 @@ def test_where_all_is_linear_one_step_is_enough():
 
 def test_it_ends_where_no_step_helps_and_takes_none_that_cannot_be_stepped():
     descent = Descent(Point(np.zeros(1), (), Quadratic(ONE, ONE[0], 1.0, ONE[0]), 0.0))
-    assert descent.best_of(np.array([np.nan, 2.0, 0.4, 0.5])) == 2
+    tried = np.arange(float(len(SHARES)))[:, None]
+    taken = descent.best_of(np.array([np.nan, 2.0, 0.4, 0.5]))
+    assert taken == 2
+    descent.at = replace(descent.at, x=tried[taken])
     dampings = []
     while not descent.is_done:
         dampings.append(descent.damping)
         assert descent.best_of(np.full(len(SHARES), np.nan)) is None
     assert dampings == sorted(dampings)
+    assert descent.at.x == pytest.approx([2.0])
