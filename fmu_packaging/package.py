@@ -116,13 +116,13 @@ class Package:
         """
         files = {**self.files, **self.tried_with} if on_trial else self.files
         stream = io.BytesIO()
-        with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+        with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
             for path in sorted(files):
                 entry = zipfile.ZipInfo(path, PINNED_TIME)
                 entry.compress_type = zipfile.ZIP_DEFLATED
                 entry.create_system = 3  # the same on every system
                 entry.external_attr = 0o644 << 16
-                archive.writestr(entry, files[path], compresslevel=9)
+                archive.writestr(entry, files[path])
         return stream.getvalue()
 
 

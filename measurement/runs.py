@@ -14,6 +14,7 @@ import math
 import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -88,7 +89,7 @@ class Run:
         _check_values(frame, source)
         object.__setattr__(self, "frame", frame)
 
-    @property
+    @cached_property
     def time_s(self) -> FloatArray:
         """Time of every sample, shape (samples,) [s]."""
         return self.frame[TIME].to_numpy()

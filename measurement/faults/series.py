@@ -46,12 +46,6 @@ def unit_of(column: str) -> str:
     return "K" if unit == "degC" else UNITS[unit].suffix
 
 
-def running_median(values: FloatArray) -> FloatArray:
-    """Return the median of each of *values* and the two on each side [K, um]."""
-    windows = np.lib.stride_tricks.sliding_window_view(np.pad(values, 2, mode="edge"), 5)
-    return np.asarray(np.median(windows, axis=1))
-
-
 def stretches(values: FloatArray) -> tuple[IntArray, IntArray]:
     """Return the first and last index of every stretch of equal *values* [K, um]."""
     cuts = np.flatnonzero(np.diff(values) != 0.0) + 1

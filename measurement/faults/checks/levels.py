@@ -38,7 +38,8 @@ class Levels(Check):
                 fault = Fault.between(runs[place], name, "level_jump", 0, -1, text, place)
                 found[place, name] = fault
         for place, run in enumerate(runs):
-            own = _Distances(run, run.temperatures)
+            known = columns == run.temperatures
+            own = tables[place] if known else _Distances(run, run.temperatures)
             for column, name in enumerate(run.temperatures):
                 off = own.never_right(column)
                 if off and (place, name) not in found:
@@ -61,6 +62,7 @@ class _Distances:
             return
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # A row without a value has no median.
+            begin = np.nanmedian(table[:FEWEST_SAMPLES], axis=0)
             for place in range(count):
                 others = np.delete(table, place, axis=1)
                 # Much faster if nothing is missing.
@@ -69,8 +71,8 @@ class _Distances:
                 self.away[place] = table[:, place] - middle
                 wide = 1.4826 * median(np.abs(others - middle[:, None]), axis=1)
                 self.spread[place] = np.nanmedian(wide)
-                begin = np.nanmedian(others[:FEWEST_SAMPLES], axis=0)
-                self._range[place] = np.subtract(*np.nanpercentile(begin, [95, 5]))
+                low, high = np.nanpercentile(np.delete(begin, place), [5, 95])
+                self._range[place] = high - low
 
     def range(self, column: int) -> tuple[float, float, float]:
         """Return the 5 %, 50 % and 95 % quantiles of a sensor's distance, its start included [K].

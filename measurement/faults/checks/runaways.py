@@ -6,10 +6,11 @@ from collections.abc import Iterator
 from typing import ClassVar
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from measurement.faults.checks.base import Check
 from measurement.faults.fault import LEFT_OUT, Fault
-from measurement.faults.series import FAR_K, FEWEST_SAMPLES, LASTS, running_median
+from measurement.faults.series import FAR_K, FEWEST_SAMPLES, LASTS
 from measurement.faults.switches import near_switch
 from measurement.resampling import LAG_S
 from measurement.runs import FloatArray, Run
@@ -33,7 +34,7 @@ class Runaways(Check):
         quiet = moving[1:] == moving[back]
         for place in known if len(known) >= 3 else []:
             others = table[:, [other for other in known if other != place]]
-            away = running_median(table[:, place] - np.median(others, axis=1))
+            away = median_filter(table[:, place] - np.median(others, axis=1), 5, mode="nearest")
             moved = np.where(quiet, away - away[back], 0.0)
             gone = np.flatnonzero(np.abs(moved) >= FAR_K)
             gone = gone[[_alone(others, int(back[i]), int(i), moved[i]) for i in gone.tolist()]]
