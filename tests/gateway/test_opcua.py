@@ -265,6 +265,7 @@ def test_a_server_that_hangs_keeps_nobody_waiting(database, quick_fmu):
     assert time.monotonic() - begun < 15.0
 
 
+@pytest.mark.long  # it starts a server of its own
 def test_a_server_that_is_gone_does_not_end_the_gateway(database, unit):
     unit.start()
     said: list[str] = []
@@ -303,6 +304,7 @@ def certificates(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.long  # it starts a server of its own
 def test_only_who_is_trusted_reads_with_certificates(certificates, unit):
     unit.start()
     url = free_url()
