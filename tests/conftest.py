@@ -49,13 +49,16 @@ NO_MATTER = {"-shared", "-s", "-O0", "-I."}
 """Flags that compile nothing: for the linker, as without, or as it is anyway."""
 
 
-# How long an example takes says more about the machine than about what is tested.
+# How long an example takes says more about the machine than about what is tested. Every run draws
+# other examples; ``make long`` draws many.
 settings.register_profile(
-    "any machine",
+    "a few",
     deadline=None,
+    max_examples=40,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
 )
-settings.load_profile("any machine")
+settings.register_profile("many", settings.get_profile("a few"), max_examples=400)
+settings.load_profile("a few")
 
 # A shell that starts the tests in the background, as many a CI does, leaves SIGINT ignored, and
 # what they start would inherit that: Ctrl-C could not be tested, and a test waited for it for ever.

@@ -5,7 +5,7 @@ from math import inf, nan
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from fmu_compensator.runtime.compensator import RunningCompensator
@@ -142,12 +142,8 @@ PROBE = st.floats() | st.floats(-50.0, 50.0)
 MEASURED = st.none() | st.tuples(PROBE, PROBE, PROBE, PROBE, PROBE)
 READINGS = st.tuples(READING, READING, READING, READING)
 SAMPLE = st.tuples(TIMING, TIMING, READINGS, READING, READING, MEASURED)
-ONCE = settings(
-    max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
 
 
-@ONCE
 @given(st.lists(SAMPLE, max_size=40), st.booleans())
 def test_offsets_never_step_and_never_exceed_the_limit(five_point_table, as_model, samples, knows):
     five_point_table["limits"] |= {"hold_s": 3.0, "recover_s": 1.0, "offset_um": 4.0}
@@ -168,7 +164,6 @@ def test_offsets_never_step_and_never_exceed_the_limit(five_point_table, as_mode
         before = output[:3]
 
 
-@ONCE
 @given(st.lists(SAMPLE, max_size=30), st.integers(0, 30), st.booleans())
 def test_a_restored_state_continues_bit_for_bit(five_point_table, as_model, samples, split, knows):
     five_point_table["limits"] |= {"hold_s": 3.0, "recover_s": 1.0}

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from fmu_compensator.runtime.modelfile import ModelFileError, load_model, model_text, parse_model
@@ -129,9 +129,6 @@ def test_every_field_refuses_what_it_cannot_hold(five_point_table, direct_table,
             assert assert_refused(damaged).place.split(".")[0] in {path[0], "", "chosen"}
 
 
-@settings(
-    max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
 @given(data=st.data())
 def test_any_damaged_bytes_give_a_model_or_one_line(five_point_table, tmp_path, data):
     content = bytearray(json.dumps(five_point_table).encode())

@@ -1,7 +1,7 @@
 """An axis at the offset that is wanted: at the slew, through off and on, homing and restarts."""
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from gateway.linuxcnc.axes import COUNT_UM, AxisOffset
@@ -51,7 +51,6 @@ def test_what_a_control_dropped_is_asked_again():
     assert follow(offset, axis, 20.0, 40)[-1] == pytest.approx(20.0)
 
 
-@settings(max_examples=200)
 @given(
     st.lists(
         st.one_of(

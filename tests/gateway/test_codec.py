@@ -6,7 +6,7 @@ from math import inf, isnan, nan
 
 import cantools
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from gateway.codec import Encoder, Finding, decode, name_of, raw_of
@@ -33,7 +33,6 @@ def read(frame: Frame, data: bytes | bytearray) -> tuple[dict[str, float], Seque
 
 @each_signal
 @given(data=st.data())
-@settings(max_examples=25)
 def test_a_value_comes_back_to_half_a_digit(frame, signal, data):
     if signal.is_enumeration:
         name = data.draw(st.sampled_from(list(signal.named)))
@@ -88,7 +87,6 @@ def test_a_range_of_more_than_the_bits_hold_is_what_they_hold(span):
 
 
 @given(st.sampled_from(DATABASE.frames), st.binary(min_size=8, max_size=8))
-@settings(max_examples=500)
 def test_any_bytes_give_a_value_in_range_or_a_problem(frame, data):
     values, problems = read(frame, data)
     wrong = [problem.signal for problem in problems]
@@ -184,7 +182,6 @@ def test_a_file_that_is_no_text_is_refused_in_a_line_that_a_terminal_can_take(tm
 
 
 @given(st.data())
-@settings(max_examples=60)
 def test_a_mangled_dbc_file_is_read_or_refused_in_one_line(tmp_path, data):
     at = data.draw(st.integers(0, len(GOOD) - 1))
     length = data.draw(st.integers(0, 40))

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from math import isfinite, nan
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from gateway.database import OFFSETS
@@ -134,7 +134,6 @@ def test_every_control_has_an_emulator():
 
 
 @pytest.mark.parametrize("name", NAMES)
-@settings(max_examples=30)
 @given(
     st.lists(
         st.tuples(*[st.one_of(st.floats(-650.0, 650.0), st.just(nan))] * 3), min_size=1, max_size=8

@@ -1,7 +1,7 @@
 """Protection: identifiers, counters, and a receiver that nothing breaks."""
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from gateway.codec import Sender
@@ -38,7 +38,6 @@ FRAMES = st.tuples(
 
 
 @given(st.lists(FRAMES, max_size=60))
-@settings(max_examples=200)
 def test_nothing_that_arrives_breaks_the_receiver(database, frames):
     """Any bytes, also with a CRC that fits: no exception, and never a value out of its range."""
     reception = Reception(database.of(MACHINE))
@@ -59,7 +58,6 @@ def test_nothing_that_arrives_breaks_the_receiver(database, frames):
 
 
 @given(st.data())
-@settings(max_examples=100)
 def test_a_usable_cycle_holds_what_was_sent_whatever_came_between(database, data):
     """Junk between good frames is either left out or spoils the cycle; it never changes a value."""
     reception, sender = Reception(database.of(MACHINE)), Sender(database, MACHINE)

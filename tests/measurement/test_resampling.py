@@ -6,7 +6,7 @@ import numpy as np
 import numpy.testing as npt
 import pandas as pd
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
@@ -18,7 +18,6 @@ def uneven(seed: int, samples: int = 200) -> np.ndarray:
     return np.cumsum(np.random.default_rng(seed).uniform(5.0, 45.0, samples))
 
 
-@settings(max_examples=50)
 @given(
     seed=st.integers(0, 1000),
     slope=st.floats(-1, 1),

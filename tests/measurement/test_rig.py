@@ -7,7 +7,7 @@ import numpy as np
 import numpy.testing as npt
 import pandas as pd
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from measurement.errors import BadInput
@@ -48,7 +48,6 @@ def test_a_known_pose():
 SIGNS = st.sampled_from([1, -1])
 
 
-@settings(max_examples=50)
 @given(
     values=st.lists(st.floats(-500, 500), min_size=5, max_size=5),
     spacing=st.floats(5, 500) | st.floats(-500, -5),

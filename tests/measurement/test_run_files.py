@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from measurement import runs
@@ -99,7 +99,6 @@ def test_every_mistake_is_named_with_its_place(tmp_path, content, expected):
 NUMBERS = st.floats(-60, 400) | st.just(math.nan)
 
 
-@settings(max_examples=60)
 @given(times=st.lists(st.floats(-1e9, 1e9), min_size=1, max_size=20, unique=True), data=st.data())
 def test_writing_and_reading_give_the_same_numbers(tmp_path, times, data):
     rows = len(times)
@@ -118,7 +117,6 @@ def test_writing_and_reading_give_the_same_numbers(tmp_path, times, data):
 CELL_FORM = re.compile(r"\s*([+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|nan|NaN|NAN|)\s*", re.ASCII)
 
 
-@settings(max_examples=300)
 @given(
     row=st.integers(1, 3),
     column=st.integers(1, 3),
@@ -143,7 +141,6 @@ def test_a_mangled_cell_is_read_as_a_number_or_refused_by_name(tmp_path, row, co
         assert value == expected or (math.isnan(value) and math.isnan(expected))
 
 
-@settings(max_examples=200)
 @given(st.binary(max_size=60), st.integers(0, len(GOOD)), st.integers(0, len(GOOD)))
 def test_a_mangled_file_is_read_or_refused_in_one_line(tmp_path, junk, start, end):
     content = GOOD.encode()

@@ -5,7 +5,7 @@ import json
 import tomllib
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from measurement.errors import BadInput
@@ -93,7 +93,6 @@ def test_two_located_bearings_are_refused():
     assert "only one bearing can locate" in refusal(machine_from_table, table, "mine.toml")
 
 
-@settings(max_examples=300)
 @given(where=st.sampled_from(list(places(TABLE))), value=st.just(...) | JUNK)
 def test_a_mangled_field_is_refused_or_read(where, value):
     table = mangled(TABLE, where, value)
@@ -107,7 +106,6 @@ def test_a_mangled_field_is_refused_or_read(where, value):
     assert "\n" not in message
 
 
-@settings(max_examples=100)
 @given(text=st.binary(max_size=200))
 def test_any_bytes_are_refused_in_one_line(text, tmp_path_factory):
     path = tmp_path_factory.getbasetemp() / "bytes.toml"

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import plant_model.simulate as simulate_module
@@ -122,7 +122,6 @@ def test_parameters_that_cannot_be_are_refused(parameters, words, jig_borer_lump
         simulate(jig_borer_lumps, inputs_over(0.1), parameters)
 
 
-@settings(max_examples=25)
 @given(
     speeds=st.lists(st.floats(0.0, 20000.0), min_size=3, max_size=30), seed=st.integers(0, 2**16)
 )

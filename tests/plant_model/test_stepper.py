@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from plant_model.axis import AxisOffset
@@ -119,7 +119,6 @@ def test_axis_slower_than_its_increment_still_moves():
     assert seen[-1] == pytest.approx(1.0)
 
 
-@settings(max_examples=200)
 @given(
     wanted=st.lists(st.floats(allow_nan=True, allow_infinity=True), min_size=1, max_size=30),
     step=st.floats(0.01, 100.0),

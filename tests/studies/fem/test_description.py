@@ -4,7 +4,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import studies.finite_elements as package
@@ -65,7 +65,6 @@ def test_what_the_mesh_cannot_hold_is_refused(changes, problem):
         FiniteElementSpindle(description).growth_row  # noqa: B018 - built when asked for
 
 
-@settings(max_examples=60, deadline=None)
 @given(where=st.sampled_from(list(places(SHIPPED))), value=JUNK)
 def test_any_mangled_field_is_refused_in_one_line_or_accepted(where, value):
     table = mangled(SHIPPED, where, value)
