@@ -54,8 +54,9 @@ lint: $(STAMP)
 test: $(STAMP)
 	$(PYTEST) $(WORKERS) -m "not vcan and not long"
 
-# What takes longer than a change should wait: questions to the gap finder, other platforms, the
-# installed wheel, whole measured data sets, the benchmarks' own parts, and a kernel with CAN.
+# What takes longer than a change should wait: questions to the gap finder, other masters and
+# platforms, many examples, the installed wheel, whole measured data sets, the benchmarks' own parts,
+# and a kernel with CAN.
 long: $(STAMP)
 	$(PYTEST) $(WORKERS) -m "long and not vcan" --deselect tests/gateway/test_component.py
 	$(PYTEST) $(WORKERS) -m "hypothesis and not long and not vcan" --hypothesis-profile many

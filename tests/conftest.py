@@ -35,8 +35,8 @@ ROOT = HERE.parent
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 ROOMS: list[str] = PYPROJECT["tool"]["importlinter"]["root_packages"]
 """The packages of the product."""
-BENCHMARKS = ("gap_benchmark", "gap_truth", "sensor_faults_benchmark")
-"""Folders of tests."""
+LONG = ("gap_benchmark", "gap_truth", "masters", "sensor_faults_benchmark", "trust_benchmark")
+"""Folders of tests that take longer than a change should wait: a matter of ``make long``."""
 
 SHARED_DATA = ROOT.parent / "shared" / "data"
 OTHERS = {name: getattr(native_compilers, name) for name in ("FOR_WINDOWS", "FOR_AARCH64")}
@@ -88,14 +88,14 @@ def pytest_collection() -> Generator[None, object, object]:
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
     """What they import takes a second in each process."""
     first = collection_path.relative_to(ROOT).parts[1:2]
-    passed_over = "not long" in config.option.markexpr and first and first[0] in BENCHMARKS
+    passed_over = "not long" in config.option.markexpr and first and first[0] in LONG
     return True if passed_over else None
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """What only makes the benchmarks' tables is a matter of ``make long``."""
+    """Mark what is in these folders."""
     for item in items:
-        if item.path.relative_to(HERE).parts[0].startswith(BENCHMARKS):
+        if item.path.relative_to(HERE).parts[0].startswith(LONG):
             item.add_marker(pytest.mark.long)
 
 
