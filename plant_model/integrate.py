@@ -55,15 +55,18 @@ def phi(order: int, x: FloatArray) -> FloatArray:
         Any shape, none above 0 [1].
     """
     small = np.abs(x) < 0.5
-    safe = np.where(small, -1.0, x)
-    value, factorial = np.expm1(safe) / safe, 1.0
+    near, far = x[small], x[~small]
+    value, factorial = np.expm1(far) / far, 1.0
     for k in range(2, order + 1):
         factorial *= k - 1
-        value = (value - 1.0 / factorial) / safe
-    series = np.zeros_like(x)
+        value = (value - 1.0 / factorial) / far
+    series = np.zeros_like(near)
     for j in range(15, -1, -1):
-        series = series * x + 1.0 / math.factorial(j + order)
-    return np.asarray(np.where(small, series, value))
+        series *= near
+        series += 1.0 / math.factorial(j + order)
+    out = np.empty_like(x)
+    out[small], out[~small] = series, value
+    return out
 
 
 def step_weights(decay: FloatArray, h: FloatArray | float) -> tuple[FloatArray, ...]:
@@ -312,7 +315,7 @@ class ExponentialRungeKutta:
         at, parts, part = np.zeros(len(lengths)), 0, self.part
         smallest = np.finfo(np.float64).eps  # a shorter part would not move the time
         left = np.ceil(1.0 / part - ROUNDING)
-        while np.any(going := left > 0.0):
+        while (going := left > 0.0).any():
             part = np.where(going, (1.0 - at) / np.maximum(left, 1.0), part)
             taken = part * going
             # A diverging state overflows: its error is not finite and is refused like any other.
@@ -320,12 +323,12 @@ class ExponentialRungeKutta:
                 end, error = self.once(state, lengths * taken, forcing, at, taken)
                 off = np.abs(apply(self.to_state, error) / self._scale)
             parts += 1
-            worst = np.max(off, axis=(0, 2))
+            worst = off.max(axis=(0, 2))
             excess = worst / self._tolerance
             good = going & (excess <= 1.0)
             again = going & ~good
             stuck = again & ((part <= smallest) | ~np.isfinite(worst))
-            if parts > MOST_PARTS or np.any(stuck):
+            if parts > MOST_PARTS or stuck.any():
                 run = int(np.argmax(stuck))
                 raise IntegrationError(
                     f"an error of {worst[run]:g} is left in a step of "
@@ -337,7 +340,7 @@ class ExponentialRungeKutta:
             longer = good & (excess <= 1.0 / 8.0)
             part = np.where(longer, 2.0 * part, part)
             left = np.where(longer, (left + 1.0) // 2.0, left)
-            if np.any(again):
+            if again.any():
                 most = (1.0 - at) / smallest
                 left = np.where(again, np.ceil(np.minimum(left * np.sqrt(excess), most)), left)
         self.part = np.minimum(1.0, part)

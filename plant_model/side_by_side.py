@@ -19,6 +19,8 @@ from plant_model.level import Ends, Held, LevelStepper
 from plant_model.network import Network
 from plant_model.parameters import FloatArray
 
+Places = npt.NDArray[np.intp]
+
 
 @dataclass
 class Track:
@@ -76,29 +78,32 @@ def side_by_side(network: Network, tracks: Sequence[Track], tolerance: float) ->
     now = np.stack([track.start for track in longest], axis=1)
     in_modes = apply(scheme.to_modes, now)
     ends = [np.empty((len(now), len(track.steps), now.shape[2])) for track in longest]
-    forcing = _Forcing(network, scheme)
+    begin = {name: values[0, :1] for name, values in held.items()}
+    begin |= dict(zip(network.machine.boundary_index, outside[0][0, :1].T, strict=True))
+    forcing = _Forcing(network, scheme, nodes_read(network, begin, now[:, :1]))
     going = len(longest)
     for k in range(len(lengths)):
         while len(longest[going - 1].steps) <= k:
             going -= 1
             longest[going].part = float(scheme.part[going])
             scheme.keep(going)
+            forcing.keep(going)
         now, in_modes = now[:, :going], in_modes[:, :going]
         for run, track in enumerate(longest[:going]):
             if k and track.levels[k] is not track.levels[k - 1]:
                 scheme.enter(run, track.levels[k].modes)
+                forcing.enter(run)
                 in_modes[:, run] = apply(scheme.to_modes[:, run], now[:, run])
-        forcing.held = {name: values[k, :going] for name, values in held.items()}
-        forcing.outside = outside[0][k, :going], outside[1][k, :going]
+        now_held = {name: values[k, :going] for name, values in held.items()}
         first, last = (
             np.stack([track.force[end][:, k] for track in longest[:going]], axis=1)
             for end in (0, 1)
         )
-        forcing.force = first, last
+        forcing.step(now_held, (outside[0][k, :going], outside[1][k, :going]), (first, last))
         in_modes = scheme.interval(in_modes, lengths[k, :going], forcing)
         now = apply(scheme.to_state, in_modes)
         if network.settles:
-            _settle(network, forcing.held, now)
+            _settle(network, now_held, now)
             in_modes = apply(scheme.to_modes, now)
         for run in range(going):
             ends[run][:, k] = now[:, run]
@@ -125,88 +130,92 @@ def _settle(network: Network, held: Held, now: FloatArray) -> None:
 
 
 class _Forcing:
-    """Forcing of the modes of all runs within a step."""
+    """Forcing of the modes of all runs within a step.
 
-    held: Held
-    force: Ends
-    outside: Ends
+    Most effects read and heat few nodes, so only these nodes' temperatures and heat are converted
+    from and to modes. Those that are read are known; those heated are noticed.
+    """
 
-    def __init__(self, network: Network, scheme: ExponentialRungeKutta) -> None:
+    def __init__(self, network: Network, scheme: ExponentialRungeKutta, read: Places) -> None:
         self._network, self._scheme = network, scheme
         self._names = list(network.machine.boundary_index)
         self._decay = network.state_decay()[:, None]
+        self._acting = np.zeros(network.node_count, dtype=bool)
+        self._add(read)
+
+    def _add(self, nodes: Places) -> None:
+        """Convert temperatures and heat of further nodes."""
+        self._acting[nodes] = True
+        self._nodes = np.flatnonzero(self._acting)
+        whole = self._scheme.to_state[..., : len(self._acting)]
+        self._rows = np.ascontiguousarray(whole[..., self._nodes, :])
+
+    def enter(self, run: int) -> None:
+        """Follow the run at a position to its other modes."""
+        self._rows[:, run] = self._scheme.to_state[:, run, self._nodes, : len(self._acting)]
+
+    def keep(self, runs: int) -> None:
+        """Continue with the first runs only, as many as given."""
+        self._rows = self._rows[:, :runs]
+
+    def step(self, held: Held, outside: Ends, force: Ends) -> None:
+        """Go to the next step, given its held inputs and both ends of what varies in it."""
+        self._held = held
+        self._outside, self._warming = outside[0], outside[1] - outside[0]
+        self._force, self._change = force[0], force[1] - force[0]
 
     def __call__(self, at: FloatArray, in_modes: FloatArray) -> FloatArray:
-        nodes = self._network.node_count
-        to_nodes, own = self._scheme.to_state[..., :nodes, :nodes], in_modes[..., nodes:]
-        gone = at[:, None]
-        around = self.outside[0] + gone * (self.outside[1] - self.outside[0])
-        inputs = self.held | {name: around[:, i] for i, name in enumerate(self._names)}
-        temperatures = cast(FloatArray, _Temperatures(to_nodes, in_modes[..., :nodes]))
+        nodes, gone = len(self._acting), at[:, None]
+        around = self._outside + gone * self._warming
+        inputs = self._held | dict(zip(self._names, around.T, strict=True))
+        temperatures = np.full((*in_modes.shape[:-1], nodes), np.nan)
+        temperatures[..., self._nodes] = apply(self._rows, in_modes[..., :nodes])
+        own = in_modes[..., nodes:]
         heat, rates = self._network.dependent(inputs, around, temperatures, own)
-        rate = self.force[0] + gone * (self.force[1] - self.force[0])
-        rate[..., :nodes] += _in_modes(heat, to_nodes)
+        heated = heat.any(axis=(0, 1))
+        if (heated > self._acting).any():
+            self._add(np.flatnonzero(heated))
+        rate = self._force + gone * self._change
+        # Modes are orthogonal: heat goes back to them by the same matrix.
+        rate[..., :nodes] += apply(np.swapaxes(self._rows, -1, -2), heat[..., self._nodes])
         rate[..., nodes:] += rates + self._decay * own
         return np.asarray(rate)
 
 
-class _Temperatures(NDArrayOperatorsMixin):
-    """Temperatures of nodes from modes, each computed when read: most effects read only a few.
+class _Watched(NDArrayOperatorsMixin):
+    """Temperatures that record which of them were read."""
 
-    Parameters
-    ----------
-    to_nodes : array, shape (sets, runs, nodes, nodes)
-    in_modes : array, shape (sets, runs, nodes)
-    """
-
-    def __init__(self, to_nodes: FloatArray, in_modes: FloatArray) -> None:
-        self._to_nodes, self._in_modes = to_nodes, in_modes
-        self.shape = in_modes.shape
+    def __init__(self, values: FloatArray) -> None:
+        self._values, self.shape = values, values.shape
+        self.read = np.zeros(values.shape[-1], dtype=bool)
 
     def __len__(self) -> int:
-        return len(self._in_modes)
+        return len(self._values)
 
     def __getitem__(self, at: Any) -> FloatArray:
-        if not (isinstance(at, tuple) and len(at) == 2 and at[0] is Ellipsis):
-            return np.asarray(np.asarray(self)[at])
-        rows = self._to_nodes[..., at[1], :]
-        if rows.ndim == self._in_modes.ndim:
-            return np.asarray(np.einsum("...m,...m->...", rows, self._in_modes))
-        return apply(rows, self._in_modes)
+        nodes = (
+            at[1] if isinstance(at, tuple) and len(at) == 2 and at[0] is Ellipsis else slice(None)
+        )
+        self.read[nodes] = True
+        return np.asarray(self._values[at])
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> FloatArray:
-        return apply(self._to_nodes, self._in_modes)
+        self.read[:] = True
+        return self._values
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *given: Any, **options: Any) -> Any:
         arrays = [np.asarray(value) if value is self else value for value in given]
         return getattr(ufunc, method)(*arrays, **options)
 
 
-class _Watched(_Temperatures):
-    """Temperatures, each its own mode, that record which of them were read."""
-
-    def __init__(self, values: FloatArray) -> None:
-        super().__init__(np.eye(values.shape[-1])[None, None], values)
-        self.read = np.zeros(values.shape[-1], dtype=bool)
-
-    def __getitem__(self, at: Any) -> FloatArray:
-        if isinstance(at, tuple) and len(at) == 2 and at[0] is Ellipsis:
-            self.read[at[1]] = True
-        return super().__getitem__(at)
-
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> FloatArray:
-        self.read[:] = True
-        return super().__array__(dtype, copy)
-
-
-def nodes_read(network: Network, inputs: Held, course: FloatArray) -> npt.NDArray[np.intp]:
+def nodes_read(network: Network, inputs: Held, course: FloatArray) -> Places:
     """Return the nodes whose temperatures the temperature-dependent effects read.
 
     Parameters
     ----------
     network : Network
     inputs : dict of str to array, shape (1,)
-    course : array, shape (1, 1, nodes + own states)
+    course : array, shape (sets, 1, nodes + own states)
         Temperatures and own states at an instant.
     """
     nodes = network.node_count
@@ -214,17 +223,3 @@ def nodes_read(network: Network, inputs: Held, course: FloatArray) -> npt.NDArra
     outside = np.stack([inputs[name] for name in network.machine.boundary_index], axis=-1)
     network.dependent(inputs, outside, cast(FloatArray, watched), course[..., nodes:])
     return np.flatnonzero(watched.read)
-
-
-def _in_modes(heat: FloatArray, to_nodes: FloatArray) -> FloatArray:
-    """Return the forcing of the modes by heat [W]; they are orthogonal, so the matrix is the same.
-
-    Parameters
-    ----------
-    heat : array, shape (sets, runs, nodes)
-        Most effects heat few nodes.
-    to_nodes : array, shape (sets or 1, runs, nodes, nodes)
-    """
-    heated = np.flatnonzero(heat.any(axis=(0, 1)))
-    rows = to_nodes if len(heated) == heat.shape[-1] else to_nodes[..., heated, :]
-    return apply(np.swapaxes(rows, -1, -2), heat[..., heated])

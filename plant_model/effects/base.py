@@ -60,7 +60,7 @@ class Effect:
         The kinds of items whose law it defines.
     temperature_dependent : bool
         Whether ``heat`` or ``conductance`` depend on temperatures or own states; if not, the
-        simulation is exact.
+        simulation is exact. Its hooks read the same nodes at every call.
     conductance_inputs : tuple of str
         Inputs that its conductances depend on; if its items name them, ``prepare`` sets it.
     needs : tuple of str

@@ -79,4 +79,4 @@ class JointResistance(Effect):
         """Return contact pressure, or inverse resistance, relative to that when cold [1]."""
         tighter = self.own("gain")[..., None] * warmer
         factor = np.where(tighter > 0.0, 1.0 + tighter, 1.0 / (1.0 - np.minimum(tighter, 0.0)))
-        return np.clip(factor, 0.2, 5.0)
+        return np.minimum(np.maximum(factor, 0.2), 5.0)

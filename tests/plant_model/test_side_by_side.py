@@ -1,35 +1,79 @@
-"""Temperatures that are found from modes when an effect reads them."""
+"""Temperatures are found from modes, and modes are moved by heat, at the nodes that act."""
+
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
-from plant_model.side_by_side import _in_modes, _Temperatures
+from plant_model.integrate import ExponentialRungeKutta, Modes
+from plant_model.network import Network
+from plant_model.side_by_side import _Forcing, _Watched
 
 GENERATOR = np.random.default_rng(1)
-TO_NODES, MODES = GENERATOR.normal(size=(3, 2, 5, 5)), GENERATOR.normal(size=(3, 2, 5))
+SETS, RUNS, NODES = 3, 2, 5
+
+
+def some(*shape: int) -> Any:
+    return GENERATOR.normal(size=shape)
 
 
 @pytest.mark.parametrize(
-    "read",
+    ("read", "nodes"),
     [
-        lambda t: t[..., 2],
-        lambda t: t[..., [0, 3, 3]],
-        lambda t: t[..., 1:4],
-        lambda t: t[:, 0, None],
-        lambda t: 2.0 * t - t**2,
-        lambda t: t @ np.arange(10.0).reshape(5, 2),
-        lambda t: np.mean(t, axis=-1),
-        lambda t: np.zeros((len(t), *t.shape)),
+        (lambda t: t[..., 2], [2]),
+        (lambda t: t[..., [0, 3, 3]], [0, 3]),
+        (lambda t: t[..., 1:4], [1, 2, 3]),
+        (lambda t: t[:, 0, None], [0, 1, 2, 3, 4]),
+        (lambda t: 2.0 * t - t**2, [0, 1, 2, 3, 4]),
+        (lambda t: t @ np.arange(10.0).reshape(5, 2), [0, 1, 2, 3, 4]),
+        (lambda t: np.mean(t, axis=-1), [0, 1, 2, 3, 4]),
+        (lambda t: np.zeros((len(t), *t.shape)), []),
     ],
 )
-def test_whatever_reads_them_gets_what_an_array_of_all_gives(read):
-    whole = np.einsum("srnm,srm->srn", TO_NODES, MODES)
-    np.testing.assert_allclose(read(_Temperatures(TO_NODES, MODES)), read(whole), atol=1e-12)
+def test_whatever_reads_temperatures_is_noticed_and_gets_them(read, nodes):
+    whole = some(SETS, RUNS, NODES)
+    watched = _Watched(whole)
+    np.testing.assert_array_equal(read(watched), read(whole))
+    assert np.flatnonzero(watched.read).tolist() == nodes
 
 
 @pytest.mark.parametrize("heated", [[], [3], [0, 1, 4], [0, 1, 2, 3, 4]])
-def test_heat_of_few_nodes_moves_modes_as_that_of_all(heated):
-    heat = np.zeros((3, 2, 5))
-    heat[..., heated] = GENERATOR.normal(size=(3, 2, len(heated)))
-    expected = np.einsum("srn,srnm->srm", heat, TO_NODES)
-    np.testing.assert_allclose(_in_modes(heat, TO_NODES), expected, atol=1e-12)
+def test_few_nodes_act_on_modes_as_all_would(heated):
+    """Also after a run has entered other modes and another has ended."""
+    read = np.array([1, 3])
+    modes = [Modes(some(1, NODES), some(1, NODES, NODES), some(1, NODES, NODES)) for _ in range(3)]
+
+    def dependent(inputs: Any, outside: Any, temperatures: Any, own: Any) -> Any:
+        heat = np.zeros(temperatures.shape)
+        heat[..., heated] = temperatures[..., read].sum(axis=-1, keepdims=True)
+        return heat, np.zeros_like(own)
+
+    network = SimpleNamespace(
+        node_count=NODES,
+        machine=SimpleNamespace(boundary_index={}),
+        state_decay=lambda: np.zeros((SETS, 0)),
+        dependent=dependent,
+    )
+    scheme = ExponentialRungeKutta(modes[:RUNS])
+    forcing = _Forcing(cast(Network, network), scheme, read)
+
+    def check(runs: int) -> None:
+        outside, state = np.zeros((runs, 0)), some(SETS, runs, NODES)
+        first, last = some(2, SETS, runs, NODES)
+        forcing.step({}, (outside, outside), (first, last))
+        to_nodes = scheme.to_state
+        whole = np.einsum(
+            "srnm,srm->srn", np.broadcast_to(to_nodes, (SETS, *to_nodes.shape[1:])), state
+        )
+        heat = dependent({}, outside, whole, np.zeros((SETS, runs, 0)))[0]
+        expected = 0.5 * (first + last) + np.einsum("srn,xrnm->srm", heat, to_nodes)
+        np.testing.assert_allclose(forcing(np.full(runs, 0.5), state), expected, atol=1e-12)
+
+    check(RUNS)
+    scheme.enter(0, modes[2])
+    forcing.enter(0)
+    check(RUNS)
+    scheme.keep(1)
+    forcing.keep(1)
+    check(1)
