@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from plant_model.anatomy import incidence
 from plant_model.effects.base import Effect, Inputs
-from plant_model.effects.surface_convection import held_by_film
+from plant_model.effects.surface_convection import Surfaces
 from plant_model.parameters import FloatArray, Parameter
 
 
@@ -34,24 +33,15 @@ class NaturalConvection(Effect):
 
     def prepare(self) -> None:
         """Collect the surfaces."""
-        surfaces = self.machine.of_kind("links", "convection")
-        self._nodes = [self.machine.node_index[item.refs["between"][0]] for item in surfaces]
-        outside = [item.refs["between"][1] for item in surfaces]
-        self._outside = list(dict.fromkeys(outside))
-        self._air = [self._outside.index(name) for name in outside]
-        self._areas = self.table([self.of(item, "area") for item in surfaces])
-        self._held = self.table(
-            [held_by_film(self, item, self.own("film_at_10_K")) for item in surfaces]
-        )
-        self._to_nodes = incidence(self._nodes, len(self.machine.nodes))
+        self._surfaces = Surfaces(self, self.own("film_at_10_K"))
 
     def heat(
         self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add the heat that each surface receives in addition to that of its film."""
-        if not self._nodes:
-            return
-        air = np.stack([inputs[name] for name in self._outside], axis=-1)[..., self._air]
-        colder = air - temperatures[..., self._nodes]
-        film = self.own("film_at_10_K")[..., None] * np.sqrt(np.sqrt(np.abs(colder) / 10.0))
-        out += ((film - self._held) * self._areas * colder) @ self._to_nodes
+        self._surfaces.add_heat(self._received, inputs, temperatures, out)
+
+    def _received(self, air: FloatArray, own: FloatArray) -> FloatArray:
+        """Return what surfaces receive by free convection [W/m2]."""
+        grown = np.sqrt(np.sqrt(np.abs(air - own) / 10.0))
+        return np.asarray(self.own("film_at_10_K")[..., None] * grown * (air - own))

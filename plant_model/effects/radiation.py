@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from plant_model.effects.base import Effect, Inputs
-from plant_model.effects.surface_convection import held_by_film
+from plant_model.effects.surface_convection import Surfaces
 from plant_model.parameters import ROOM_DEGC, FloatArray, Parameter
 
 STEFAN_BOLTZMANN = 5.670374419e-8
@@ -34,27 +36,19 @@ class Radiation(Effect):
 
     def prepare(self) -> None:
         """Collect the surfaces."""
-        index = self.machine.node_index
         # Film coefficients are assumed to be stated for surface and hall at this temperature.
         at_reference = 4.0 * STEFAN_BOLTZMANN * (ROOM_DEGC + KELVIN) ** 3 * self.own("emissivity")
-        self._surfaces = [
-            (
-                index[item.refs["between"][0]],
-                item.refs["between"][1],
-                self.of(item, "area"),
-                held_by_film(self, item, at_reference),
-            )
-            for item in self.machine.of_kind("links", "convection")
-        ]
+        self._surfaces = Surfaces(self, at_reference)
 
     def heat(
         self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add the heat that each surface receives in addition to that of its film."""
-        factor = self.own("emissivity") * STEFAN_BOLTZMANN
-        for node, outside, area, held in self._surfaces:
-            # Squares of squares: a power costs many times as much, and this runs at every step.
-            own = (temperatures[..., node] + KELVIN) * (temperatures[..., node] + KELVIN)
-            around = (inputs[outside] + KELVIN) * (inputs[outside] + KELVIN)
-            in_film = held * (inputs[outside] - temperatures[..., node])
-            out[..., node] += area * (factor * (around * around - own * own) - in_film)
+        self._surfaces.add_heat(self._received, inputs, temperatures, out)
+
+    def _received(self, around: FloatArray, own: FloatArray) -> FloatArray:
+        """Return what surfaces receive from the hall [W/m2]."""
+        # Squares of squares: a power costs many times as much, and this runs at every step.
+        around, own = ((part + KELVIN) * (part + KELVIN) for part in (around, own))
+        factor = self.own("emissivity")[..., None] * STEFAN_BOLTZMANN
+        return np.asarray(factor * (around * around - own * own))

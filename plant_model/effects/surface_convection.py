@@ -2,34 +2,63 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from plant_model.effects.base import Effect, amplitude
+from plant_model.anatomy import incidence
+from plant_model.effects.base import Effect, Inputs, amplitude
 from plant_model.exchange import exchange
 from plant_model.item_forms import ItemSpec, NumberSpec
-from plant_model.machine import Item
 from plant_model.parameters import FloatArray
 
 
-def held_by_film(effect: Effect, item: Item, coefficient: FloatArray) -> FloatArray:
-    """Return the part of a surface's constant film that belongs to another effect [W/(m2 K)].
+class Surfaces:
+    """All surfaces with a constant film, part of which belongs to another effect.
 
     Parameters
     ----------
     effect : Effect
         The other effect.
-    item : Item
-        The surface.
     coefficient : array, shape (sets or 1, 1)
-        Film coefficient of the effect at its reference [W/(m2 K)].
-
-    Returns
-    -------
-    array, shape (sets or 1, 1)
-        That coefficient, but at most the film itself.
+        Its film coefficient at its reference; at most the film itself is its own [W/(m2 K)].
     """
-    film = effect.scale_of("surface_convection") * effect.of(item, "coefficient")
-    return np.asarray(np.minimum(coefficient, film))
+
+    def __init__(self, effect: Effect, coefficient: FloatArray) -> None:
+        surfaces = effect.machine.of_kind("links", "convection")
+        scale = effect.scale_of("surface_convection")
+        index = effect.machine.node_index
+        self._nodes = [index[item.refs["between"][0]] for item in surfaces]
+        outside = [item.refs["between"][1] for item in surfaces]
+        self._outside = list(dict.fromkeys(outside))
+        self._air = [self._outside.index(name) for name in outside]
+        self._areas = effect.table([effect.of(item, "area") for item in surfaces])
+        films = [scale * effect.of(item, "coefficient") for item in surfaces]
+        self._held = np.minimum(coefficient[..., None], effect.table(films))
+        self._to_nodes = incidence(self._nodes, len(index))
+
+    def add_heat(
+        self,
+        law: Callable[[FloatArray, FloatArray], FloatArray],
+        inputs: Inputs,
+        temperatures: FloatArray,
+        out: FloatArray,
+    ) -> None:
+        """Add the heat that each surface receives in addition to that of its film.
+
+        Parameters
+        ----------
+        law : callable
+            Takes the temperatures of the air (times, surfaces) and of the surfaces (sets, times,
+            surfaces) [degC]; returns the heat that these receive by the other effect [W/m2].
+        inputs, temperatures, out
+            As for `Effect.heat`.
+        """
+        if not self._outside:
+            return
+        air = np.stack([inputs[name] for name in self._outside], axis=-1)[..., self._air]
+        own = temperatures[..., self._nodes]
+        out += ((law(air, own) - self._held * (air - own)) * self._areas) @ self._to_nodes
 
 
 class SurfaceConvection(Effect):
