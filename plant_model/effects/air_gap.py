@@ -56,17 +56,18 @@ class AirGap(Effect):
     }
     conductance_inputs = ("speed",)
 
+    def prepare(self) -> None:
+        """Compute what does not change with speed."""
+        gap = self.table([self.of(item, "gap") * 1e-3 for item in self.items])
+        radius = self.table([self.of(item, "radius") * 1e-3 for item in self.items])
+        area = self.table([self.of(item, "area") for item in self.items])
+        self._per_omega2 = radius * gap**3 / AIR_VISCOSITY**2
+        self._still = self.own("scale")[..., None] * area * AIR_CONDUCTIVITY / (2.0 * gap)
+
     def conductance(
         self, inputs: Inputs, temperatures: FloatArray, states: FloatArray
     ) -> Sequence[Exchange]:
         """Return the exchanges at each speed."""
         omega = inputs["speed"] * (2.0 * np.pi / 60.0)
-        exchanges = []
-        for item in self.items:
-            gap, radius = self.of(item, "gap") * 1e-3, self.of(item, "radius") * 1e-3
-            taylor = omega**2 * radius * gap**3 / AIR_VISCOSITY**2
-            film = gap_nusselt(taylor) * AIR_CONDUCTIVITY / (2.0 * gap)
-            exchanges.append(
-                exchange(self.machine, item, self.own("scale") * film * self.of(item, "area"))
-            )
-        return exchanges
+        g = gap_nusselt(omega[:, None] ** 2 * self._per_omega2) * self._still
+        return [exchange(self.machine, item, g[..., i]) for i, item in enumerate(self.items)]
