@@ -109,6 +109,7 @@ def hall(database: Database, quick_fmu: Path) -> Iterator[Hall]:
         yield one
 
 
+@pytest.mark.long
 def test_the_hall_reads_what_the_bus_carries(hall):
     answer, unit = hall.control.cycle(MILD), hall.service.unit
     steps = hall.service.node.steps
@@ -146,6 +147,7 @@ def test_the_hall_reads_what_the_bus_carries(hall):
     }
 
 
+@pytest.mark.long
 def test_a_client_knows_the_units_by_their_codes(hall):
     """The ids are those of the OPC Foundation's table, UNECE_to_OPCUA.csv."""
     ids = {"inputs.T1": 4408652, "inputs.speed": 5394509, "inputs.tool_length": 5066068}
@@ -160,6 +162,7 @@ def test_a_client_knows_the_units_by_their_codes(hall):
     assert patiently(read) == ids
 
 
+@pytest.mark.long
 def test_nothing_can_be_written_or_called_or_added(hall):
 
     async def attack() -> list[str]:
@@ -188,6 +191,7 @@ def test_nothing_can_be_written_or_called_or_added(hall):
     assert hall.service.unit.outputs["dX"] != 1.0
 
 
+@pytest.mark.long
 def test_an_administrator_by_name_gets_in_nowhere(hall):
     patiently(lambda: validity(Client(hall.url)))
     client = Client(hall.url)
@@ -205,6 +209,7 @@ class _Events:
         self.heard.append((event.Message.Text, event.Severity))
 
 
+@pytest.mark.long
 def test_a_loss_of_validity_is_an_event(hall):
 
     async def listen() -> list[tuple[str, int]]:
@@ -265,7 +270,7 @@ def test_a_server_that_hangs_keeps_nobody_waiting(database, quick_fmu):
     assert time.monotonic() - begun < 15.0
 
 
-@pytest.mark.long  # it starts a server of its own
+@pytest.mark.long
 def test_a_server_that_is_gone_does_not_end_the_gateway(database, unit):
     unit.start()
     said: list[str] = []
@@ -304,7 +309,7 @@ def certificates(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.long  # it starts a server of its own
+@pytest.mark.long
 def test_only_who_is_trusted_reads_with_certificates(certificates, unit):
     unit.start()
     url = free_url()
