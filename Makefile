@@ -4,13 +4,13 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
-# Some tests wait for a bus or a clock: one process more than cores keeps the cores busy. A process
-# takes tests that stand together, which share what is built for them. Threads for the small
-# matrices of a test would only get in each other's way: they double the time of the processors.
+# A process for each core takes tests that stand together, which share what is built for them; one
+# more would import everything once more. Threads for the small matrices of a test would only get
+# in each other's way: they double the time of the processors.
 # What Python compiles it keeps, even where the shell says otherwise: every process of a test and
 # every further run would compile it anew.
 PYTEST = PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest
-WORKERS = -n $(shell $(PYTHON) -c 'import os; print((os.cpu_count() or 1) + 1)') --dist worksteal
+WORKERS = -n auto --dist worksteal
 FMUS := dist/compensator.fmu dist/plant.fmu
 
 TRAINING := training_down training_random training_stops training_warm_hall
