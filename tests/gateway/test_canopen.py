@@ -330,6 +330,7 @@ def test_the_data_sheet_has_what_cia_306_asks_for(quick_fmu):
     assert node_eds(NODE + 1, quick_fmu) == node_eds(NODE, quick_fmu)
 
 
+@pytest.mark.long
 def test_the_heartbeat_is_the_gateways_own(wire, quick_fmu):
     """It follows its object, and a gateway whose loop stands sends none."""
     with pair(wire, quick_fmu) as (master, service):

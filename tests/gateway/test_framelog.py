@@ -61,6 +61,7 @@ def log_and_die(paths: list[Path]) -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
+@pytest.mark.long
 def test_a_log_survives_a_kill_but_for_its_last_second(tmp_path):
     paths = [tmp_path / f"frames{ending}" for ending in ENDINGS]
     killed = SERVER.Process(target=log_and_die, args=(paths,))

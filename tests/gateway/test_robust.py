@@ -22,6 +22,7 @@ def arguments(shared_wire: Wire, quick_fmu: Path) -> tuple[object, ...]:
     return ("gateway", *bus, "--compensator", quick_fmu, "--clock", "machine")
 
 
+@pytest.mark.long
 def test_a_gateway_that_was_stopped_answers_nothing_old_as_valid(
     shared_wire, database, arguments, start
 ):

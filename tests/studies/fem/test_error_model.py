@@ -92,6 +92,7 @@ def growth_missed(fitted: FiniteElementModel, found: list[Run]) -> list[float]:
     return [float(np.sqrt(np.mean(error**2))) for error in errors]
 
 
+@pytest.mark.long
 def test_fourteen_coordinates_do_for_a_thousand_nodes(jig_borer):
     """The figures of docs/methods.md: 0.05 um in fit, 0.1 um on other spectra."""
     level = [level_run(jig_borer, seed) for seed in (1, 2, 3, 4)]
@@ -103,6 +104,7 @@ def test_fourteen_coordinates_do_for_a_thousand_nodes(jig_borer):
     assert max(others) < 0.1
 
 
+@pytest.mark.long
 def test_a_start_that_is_not_level_costs_more_than_the_reduction(jig_borer, runs):
     """The same where air swings by 1 K and the coolant differs from it: up to 0.8 um."""
     fitted = FiniteElementModel.fit(task_of(runs[:1]))
