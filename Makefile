@@ -10,7 +10,7 @@ STAMP := $(VENV)/.installed
 # What Python compiles it keeps, even where the shell says otherwise: every process of a test and
 # every further run would compile it anew.
 PYTEST = PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest
-WORKERS = -n auto --dist worksteal
+WORKERS = -n logical --dist worksteal
 FMUS := dist/compensator.fmu dist/plant.fmu
 
 TRAINING := training_down training_random training_stops training_warm_hall
