@@ -58,8 +58,8 @@ test: $(STAMP)
 # platforms, many examples, the installed wheel, whole measured data sets, the benchmarks' own parts,
 # and a kernel with CAN.
 long: $(STAMP)
-	$(PYTEST) $(WORKERS) -m "long and not vcan" --deselect tests/gateway/test_component.py
-	$(PYTEST) $(WORKERS) -m "hypothesis and not long and not vcan" --hypothesis-profile many
+	$(PYTEST) $(WORKERS) -m "(long or hypothesis) and not vcan" --hypothesis-profile many \
+	    --deselect tests/gateway/test_component.py
 	@# A control in real time, whose answers come too late beside other tests.
 	$(PYTEST) -m long tests/gateway/test_component.py
 	$(BIN)/python tests/gateway/on_vcan.py

@@ -57,7 +57,7 @@ settings.register_profile(
     max_examples=40,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
 )
-settings.register_profile("many", settings.get_profile("a few"), max_examples=400)
+settings.register_profile("many", settings.get_profile("a few"), max_examples=500)
 settings.load_profile("a few")
 
 # A shell that starts the tests in the background, as many a CI does, leaves SIGINT ignored, and
