@@ -122,6 +122,31 @@ def column_in(frame: pd.DataFrame, entry: Input) -> str | None:
     return next((name for name in names if name in frame.columns), None)
 
 
+def outside_ranges(machine: Machine, frame: pd.DataFrame) -> dict[str, str]:
+    """Return a text for each input that leaves the range that the machine file gives it.
+
+    Parameters
+    ----------
+    machine : Machine
+    frame : DataFrame
+        As in `drive_from`.
+
+    Returns
+    -------
+    dict of str to str
+        Its first such value and what is allowed, by column.
+    """
+    texts = {}
+    for entry in machine.inputs:
+        column = column_in(frame, entry)
+        values = np.asarray(frame[column] if column else (), dtype=np.float64)
+        for k in np.flatnonzero((values < entry.low) | (values > entry.high))[:1]:
+            found = f"{values[k]:g} at {np.asarray(frame.get('time_s', frame.index))[k]:g} s"
+            allowed = f"{entry.low:g}..{entry.high:g} {entry.unit}"
+            texts[str(column)] = f"{found} is outside {allowed}"
+    return texts
+
+
 def check_ranges(machine: Machine, frame: pd.DataFrame) -> None:
     """Refuse inputs outside the ranges that the machine file gives them.
 
@@ -136,13 +161,8 @@ def check_ranges(machine: Machine, frame: pd.DataFrame) -> None:
     DriveError
         For the first such value of an input.
     """
-    for entry in machine.inputs:
-        column = column_in(frame, entry)
-        values = np.asarray(frame[column] if column else (), dtype=np.float64)
-        for k in np.flatnonzero((values < entry.low) | (values > entry.high))[:1]:
-            found = f"{values[k]:g} at {np.asarray(frame.get('time_s', frame.index))[k]:g} s"
-            allowed = f"{entry.low:g}..{entry.high:g} {entry.unit}"
-            raise DriveError(f"{column}: {found} is outside {allowed}")
+    for column, text in outside_ranges(machine, frame).items():
+        raise DriveError(f"{column}: {text}")
 
 
 def _series(frame: pd.DataFrame, entry: Input) -> FloatArray:

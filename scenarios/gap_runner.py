@@ -17,7 +17,7 @@ from gap_finder.search import USUAL, Search
 from measurement.errors import BadInput
 from measurement.runs import Run
 from measurement.warm import named_warm
-from plant_model.drive import column_in
+from plant_model.drive import column_in, outside_ranges
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from plant_model.machine_file import machine_path
@@ -90,7 +90,7 @@ def run_find_gap(
     result = judged.result
     observed = [run.observed for run in judged.unseen.before]
     faults = sorted([*faults, *more], key=lambda fault: (fault.run, fault.channel, fault.start_s))
-    lacking = [*not_compared(machine, every), *begun_warm(every)]
+    lacking = remarks(machine, every)
     with results_folder(out) as folder:
         machines = (result.before.machine, result.after.machine)
         for which, name in zip(machines, (MACHINE_BEFORE, MACHINE_AFTER), strict=True):
@@ -102,7 +102,7 @@ def run_find_gap(
             ("Runs used", _named(used)),
             ("Never used", _named(kept_back)),
             ("Not considered", ", ".join(search.without) or "-"),
-            ("Sensors not compared", "; ".join(lacking) or "-"),
+            ("Remarks on the runs", "; ".join(lacking) or "-"),
             ("Seed", str(search.seed)),
         ]
         write_gap_page(judged, table, facts, folder)
@@ -218,20 +218,11 @@ def _need_inputs(machine: Machine, run: Run) -> None:
             raise BadInput(run.path or run.name, f"column {column}", problem)
 
 
-def begun_warm(runs: Sequence[Run]) -> list[str]:
-    """Return a line that names the runs that began warm; none if no run did.
+def remarks(machine: Machine, runs: Sequence[Run]) -> list[str]:
+    """Return a line for whatever makes runs differ from what a machine file describes.
 
-    Parameters
-    ----------
-    runs : sequence of Run
-    """
-    warm = named_warm(runs)
-    problem = "parts without a thermometer start at the hall's temperature in the model"
-    return [f"begun while the machine was warm: {warm}; {problem}"] if warm else []
-
-
-def not_compared(machine: Machine, runs: Sequence[Run]) -> list[str]:
-    """Return a line for each sensor of a machine that some or all of the runs lack.
+    These are sensors that some or all of the runs lack, inputs outside their ranges, and runs that
+    began warm.
 
     Parameters
     ----------
@@ -246,6 +237,13 @@ def not_compared(machine: Machine, runs: Sequence[Run]) -> list[str]:
             every = len(lacking) == len(runs)
             where = "in no run" if every else f"not in {', '.join(lacking)}"
             lines.append(f"not compared: {name}, its column {column} is {where}")
+    for run in runs:
+        for column, text in outside_ranges(machine, run.frame).items():
+            lines.append(f"doubtful: {run.name}, {column}: {text}, the machine file's range")
+    warm = named_warm(runs)
+    if warm:
+        problem = "parts without a thermometer start at the hall's temperature in the model"
+        lines.append(f"begun while the machine was warm: {warm}; {problem}")
     return lines
 
 

@@ -223,7 +223,7 @@ class Calibration:
     residuals : DataFrame
         RMS of model minus measurement of each channel before and after [K, um].
     left_out : list of str
-        Faulty data, missing sensors, and runs that began warm.
+        Faulty data, missing sensors, inputs outside their ranges, and runs that began warm.
     faults : list of DataFault
         The faulty data among these.
     advice : list of Advice
@@ -291,7 +291,7 @@ def calibrate(
     """
     if not 1 <= starts <= 50:
         raise BadInput("--starts", "", f"{starts} is outside 1..50")
-    from scenarios.gap_runner import begun_warm, not_compared, usable_runs
+    from scenarios.gap_runner import remarks, usable_runs
 
     given, recorded = as_machine(machine), as_runs(runs)
     used, _, faults = usable_runs(given.model, recorded)
@@ -307,12 +307,11 @@ def calibrate(
         "after": by_channel(found.machine, after),
     }
     table = pd.DataFrame([asdict(entry) for entry in found.parameters])
-    lacking = [*not_compared(given.model, recorded), *begun_warm(recorded)]
     return Calibration(
         replace(given, model=found.machine),
         table.set_index("name"),
         pd.DataFrame(channels),
-        [fault.text for fault in faults] + lacking,
+        [fault.text for fault in faults] + remarks(given.model, recorded),
         faults,
         advice(found.machine, after, found.parameters),
         found,

@@ -17,7 +17,8 @@ RUNS = ("training_down", "stop_and_go")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     made = [simulate("jig_borer", name, every_s=120.0, noise_seed=1) for name in RUNS]
     # The second has no reading of one thermometer.
-    frames = [made[0].frame[:90], made[1].frame[:90].drop(columns="T3_degC")]
+    frames = [made[0].frame[:90].copy(), made[1].frame[:90].drop(columns="T3_degC")]
+    frames[0].loc[5, "speed_rpm"] = 21000.0
     return written(tmp_path_factory.mktemp("runs"), *map(Run, RUNS, frames))
 
 
@@ -36,6 +37,7 @@ def test_a_page_is_written_beside_the_machine_file(runs, tmp_path, prints, refus
         assert f"<tr><td>{channel}</td>" in text
     assert "This does not show how well the model predicts other runs." in text
     assert "not compared: T3, its column T3_degC is not in stop_and_go" in text
+    assert "doubtful: training_down, speed_rpm: 21000 at 600 s is outside 0..20000 rpm" in text
     for run in RUNS:
         assert f"Measured against model, temperatures: {run}" in text
         assert f"Measured against model, displacements: {run}" in text
