@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
-from plant_model.integrate import ExponentialRungeKutta, apply
+from plant_model.integrate import ExponentialRungeKutta, IntegrationError, apply
 from plant_model.level import Ends, Held, LevelStepper
 from plant_model.network import Network
 from plant_model.parameters import FloatArray
@@ -100,7 +100,11 @@ def side_by_side(network: Network, tracks: Sequence[Track], tolerance: float) ->
             for end in (0, 1)
         )
         forcing.step(now_held, (outside[0][k, :going], outside[1][k, :going]), (first, last))
-        in_modes = scheme.interval(in_modes, lengths[k, :going], forcing)
+        try:
+            in_modes = scheme.interval(in_modes, lengths[k, :going], forcing)
+        except IntegrationError as error:
+            forcing.check_read(now)
+            raise error
         now = apply(scheme.to_state, in_modes)
         if network.settles:
             _settle(network, now_held, now)
@@ -164,6 +168,27 @@ class _Forcing:
         self._outside, self._warming = outside[0], outside[1] - outside[0]
         self._force, self._change = force[0], force[1] - force[0]
 
+    def check_read(self, course: FloatArray) -> None:
+        """Refuse effects that read nodes in this step that they did not read in the first one.
+
+        Parameters
+        ----------
+        course : array, shape (sets, runs, nodes + own states)
+            Temperatures [degC] and own states at the start of the step.
+
+        Raises
+        ------
+        IntegrationError
+            With the nodes' names.
+        """
+        inputs = self._held | dict(zip(self._names, self._outside.T, strict=True))
+        read = nodes_read(self._network, inputs, course)
+        if late := [self._network.machine.nodes[i].name for i in read if not self._acting[i]]:
+            raise IntegrationError(
+                f"an effect reads the temperature of {', '.join(late)}, which it did not read in"
+                " the first step: its hooks must read the same nodes at every call"
+            )
+
     def __call__(self, at: FloatArray, in_modes: FloatArray) -> FloatArray:
         nodes, gone = len(self._acting), at[:, None]
         around = self._outside + gone * self._warming
@@ -214,9 +239,9 @@ def nodes_read(network: Network, inputs: Held, course: FloatArray) -> Places:
     Parameters
     ----------
     network : Network
-    inputs : dict of str to array, shape (1,)
-    course : array, shape (sets, 1, nodes + own states)
-        Temperatures and own states at an instant.
+    inputs : dict of str to array, shape (runs,)
+    course : array, shape (sets, runs, nodes + own states)
+        Temperatures and own states of each run at an instant.
     """
     nodes = network.node_count
     watched = _Watched(course[..., :nodes])

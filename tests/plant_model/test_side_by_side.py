@@ -4,11 +4,16 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
+import pandas as pd
 import pytest
 
-from plant_model.integrate import ExponentialRungeKutta, Modes
+from plant_model.effects.base import Effect
+from plant_model.effects.radiation import Radiation
+from plant_model.integrate import ExponentialRungeKutta, IntegrationError, Modes
 from plant_model.network import Network
 from plant_model.side_by_side import _Forcing, _Watched
+from plant_model.simulate import simulate
+from tests.plant_model.conftest import with_effects
 
 GENERATOR = np.random.default_rng(1)
 SETS, RUNS, NODES = 3, 2, 5
@@ -36,6 +41,21 @@ def test_whatever_reads_temperatures_is_noticed_and_gets_them(read, nodes):
     watched = _Watched(whole)
     np.testing.assert_array_equal(read(watched), read(whole))
     assert np.flatnonzero(watched.read).tolist() == nodes
+
+
+def test_an_effect_that_reads_other_nodes_later_is_refused_by_name(jig_borer_lumps, monkeypatch):
+    def heat(self: Effect, inputs: Any, temperatures: Any, states: Any, out: Any) -> None:
+        if inputs["speed"].any():
+            out[..., 0] -= 0.01 * temperatures[..., 3]
+
+    monkeypatch.setattr(Radiation, "heat", heat)
+    monkeypatch.setattr(Radiation, "conductance", Effect.conductance)
+    machine = with_effects(jig_borer_lumps, "radiation")
+    inputs = {"time_s": [0.0, 60.0, 120.0], "T5_degC": 21.0, "T9_degC": 21.0}
+    inputs["speed_rpm"] = [0.0, 3000.0, 3000.0]
+    name = machine.nodes[3].name
+    with pytest.raises(IntegrationError, match=f"reads the temperature of {name}, which"):
+        simulate(machine, pd.DataFrame(inputs))
 
 
 @pytest.mark.parametrize("heated", [[], [3], [0, 1, 4], [0, 1, 2, 3, 4]])
