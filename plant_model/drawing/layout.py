@@ -381,7 +381,7 @@ class Drawing:
         names: list[str] = []
         for i, jacket in enumerate(self.form.jackets):
             place = f"jackets.{i}"
-            self._patch(place, jacket)
+            self._patch(place, jacket, self.form.jackets[:i])
             if coolant(jacket.fluid) is None:
                 raise self.refuse(
                     f"{place}.fluid",

@@ -5,6 +5,7 @@ import pytest
 from tests.plant_model.drawing.pages import changed, machine_of, refusal, small_page
 
 SIDED = {"from": 0, "to": 60, "side": "Y-", "width": 60}
+JACKET = {"name": "one", "from": 0, "to": 60, "flow": 4}
 
 
 def stretches(end: float, start: float) -> list[dict[str, float]]:
@@ -55,6 +56,7 @@ def stretches(end: float, start: float) -> list[dict[str, float]]:
         # Twice the same surface.
         ("housing.faces", [{"from": 0, "to": 60}, SIDED], ".1: from 0 to 60 mm overlaps the one f"),
         ("housing.faces", [SIDED, SIDED | {"side": 329}], ".1: from 0 to 60 mm overlaps the one f"),
+        ("jackets", [JACKET, JACKET | {"from": 9, "name": "b"}], ".1: from 9 to 60 mm ov"),
         ("carriers.1.holds", SIDED, ": from 0 to 60 mm overlaps the one from 0 to 60 mm: its"),
         (
             "housing.faces",
