@@ -69,8 +69,8 @@ def raw_of(signal: Signal, value: Value, before: float | None = None) -> float:
         raw = _whole(signal, (value - signal.offset) / signal.scale)
         # A value up to half a step outside the range still rounds to its end.
         low, high = signal.allowed_raw
-        if low <= raw <= high:
-            return raw
+        if float(low) <= raw <= float(high):
+            return min(max(raw, low), high)
     return signal.codes.get(ERROR, missing)
 
 

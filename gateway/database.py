@@ -43,6 +43,8 @@ class Signal:
         Allowed values [unit].
     bits : int
         Length.
+    holds_raw : tuple of float
+        The smallest and the largest raw value that the bits can hold; whole numbers are exact.
     codes : dict of str to int
         Raw values of the value table, by name.
     start : float
@@ -68,6 +70,7 @@ class Signal:
     low: float
     high: float
     bits: int
+    holds_raw: tuple[float, float]
     codes: dict[str, int]
     start: float
     wire_name: str = ""
@@ -86,7 +89,8 @@ class Signal:
         """The smallest and the largest allowed raw value."""
         low, high = sorted((end - self.offset) / self.scale for end in (self.low, self.high))
         if not self.is_float:
-            return round(low), round(high)
+            # A range of more than 53 bits is rounded, perhaps to more than they hold.
+            return max(round(low), self.holds_raw[0]), min(round(high), self.holds_raw[1])
         # A raw value at an end of the range may arrive rounded.
         rounding = ROUNDING.get(self.bits, 0.0)
         return low - rounding * abs(low), high + rounding * abs(high)

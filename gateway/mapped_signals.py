@@ -79,8 +79,9 @@ def plain_signal(name: str, signal: CanSignal) -> Signal:
         low=low,
         high=high,
         bits=signal.length,
+        holds_raw=(low, high),
         codes={str(word): int(raw) for raw, word in (signal.choices or {}).items()},
-        start=float(signal.raw_initial or 0),
+        start=signal.raw_initial or 0,
         wire_name=signal.name,
         is_float=bool(signal.is_float),
     )
@@ -214,8 +215,8 @@ def raw_ends(signal: CanSignal) -> tuple[float, float]:
     if signal.is_float:
         return -1e30, 1e30
     if signal.is_signed:
-        return -(2.0 ** (signal.length - 1)), 2.0 ** (signal.length - 1) - 1.0
-    return 0.0, 2.0**signal.length - 1.0
+        return -(1 << signal.length - 1), (1 << signal.length - 1) - 1
+    return 0, (1 << signal.length) - 1
 
 
 def _usual(unit: str) -> str:

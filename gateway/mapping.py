@@ -355,12 +355,12 @@ def _fixed(message: Message, form: FrameMap, taken: set[str]) -> dict[str, float
     for name, signal in others.items():
         pages = known if signal.is_multiplexer else []
         start = signal.raw_initial or 0
-        raw = form.fill.get(name, float(pages[0] if pages and start not in pages else start))
+        raw = form.fill.get(name, pages[0] if pages and start not in pages else start)
         low, high = raw_ends(signal)
-        if not low <= raw <= high or (pages and raw not in pages):
+        if not float(low) <= raw <= float(high) or (pages and raw not in pages):
             allowed = ", ".join(map(str, pages)) or f"{low:.0f} to {high:.0f}"
             raise _refused(f"fill.{name}: {raw:g} is not allowed: {allowed}")
-        found[name] = raw if signal.is_float else round(raw)
+        found[name] = raw if signal.is_float else min(max(round(raw), low), high)
     return found
 
 

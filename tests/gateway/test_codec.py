@@ -86,6 +86,20 @@ def test_a_range_of_more_than_the_bits_hold_is_what_they_hold(span):
     assert (signal.low, signal.high) == (-128.0, 127.0)
 
 
+@pytest.mark.parametrize("sign", ["+", "-"])
+@pytest.mark.parametrize("bits", [53, 56, 64])
+def test_the_ends_of_a_long_signal_are_sent_and_read_though_a_float_holds_53_bits(bits, sign):
+    dbc = cantools.database.load_string(
+        f'BU_: C\nBO_ 1 F: 8 C\n SG_ W : 0|{bits}@1{sign} (1,0) [0|0] "um" C\n'
+    )
+    signal = mapped_signal("dX", OutputMap(signal="F.W"), dbc.messages[0].signals[0])
+    for end in signal.allowed_raw:
+        raw = raw_of(signal, float(end))
+        assert raw == end
+        sent = dbc.messages[0].encode({"W": raw}, scaling=False)
+        assert dbc.messages[0].decode(sent, scaling=False) == {"W": raw}
+
+
 @given(st.sampled_from(DATABASE.frames), st.binary(min_size=8, max_size=8))
 def test_any_bytes_give_a_value_in_range_or_a_problem(frame, data):
     values, problems = read(frame, data)
