@@ -158,7 +158,7 @@ def simulate(
     parameters : mapping of str to float, optional
         Values that override the machine's and the scenario's, by full name.
     every_s : float
-        Time between rows if a scenario is simulated [s].
+        Time between rows if a scenario is simulated; its signals are read at the rows only [s].
     noise_seed : int, optional
         Seed of the sensor noise; without it the readings have neither noise nor resolution.
 
