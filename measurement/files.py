@@ -168,6 +168,8 @@ def read_bytes(path: str | Path) -> bytes:
         return path.read_bytes()
     except FileNotFoundError:
         raise BadInput(path, "", "no such file") from None
+    except BadInput:
+        raise
     except (OSError, ValueError) as error:  # ValueError: a null byte in the name
         raise BadInput(path, "", f"cannot be read: {_reason(error)}") from None
 

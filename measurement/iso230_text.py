@@ -51,7 +51,7 @@ def _head(summary: Summary) -> Iterator[str]:
             f"({air.column})"
         )
     else:
-        yield "  ambient                  not known: no column was named as ambient"
+        yield "  ambient                  not known: --ambient names its column"
 
 
 def _spectrum(summary: Summary) -> Iterator[str]:

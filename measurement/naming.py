@@ -1,4 +1,4 @@
-"""Gives runs distinct names."""
+"""Gives runs distinct names, and writes names within sentences."""
 
 from __future__ import annotations
 
@@ -32,3 +32,17 @@ def distinct(names: Sequence[str], folders: Sequence[str]) -> list[str]:
             given[name.casefold()] += 1
             found[place] = f"{name}_{given[name.casefold()]}"
     return found
+
+
+def lowered(text: str) -> str:
+    """Return a title as written within a sentence.
+
+    >>> lowered("Tool length 100 mm"), lowered("FMI version")
+    ('tool length 100 mm', 'FMI version')
+
+    Parameters
+    ----------
+    text : str
+        May begin with an abbreviation.
+    """
+    return text if text[1:2].isupper() else text[:1].lower() + text[1:]

@@ -15,6 +15,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from measurement.naming import lowered
+
 KINDS: dict[str, dict[str, Any]] = {
     "bool": {"action": "store_true"},
     "int": {"type": int},
@@ -101,7 +103,7 @@ def entries(function: Callable[..., Any]) -> dict[str, tuple[str, str]]:
     found = {}
     for names, kind, text in ENTRY.findall(inspect.getdoc(function) or ""):
         words = re.sub(r"``|`|\*(\w+)\*", r"\1", " ".join(text.split()))
-        shown = (words[:1].lower() + words[1:]).rstrip(".").replace("%", "%%")
+        shown = lowered(words).rstrip(".").replace("%", "%%")
         for name in names.split(", "):
             found[name] = (kind, shown)
     return found

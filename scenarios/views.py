@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from measurement.naming import lowered
 from measurement.rig import AXES, FivePointRig, rig_from_table
 from measurement.units import UNITS, split_column
 from scenarios.charts import BEFORE, LINES, MANY, MEASURED, Chart, Line, Panel, interval
@@ -232,11 +233,6 @@ def _offsets(recording: Recording) -> list[Chart]:
     title = f"Axis offsets in force: {lowered(full_label_of(recording))}"
     note = "What the control makes of the offsets sent: slew limit, saturation, resolution."
     return [Chart("offsets", title, note, (Panel("offset [µm]", lines),))] if lines else []
-
-
-def lowered(text: str) -> str:
-    """Return a title as written within a sentence."""
-    return text[:1].lower() + text[1:]
 
 
 def minute_means(time_s: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:

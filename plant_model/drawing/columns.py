@@ -128,6 +128,8 @@ def columns_of(run: Run, ambient: str | None = None, inlet: str | None = None) -
     """
     source = run.path or run.name
     warm = run.temperatures
+    if not warm:
+        raise BadInput(source, "", "has no temperature column (_degC): the hall's air is needed")
     for option, given in (("--ambient", ambient), ("--inlet", inlet)):
         if given is not None and given not in warm:
             raise BadInput(option, "", f"{given} is not one of {', '.join(warm)}")

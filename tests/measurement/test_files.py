@@ -113,7 +113,7 @@ def test_what_cannot_be_written_is_refused_in_one_line(tmp_path, target):
     [("none", "no such file"), (".", "is a folder"), ("a\0b", "cannot be read")],
 )
 def test_what_cannot_be_read_is_refused(tmp_path, name, problem):
-    assert problem in refusal(read_bytes, tmp_path / name)
+    assert f"{(tmp_path / name).name}: {problem}" in refusal(read_bytes, tmp_path / name)
 
 
 def test_what_would_never_end_is_refused_and_the_shell_s_pipe_is_read(tmp_path):

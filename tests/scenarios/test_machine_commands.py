@@ -159,8 +159,12 @@ def test_what_is_missing_or_there_already_is_said(tmp_path, refused, monkeypatch
         ["new-machine", "-o", str(path), *ANSWERS]
     )
     assert path.read_bytes() == before
-    run = run_of(tmp_path, "T1_degC")
     other = tmp_path / "other.toml"
+    run = run_of(tmp_path, "")
+    assert "has no temperature column (_degC): the hall's air is needed" in refused(
+        ["new-machine", "-o", str(other), *ANSWERS, "--from-run", str(run)]
+    )
+    run = run_of(tmp_path, "T1_degC")
     assert "which column is the hall's air? Say --ambient" in refused(
         ["new-machine", "-o", str(other), *ANSWERS, "--from-run", str(run)]
     )
