@@ -11,6 +11,7 @@ from fmu_packaging.package import Recipe
 from scenarios import build_command
 from scenarios.build_command import _arguments
 from scenarios.building import DEFAULT_MACHINE, DEFAULT_MODEL, compensator_recipe, plant_recipe
+from scenarios.cli import reported
 
 __all__ = [
     "DEFAULT_MACHINE",
@@ -34,4 +35,4 @@ def main(given: Sequence[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(reported(main))

@@ -20,7 +20,7 @@ import sys
 import tempfile
 import threading
 import traceback
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -72,9 +72,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     argv : sequence of str, optional
         The arguments without the program's name; by default those of the process.
     """
+    return reported(lambda: _run(list(sys.argv[1:] if argv is None else argv)))
+
+
+def reported(work: Callable[[], int]) -> int:
+    """Return the exit code of a program's work, and report in one line whatever ends it early.
+
+    Parameters
+    ----------
+    work : callable
+        Returns its exit code.
+    """
     try:
         with _ending_in_order():
-            return _run(list(sys.argv[1:] if argv is None else argv))
+            return work()
     except SystemExit as end:  # --help, --version, SIGTERM
         if end.code == TERMINATED:
             return _say("terminated: what was not finished is removed", TERMINATED)

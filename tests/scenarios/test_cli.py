@@ -116,6 +116,19 @@ def test_an_interruption_while_modules_are_imported_is_one_line():
     assert one_line(done.stderr).startswith("spindle-drift: error: interrupted")
 
 
+def test_an_interrupted_build_is_one_line_and_leaves_nothing(tmp_path):
+    code = """if True:
+        import runpy, signal, sys
+        from scenarios.building import Job
+        Job.run = lambda self: signal.raise_signal(signal.SIGINT)
+        runpy.run_path(sys.argv.pop(1), run_name="__main__")"""
+    build = PROJECT.with_name("build_fmu.py")
+    done = run(sys.executable, "-c", code, build, "--only", "compensator", "--out", tmp_path)
+    assert done.returncode == 130
+    assert one_line(done.stderr).startswith("spindle-drift: error: interrupted")
+    assert list(tmp_path.iterdir()) == []
+
+
 class Deleted:
     """Gets SIGTERM while it is deleted, where no exception gets out."""
 
