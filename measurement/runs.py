@@ -122,7 +122,7 @@ class Run:
             return self.digest
         if self.path is not None:
             return sha256_of(self.path)
-        return hashlib.sha256(_csv_text(self.frame).encode("utf-8")).hexdigest()
+        return hashlib.sha256(run_text(self).encode("utf-8")).hexdigest()
 
     def fingerprint(self, temperatures: Collection[str] | None = None) -> str:
         """Return the SHA-256 of the numbers, in whatever file they are.
@@ -225,11 +225,12 @@ def write_run(run: Run | pd.DataFrame, path: str | Path) -> Path:
     """
     path = Path(path)
     checked = run if isinstance(run, Run) else Run(path.stem, run)
-    return write_atomically(path, _csv_text(checked.frame))
+    return write_atomically(path, run_text(checked))
 
 
-def _csv_text(frame: pd.DataFrame) -> str:
-    return str(frame.to_csv(index=False, lineterminator="\n"))
+def run_text(run: Run) -> str:
+    """Return the text of a run file."""
+    return str(run.frame.to_csv(index=False, lineterminator="\n"))
 
 
 def _grid(start: float, end: float, step: float) -> FloatArray:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from measurement.errors import BadInput
-from measurement.files import sha256_of, write_atomically
+from measurement.files import sha256_of, write_together
 from measurement.importing.log import Imported
 from measurement.importing.splitting import Piece
-from measurement.runs import Run, write_run
+from measurement.runs import Run, run_text
 from scenarios.outputs import OTHERWISE, is_forced, is_input
 
 KIND = "spindle-drift imported runs"
@@ -49,20 +50,25 @@ def write_imported(
     known = _manifest(folder)
     targets = [folder / f"{run.name}.csv" for run in imported.runs]
     sources = [{"file": path.name, "sha256": sha256_of(path)} for path in paths]
+    files: dict[Path, str | bytes] = {}
     for piece, target in zip(imported.pieces, targets, strict=True):
-        _check(target, known, piece, sources)
-    for piece, target in zip(imported.pieces, targets, strict=True):
-        write_run(piece.run, target)
+        data = run_text(piece.run).encode()
+        sha256 = hashlib.sha256(data).hexdigest()
+        # What an import that was cut off has left is not in the way of its repetition.
+        if not (target.is_file() and not is_input(target) and sha256_of(target) == sha256):
+            _check(target, known, piece, sources)
+        files[target] = data
         known[target.name] = {
-            "sha256": sha256_of(target),
+            "sha256": sha256,
             "starts": piece.starts,
             "warm_start": piece.warm,
             "sources": sources,
         }
     table = {"kind": KIND, "format": 1, "runs": known}
-    write_atomically(folder / MANIFEST, json.dumps(table, indent=1, sort_keys=True) + "\n")
+    files[folder / MANIFEST] = json.dumps(table, indent=1, sort_keys=True) + "\n"
     if with_mapping:
-        write_atomically(folder / MAPPING, imported.mapping_text())
+        files[folder / MAPPING] = imported.mapping_text()
+    write_together(files)
     return targets
 
 

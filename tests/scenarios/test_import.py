@@ -88,6 +88,24 @@ def test_nothing_in_the_folder_is_written_over_but_what_an_import_made(log, refu
     assert (folder / "notes.txt").read_text() == "mine, too"
 
 
+def test_an_import_that_was_cut_off_can_be_repeated(log, refused, monkeypatch):
+    argv, folder = ["import", "log.csv", "-o", "runs"], Path("runs")
+    replace = Path.replace
+
+    def cut_off(path: Path, target: Path) -> Path:
+        if target.name == "imported.json":
+            raise OSError(28, "No space left on device")
+        return replace(path, target)
+
+    monkeypatch.setattr(Path, "replace", cut_off)
+    assert "imported.json: cannot be written: No space left" in refused(argv)
+    assert names(folder) == ["20260302_0715.csv"]
+    monkeypatch.undo()
+    monkeypatch.chdir(log.parent)
+    assert main(argv) == 0
+    assert names(folder) == ["20260302_0715.csv", "import.toml", "imported.json"]
+
+
 def test_a_log_in_its_own_folder_is_not_written_over(log, refused):
     log.write_text(table(elapsed(), clock="t [s]"), encoding="utf-8")
     before = log.read_bytes()
