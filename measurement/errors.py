@@ -64,7 +64,7 @@ def checked(kind: type[M], table: dict[str, Any], source: str | Path, within: st
     except ValidationError as error:
         # With several mistakes, report the first one in the file.
         first, *others = error.errors(include_url=False)
-    place = ".".join([within] * bool(within) + [str(step) for step in first["loc"]])
+    place = ".".join([within] * bool(within) + _steps(table, first))
     message = first["msg"].removeprefix("Value error, ")
     problem = f"{shown(first['input'])} is not allowed: {message[0].lower()}{message[1:]}"
     told = {"missing": "is missing", "extra_forbidden": "is not a known field"}
@@ -78,6 +78,19 @@ def checked(kind: type[M], table: dict[str, Any], source: str | Path, within: st
     if beside:  # perhaps the same field, mistyped
         problem += f", and {beside[0]} is not a known field"
     raise BadInput(source, place, problem) from None
+
+
+def _steps(table: Any, error: Any) -> list[str]:
+    """Return the keys that lead to an error, without pydantic's names of alternatives."""
+    steps = []
+    for step in error["loc"]:
+        try:
+            table = table[step]
+        except (KeyError, IndexError, TypeError):
+            if error["type"] != "missing":
+                continue
+        steps.append(str(step))
+    return steps
 
 
 def one_of(source: str | Path, place: str, name: object, known: Iterable[str]) -> str:

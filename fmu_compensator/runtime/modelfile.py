@@ -180,6 +180,8 @@ def model_text(table: dict[str, Any], source: str = "compensator file") -> str:
     try:
         text = json.dumps(table, indent=1, allow_nan=False) + "\n"
     except (TypeError, ValueError) as error:
+        if isinstance(error, ValueError):
+            _model(table, source)  # names the place of a number that is not finite
         raise ModelFileError(source, "", f"cannot be written: {error}") from None
     parse_model(text, source)
     return text

@@ -16,9 +16,6 @@ from plant_model.drawing.spindle import add_spindle
 from plant_model.drawing.surroundings import add_surroundings
 from plant_model.effects import item_kinds
 
-KIND = "drawing"
-"""Value of ``kind`` at the top of a page."""
-
 GAPS = Known(1.0, 0.5, 2.0, "1", CLASS + "factor on the correlation of the air gap effect", True)
 
 
@@ -30,7 +27,7 @@ def is_page(table: dict[str, Any]) -> bool:
     table : dict
         The parsed file.
     """
-    return table.get("kind") == KIND
+    return "kind" in table
 
 
 def expanded(

@@ -1,7 +1,9 @@
 """What is said of a file's field that is misspelt."""
 
+from typing import Annotated, Literal
+
 import pytest
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
 from measurement.errors import BadInput, checked
 
@@ -19,3 +21,16 @@ def test_a_misspelt_field_is_named_beside_the_one_that_is_missing():
         checked(Carrier, {"mass": 3.0, "surfase": 1.2}, "page")
     with pytest.raises(BadInput, match=r"^page: surface: is missing$"):
         checked(Carrier, {"mass": 3.0}, "page")
+
+
+class Frame(BaseModel):
+    late_ms: Annotated[float, Field(gt=0.0)] | Literal["never"] = "never"
+
+
+class Map(BaseModel):
+    frames: dict[str, Frame]
+
+
+def test_a_place_is_made_of_the_file_s_own_keys():
+    with pytest.raises(BadInput, match=r"^map: frames\.TEMP\.late_ms: 0 is not allowed"):
+        checked(Map, {"frames": {"TEMP": {"late_ms": 0}}}, "map")

@@ -68,6 +68,7 @@ def stretches(end: float, start: float) -> list[dict[str, float]]:
             {"from": 110, "to": 190, "outer": 80},
             ".outer: 80 mm must be above ",
         ),
+        ("kind", "drawin", ": 'drawin' is not allowed: input should be 'drawing'"),
         # Materials, coolants, names that do not exist.
         ("shaft.material", "unobtainium", ": 'unobtainium' is not one of steel, cast"),
         ("housing.stretches.0.material", "steal", "did you mean steel?"),
