@@ -123,8 +123,8 @@ class Shop:
     machine : callable
         Returns the machine of a case.
     march : type of Stepper
-    effects : callable
-        Returns the effects that can be hidden, by name.
+    effects : mapping of str to type
+        What can be hidden, by name.
     make_drive : callable
         Returns a run's drive from family, stream, period [s], hall and hours of past.
     families : callable
@@ -151,7 +151,7 @@ class Shop:
 
     machine: Callable[[TruthCase], Any]
     march: type[Stepper[Any]]
-    effects: Callable[[], Mapping[str, type[Hidden]]]
+    effects: Mapping[str, type[Hidden]]
     make_drive: Callable[[str, np.random.Generator, float, dict[str, float], float], Drive]
     families: Callable[[np.random.Generator], list[str]]
     hall: Mapping[str, Span]
@@ -190,7 +190,7 @@ class Bench:
     def __init__(self, case: TruthCase, shop: Shop) -> None:
         self.case, self._shop = case, shop
         self.effects = [
-            make_from(shop.effects(), name, size, case.stream(10 + k), channel)
+            make_from(shop.effects, name, size, case.stream(10 + k), channel)
             for k, (name, size, channel) in enumerate(case.hidden)
         ]
         acting = [*self.effects]

@@ -79,7 +79,7 @@ SUBJECTS = {
         TruthCase(11, runs=("holdout",)),
     ),
 }
-EFFECTS = [(name, effect) for name, one in SUBJECTS.items() for effect in one.shop.effects()]
+EFFECTS = [(name, effect) for name, one in SUBJECTS.items() for effect in one.shop.effects]
 MISTAKES = [(name, mistake) for name, one in SUBJECTS.items() for mistake in one.shop.mistakes]
 each = pytest.mark.parametrize("name", SUBJECTS)
 
@@ -146,7 +146,7 @@ def test_readings_converge_with_the_cells(name):
 
 def test_time_steps_converge_with_second_order():
     of = machine("belt", 0.5)
-    known = BELTS.effects()
+    known = BELTS.effects
     hidden = [make_from(known, "viscosity_temperature", 0.03, np.random.default_rng(0))]
     drive = still(1.0, 7000.0, rows=7)
     runs = [March(of, hidden, refine=k).run(drive, at_20(of)) for k in (1, 2, 4, 16)]
@@ -160,7 +160,7 @@ def test_time_steps_converge_with_second_order():
 def run_of(name: str, effect: str = "", size: float | str = 0.0) -> pd.DataFrame:
     """The held-out run, as sensors without noise show it."""
     subject = SUBJECTS[name]
-    channel = "front" if effect and subject.shop.effects()[effect].channels else ""
+    channel = "front" if effect and subject.shop.effects[effect].channels else ""
     hidden = ((effect, size, channel),) if effect else ()
     case = replace(subject.case, hidden=hidden)
     return subject.shop.simulate(case)[0][0].exact
@@ -168,7 +168,7 @@ def run_of(name: str, effect: str = "", size: float | str = 0.0) -> pd.DataFrame
 
 @pytest.mark.parametrize(("name", "effect"), EFFECTS)
 def test_off_changes_nothing_and_more_changes_more(name, effect):
-    sizes = SUBJECTS[name].shop.effects()[effect].sizes
+    sizes = SUBJECTS[name].shop.effects[effect].sizes
     assert 0.0 < sizes[0] < sizes[1] < sizes[2]
     empty = run_of(name)
     pd.testing.assert_frame_equal(empty, run_of(name, effect, 0.0), check_exact=True)

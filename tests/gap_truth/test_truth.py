@@ -13,9 +13,8 @@ import benchmarks.gap.truth
 from benchmarks.gap.case import TruthCase
 from benchmarks.gap.drive import Drive, lagged
 from benchmarks.gap.hidden import SIZES, make_from
-from benchmarks.gap.truth.case import COLUMNS, simulate_case
+from benchmarks.gap.truth.case import COLUMNS, SHOP, simulate_case
 from benchmarks.gap.truth.cells import INLET
-from benchmarks.gap.truth.effects import everything
 from benchmarks.gap.truth.laws import gap_film, vogel_factor
 from benchmarks.gap.truth.march import March
 from benchmarks.gap.truth.parameters import nominal
@@ -36,7 +35,7 @@ def still(hours: float, speed: float = 0.0, rows: int = 121) -> Drive:
 def test_no_simulator_shares_anything_with_the_model_under_test():
     """Nor do the physics of the jig borer with those of the others."""
     folder = Path(benchmarks.gap.truth.__file__).parent
-    beside = [folder.parent / f"{name}.py" for name in ("case", "drive", "hidden", "march")]
+    beside = [folder.parent / f"{name}.py" for name in ("case", "drive", "hidden", "laws", "march")]
     for path in (*folder.parent.rglob("*/**/*.py"), *beside):
         for node in ast.walk(ast.parse(path.read_text())):
             names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
@@ -94,7 +93,7 @@ def test_time_steps_converge_with_second_order():
     spindle = Spindle(nominal())
     drive = still(1.0, 15000.0, rows=7)
     start = np.full(len(spindle.capacity), 20.0)
-    hidden = [make_from(everything(), "viscosity_temperature", 0.03, np.random.default_rng(0))]
+    hidden = [make_from(SHOP.effects, "viscosity_temperature", 0.03, np.random.default_rng(0))]
     runs = [March(spindle, hidden, refine=k).run(drive, start) for k in (1, 2, 4, 16)]
     errors = [np.abs(one[-1] - runs[-1][-1]).max() for one in runs[:3]]
     assert errors[0] < 2e-3
@@ -134,11 +133,11 @@ def run_of(*hidden: tuple[str, str | float, str]) -> pd.DataFrame:
     return simulate_case(case)[0][0].frame
 
 
-@pytest.mark.parametrize("name", sorted(everything()))
+@pytest.mark.parametrize("name", sorted(SHOP.effects))
 def test_off_is_bit_identical_and_more_changes_more(name):
-    sizes = everything()[name].sizes
+    sizes = SHOP.effects[name].sizes
     assert 0.0 < sizes[0] < sizes[1] < sizes[2]
-    channel, empty = ("T6" if everything()[name].channels else ""), run_of()
+    channel, empty = ("T6" if SHOP.effects[name].channels else ""), run_of()
     pd.testing.assert_frame_equal(empty, run_of((name, 0.0, channel)), check_exact=True)
     small, changed = (run_of((name, size, channel)) for size in (SIZES[0], SIZES[2]))
     weak, strong = (np.abs((run - empty).to_numpy()) for run in (small, changed))

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from benchmarks.gap import enclosed, laws
+from benchmarks.gap.belt import effects
 from benchmarks.gap.belt.drive import families, make_drive
-from benchmarks.gap.belt.effects import everything
 from benchmarks.gap.belt.machine import Machine
 from benchmarks.gap.belt.march import March
 from benchmarks.gap.belt.numbers import draw_drawing, draw_hidden
 from benchmarks.gap.belt.owner import MISTAKES, page_of
 from benchmarks.gap.case import Instruments, Shop, TruthCase
+from benchmarks.gap.hidden import effects_of
 
 THERMOMETERS = (
     *("front", "front_below", "rear", "headstock", "column_top", "column", "nut", "inside"),
@@ -22,7 +24,7 @@ def _machine(case: TruthCase) -> Machine:
 
 SHOP = Shop(
     machine=_machine,
-    effects=everything,
+    effects=effects_of(effects, enclosed, laws),
     make_drive=make_drive,
     columns=(
         *("time_s", "speed_rpm", "feed_z_mm_min", "torque_Nm"),

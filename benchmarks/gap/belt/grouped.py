@@ -78,6 +78,13 @@ class Grouped:
             load[i] = self.counts[i] * watts(speed, pressed)
         return viscous, load
 
+    def take_from_air(self, gained: Array, out: Array) -> None:
+        """Take from the air inside what surfaces there gain [W]; here, none are."""
+
+    def rings(self, temperatures: Array, which: str) -> Array:
+        """Return the means of both sets' inner rings, balls or outer rings [degC]."""
+        return np.array([temperatures[self.parts[f"{name}_{which}"]].mean() for name in BEARINGS])
+
     @cached_property
     def bearing_entry(self) -> Array:
         """Where each set's heat enters, shape (unknowns, 2)."""

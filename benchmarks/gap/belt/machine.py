@@ -6,6 +6,7 @@ balls, pulley, nut and the air inside are lumps.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cached_property
 from itertools import pairwise
 
@@ -20,6 +21,7 @@ from benchmarks.gap.belt.laws import (
 )
 from benchmarks.gap.belt.mesh import Index, Solid, revolve
 from benchmarks.gap.belt.numbers import FRONT_AT, REAR_AT, YAW, Drawing, Numbers, Stretch
+from benchmarks.gap.march import Now
 
 Array = NDArray[np.float64]
 
@@ -53,6 +55,7 @@ class Machine(Grouped):
 
     still = STILL
     by_speed = ("gap", "film_turning")
+    top_speed = TOP_SPEED
 
     def __init__(self, drawing: Drawing, numbers: Numbers, finer: float = 1.0) -> None:
         super().__init__(numbers)
@@ -164,7 +167,7 @@ class Machine(Grouped):
         air = net.add("air", p["air_heat"])
         net.to_hall("film_walls", air, p["walls"] * d.walls)
         low, high = d.housing[0].start, d.housing[-1].end
-        for start, end in ((low, d.clamp[0]), (d.clamp[1], high)):
+        for start, end in self._unclamped:
             nodes, area = self.housing.surface("outer", start, end)
             film = p["still"] * p["still_housing"] * area
             net.join("film_housing", air, net.parts["housing"][nodes], film)
@@ -179,6 +182,11 @@ class Machine(Grouped):
             cells = net.parts[name]
             film = p["still"] * p["still_column"] * d.bodies[name].surface / len(cells)
             net.to_hall("film_column", cells, film)
+
+    @property
+    def _unclamped(self) -> tuple[tuple[float, float], ...]:
+        d = self.drawing
+        return (d.housing[0].start, d.clamp[0]), (d.clamp[1], d.housing[-1].end)
 
     def _turning(self, solid: Solid, part: str, start: float, end: float) -> None:
         """Add the film of what turns: at rest, and what full speed adds to it."""
@@ -216,6 +224,35 @@ class Machine(Grouped):
         cells = self.parts["headstock"]
         entry[cells] = (1.0 - pulley_share) / len(cells)
         return entry
+
+    # Surfaces.
+
+    @cached_property
+    def faces(self) -> tuple[Index, Array]:
+        """Surfaces of housing and castings: unknowns, and the area of each [m2]."""
+        numbers, areas, inside = zip(*self._exposed(), strict=True)
+        self._inside = np.concatenate(
+            [np.full(len(n), within) for n, within in zip(numbers, inside, strict=True)]
+        )
+        return np.concatenate(numbers), np.concatenate(areas)
+
+    def _exposed(self) -> Iterator[tuple[Index, Array, bool]]:
+        d, parts = self.drawing, self.parts
+        for start, end in self._unclamped:
+            nodes, area = self.housing.surface("outer", start, end)
+            yield parts["housing"][nodes], area, True
+        for name, body in d.bodies.items():
+            cells = parts[name]
+            area = np.full(len(cells), body.surface / len(cells))
+            yield cells, area, name in ("headstock", "z_nut")
+
+    def around(self, now: Now) -> Array:
+        """Return the air's temperature in front of all `faces` [degC]."""
+        return np.where(self._inside, float(now.temperature[self.parts["air"][0]]), now.hall)
+
+    def take_from_air(self, gained: Array, out: Array) -> None:
+        """Take what surfaces inside gain [W] from the air there."""
+        out[self.parts["air"][0]] -= float(gained[self._inside].sum())
 
     # Growth and sensors.
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
+from benchmarks.gap import enclosed, laws
+from benchmarks.gap.belt import effects as of_belts
 from benchmarks.gap.belt.case import SHOP as BELTS
 from benchmarks.gap.belt.drive import make_drive
 from benchmarks.gap.belt.machine import TOP_SPEED as BELTS_TOP_SPEED
 from benchmarks.gap.belt.numbers import draw_hidden
 from benchmarks.gap.case import TruthCase
-from benchmarks.gap.lathe.effects import everything
+from benchmarks.gap.hidden import effects_of
+from benchmarks.gap.lathe import effects
 from benchmarks.gap.lathe.machine import TOP_SPEED, Lathe
 from benchmarks.gap.lathe.numbers import HIDDEN, draw_drawing
 from benchmarks.gap.lathe.owner import MISTAKES, SENSORS, file_of
@@ -24,7 +27,7 @@ def _lathe(case: TruthCase) -> Lathe:
 SHOP = replace(
     BELTS,
     machine=_lathe,
-    effects=everything,
+    effects=effects_of(effects, of_belts, enclosed, laws),
     make_drive=partial(make_drive, slower=TOP_SPEED / BELTS_TOP_SPEED),
     columns=(
         *("time_s", "speed_rpm", "feed_mm_min"),

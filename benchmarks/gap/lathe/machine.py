@@ -11,6 +11,7 @@ from benchmarks.gap.belt.grouped import BEARINGS, Grouped
 from benchmarks.gap.belt.machine import BALLS_J_PER_K, POSE
 from benchmarks.gap.belt.numbers import Numbers
 from benchmarks.gap.lathe.numbers import COUNTS, DIAMETERS, Drawing
+from benchmarks.gap.march import Now
 
 Array = NDArray[np.float64]
 
@@ -38,6 +39,7 @@ class Lathe(Grouped):
 
     still = FILMS[:2]
     counts, diameters = COUNTS, DIAMETERS
+    top_speed = TOP_SPEED
 
     def __init__(self, drawing: Drawing, numbers: Numbers, finer: float = 1.0) -> None:
         super().__init__(numbers)
@@ -144,6 +146,23 @@ class Lathe(Grouped):
             out[parts[f"{axis}_motor"]] += p[f"{axis}_motor_loss"] * feed * 1e-3
             cells = parts[f"{axis}_screw"]
             out[cells] += p[f"{axis}_screw_loss"] * feed * 1e-3 / len(cells)
+
+    # Surfaces.
+
+    @cached_property
+    def faces(self) -> tuple[NDArray[np.intp], Array]:
+        """Surfaces in the hall: cells, and the area of each [m2]."""
+        named = {n: part for n, part in self.drawing.parts.items() if part.air == "hall"}
+        cells = [self.parts[name] for name in named]
+        areas = [
+            np.full(len(numbers), part.surface / len(numbers))
+            for numbers, part in zip(cells, named.values(), strict=True)
+        ]
+        return np.concatenate(cells), np.concatenate(areas)
+
+    def around(self, now: Now) -> float:
+        """Return the hall's temperature [degC]."""
+        return now.hall
 
     # Growth and sensors.
 

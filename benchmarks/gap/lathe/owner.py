@@ -15,9 +15,11 @@ import numpy as np
 from benchmarks.gap.belt.drive import TOP_FEED
 from benchmarks.gap.belt.owner import GUESSED
 from benchmarks.gap.case import Mistake
+from benchmarks.gap.enclosed import BoltedMass, StirredNut
+from benchmarks.gap.hidden import variant
 from benchmarks.gap.lathe.machine import RING_J_PER_K, TOP_SPEED, TRAVEL
 from benchmarks.gap.lathe.numbers import COUNTS, DIAMETERS, HIDDEN, Drawing
-from benchmarks.gap.lathe.unsaid import FannedNut, HydraulicTank, ToolDisk
+from benchmarks.gap.laws import PartSource
 
 Table = dict[str, Any]
 
@@ -313,6 +315,12 @@ def _one_headstock(table: Table) -> None:
         entry["of"] = "headstock" if entry["of"] in halves else entry["of"]
 
 
+TANK = variant(PartSource, "tank", sizes=(80.0, 200.0, 400.0), part="bed", cells=(8,))
+"""The tank of the chuck's hydraulics stands in the left of the bed and warms it."""
+
+TOOL_DISK = variant(BoltedMass, "tool_disk", part="slide", conductance=15.0)
+"""The disk of the turret hangs on the slide."""
+
 MISTAKES = {
     "no_foot": Mistake("heat_path", ("z_motor", "bed_right"), _no_link("z_motor", "bed_right")),
     "no_guide": Mistake(
@@ -321,10 +329,12 @@ MISTAKES = {
     "no_air": Mistake("heat_path", ("z_motor", "ambient"), _no_link("z_motor", "ambient")),
     "no_feed": Mistake("heat_source", ("x_motor", "feed"), _no_entry("sources", "x_motor")),
     "no_screw_heat": Mistake("heat_source", ("z_nut", "feed"), _no_entry("sources", "z_nut")),
-    "tank": Mistake("heat_source", ("bed_left",), unsaid=HydraulicTank),
+    "tank": Mistake("heat_source", ("bed_left",), unsaid=TANK),
     "one_headstock": Mistake("coarse_part", ("headstock",), _one_headstock),
-    "tool_disk": Mistake("hidden_mass", ("slide",), unsaid=ToolDisk),
-    "fanned_nut": Mistake("conductance_with_motion", ("z_nut", "inside", "feed"), unsaid=FannedNut),
+    "tool_disk": Mistake("hidden_mass", ("slide",), unsaid=TOOL_DISK),
+    "fanned_nut": Mistake(
+        "conductance_with_motion", ("z_nut", "inside", "feed"), unsaid=StirredNut
+    ),
     "bad_contact": Mistake("sensor_place", ("slide", "inside"), reads=("slide", "air", 0.4)),
     "no_growth_z": Mistake("moves_axis", ("z_screw", "Z"), _no_entry("structure", "z_screw")),
     "no_growth_x": Mistake("moves_axis", ("slide", "X"), _no_entry("structure", "slide")),

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from benchmarks.gap import laws
 from benchmarks.gap.case import CaseRun, Instruments, Shop, TruthCase
-from benchmarks.gap.hidden import Hidden
+from benchmarks.gap.hidden import Hidden, effects_of
+from benchmarks.gap.truth import effects
 from benchmarks.gap.truth.drive import FAMILIES, make_drive
-from benchmarks.gap.truth.effects import everything
 from benchmarks.gap.truth.march import March
 from benchmarks.gap.truth.parameters import draw
 from benchmarks.gap.truth.spindle import Spindle
@@ -34,7 +35,7 @@ def _families(rng: np.random.Generator) -> list[str]:
 SHOP = Shop(
     machine=lambda case: Spindle(draw(case.stream(0)), case.resolution),
     march=March,
-    effects=everything,
+    effects=effects_of(effects, laws),
     make_drive=make_drive,
     families=_families,
     hall={"mean": (20.0, 24.0), "swing": (0.6, 2.0), "coolant": (20.5, 23.0)},

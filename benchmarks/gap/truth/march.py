@@ -38,7 +38,7 @@ class March(Stepper[KeptMatrices]):
 
     def __init__(self, machine: Spindle, effects: Sequence[Hidden] = (), refine: int = 1) -> None:
         super().__init__(machine, effects, refine)
-        self._motor = machine.motor_entry() * machine.p["motor"] * 1e-3
+        self._motor = machine.drive_entry() * machine.p["motor"] * 1e-3
         self._surfaces = [
             (cells, which, g)
             for group, parts in machine.surfaces.items()

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.gap.march import Now
 from benchmarks.gap.truth.laws import gap_film, viscous_torque, watts
 from benchmarks.gap.truth.layout import Layout, build
 from benchmarks.gap.truth.parameters import Parameters
@@ -19,6 +20,7 @@ NEAR, SPACING = 30.0, 100.0  # mm
 GAPS = {"gap_rotor": (0.050, 0.7e-3), "gap_front": (0.036, 1e-3), "gap_rear": (0.033, 1e-3)}
 """Radius and width of each gap [m]."""
 FILMS = ("film_nose", "film_bar", "film_housing", "film_pedestal", "film_column", "film_bed")
+TOP_SPEED = 20e3
 
 
 class Spindle:
@@ -31,6 +33,8 @@ class Spindle:
     resolution : float
         1 for about 280 cells; 2 halves all of them.
     """
+
+    top_speed = TOP_SPEED
 
     def __init__(self, parameters: Parameters, resolution: float = 1.0) -> None:
         self.p = parameters
@@ -95,7 +99,7 @@ class Spindle:
             entry[parts["outer"][i], i] = rest / parts["outer"].shape[1]
         return entry
 
-    def motor_entry(self, rotor_share: float | None = None) -> Array:
+    def drive_entry(self, rotor_share: float | None = None) -> Array:
         """Return where the motor's heat enters, shape (cells,), its sum 1."""
         share = self.p["rotor_share"] if rotor_share is None else rotor_share
         entry = np.zeros(len(self.capacity))
@@ -103,6 +107,36 @@ class Spindle:
             cells = self.parts[part]
             entry[cells] = of_all * self.capacity[cells] / self.capacity[cells].sum()
         return entry
+
+    def rings(self, temperatures: Array, which: str) -> Array:
+        """Return the mean of every bearing's inner rings, balls or outer rings [degC]."""
+        values = temperatures[self.parts[which]]
+        return np.asarray(values if values.ndim == 1 else values.mean(axis=1))
+
+    # Surfaces.
+
+    @cached_property
+    def faces(self) -> tuple[NDArray[np.intp], Array]:
+        """All outer surfaces: cells, and the area of each [m2]."""
+        areas = [
+            g / self.p[f"h_{group.removeprefix('film_')}"]
+            for group, parts in self.surfaces.items()
+            for _, _, g in parts
+        ]
+        exposed = [cells for parts in self.surfaces.values() for cells, _, _ in parts]
+        return np.concatenate(exposed), np.concatenate(areas)
+
+    @cached_property
+    def _boundary_of_faces(self) -> NDArray[np.intp]:
+        faced = [one for parts in self.surfaces.values() for one in parts]
+        return np.concatenate([np.full(len(cells), which) for cells, which, _ in faced])
+
+    def around(self, now: Now) -> Array:
+        """Return the air's temperature in front of all `faces` [degC]."""
+        return np.asarray(now.look()[self._boundary_of_faces])
+
+    def take_from_air(self, gained: Array, out: Array) -> None:
+        """Leave the air as it is; it is a boundary."""
 
     # Growth.
 

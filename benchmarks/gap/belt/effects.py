@@ -1,39 +1,35 @@
-"""Effects in the bearings."""
+"""Laws of the belt-driven spindle's effects, beside those common to all simulators."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
+import pandas as pd
 from scipy.sparse import csc_matrix, diags
 from scipy.sparse.linalg import splu
 
-from benchmarks.gap import hidden
-from benchmarks.gap.belt.grouped import BEARINGS
+from benchmarks.gap import laws
+from benchmarks.gap.belt.grouped import BEARINGS, Grouped
 from benchmarks.gap.belt.laws import walther
-from benchmarks.gap.belt.machine import TOP_SPEED, Machine
+from benchmarks.gap.belt.machine import Machine
 from benchmarks.gap.belt.numbers import FRONT_AT
-from benchmarks.gap.drive import Array, Drive
+from benchmarks.gap.drive import Array, Drive, lagged
 from benchmarks.gap.hidden import Hidden, X, Y
 from benchmarks.gap.march import Now
 
-
-def _rings(now: Now, which: str) -> Array:
-    return np.array([now.mean(f"{name}_{which}") for name in BEARINGS])
+# Bearings.
 
 
-class ViscosityTemperature(Hidden):
+class ViscosityTemperature(Hidden, unit="1/K"):
     """The grease's oil thins by Walther's equation; the film is as warm as ring and balls.
 
     The size is how fast it thins at 50 degC, where it is as thick as without.
     """
 
-    unit: ClassVar[str] = "1/K"
-    sizes: ClassVar[tuple[float, float, float]] = (0.012, 0.025, 0.045)
     at_degc: ClassVar[float] = 50.0
 
-    def begin(self, machine: Machine, drive: Drive) -> None:
+    def begin(self, machine: Grouped, drive: Drive) -> None:
         """Find the thin end of an oil that thins so fast at 50 degC."""
         low, high = 2.0, 99.0
         for _ in range(50):
@@ -46,84 +42,38 @@ class ViscosityTemperature(Hidden):
         """Return the heat at the viscosity that the film has."""
         if self.size == 0.0:
             return viscous, load
-        film = 0.6 * _rings(now, "inner") + 0.4 * _rings(now, "balls")
+        machine, t = now.machine, now.temperature
+        film = 0.6 * machine.rings(t, "inner") + 0.4 * machine.rings(t, "balls")
         usual = walther(100.0, self._thin, self.at_degc)
         nu = [walther(100.0, self._thin, float(t)) / usual for t in np.clip(film, -10.0, 150.0)]
-        warm, _ = now.machine.friction(now.speed, now.machine.p["viscosity"] * np.array(nu))
+        warm, _ = machine.friction(now.speed, machine.p["viscosity"] * np.array(nu))
         return warm, load
 
 
-class ThermalPreload(Hidden):
-    """The inner ring outgrows the outer; the load grows with the power 1.5 of what is taken up.
+class JointResistance(laws.JointResistance):
+    """The seats of the outer rings, against the housing around them."""
 
-    The size is the share by which the load grows with the first kelvin.
-    """
-
-    unit: ClassVar[str] = "1/K"
-    sizes: ClassVar[tuple[float, float, float]] = (0.05, 0.12, 0.3)
-    most: ClassVar[float] = 8.0
-
-    def friction(self, now: Now, viscous: Array, load: Array) -> tuple[Array, Array]:
-        """Return the load-dependent heat at the preload of now."""
-        warmer = np.maximum(_rings(now, "inner") - _rings(now, "outer"), 0.0)
-        return viscous, load * np.minimum((1.0 + self.size / 1.5 * warmer) ** 1.5, self.most)
-
-
-class FrictionSpeedExponent(hidden.FrictionSpeedExponent):
-    """Equal to the usual at 5,000 r/min."""
-
-    usual_at_rpm: ClassVar[float] = 5e3
-
-
-class BearingRunIn(hidden.BearingRunIn):
-    """Grease, until it has found its place."""
-
-    sizes: ClassVar[tuple[float, float, float]] = (0.1, 0.25, 0.6)
-    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {"tau_h": (0.7, 3.0)}
-
-
-class JointResistance(Hidden):
-    """The seats of the outer rings conduct by how tightly the ring fits: G0 (1 + k dT).
-
-    dT is the ring's warming against the housing around it; G0 over that where the seat opens.
-    """
-
-    unit: ClassVar[str] = "1/K"
-    sizes: ClassVar[tuple[float, float, float]] = (0.06, 0.2, 0.6)
-
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose whether the seats tighten or open."""
-        self.more["sign"] = 1.0 if rng.random() < 0.6 else -1.0
-
-    def begin(self, machine: Machine, drive: Drive) -> None:
+    def begin(self, machine: Grouped, drive: Drive) -> None:
         """Find the housing behind each seat."""
         self._behind = {name: -machine.matrices[f"seat_{name}"] for name in BEARINGS}
 
-    def scales(self, now: Now) -> dict[str, float]:
-        """Return the factors of both seats."""
+    def warmer(self, now: Now) -> dict[str, float]:
+        """Return rings against what their seats conduct to [K]."""
         found = {}
         for name, matrix in self._behind.items():
             ring = int(now.machine.parts[f"{name}_outer"][0])
             conductance = float(matrix[ring, ring])
-            warmer = float((matrix @ now.temperature)[ring]) / conductance
-            tight = 1.0 + self.size * max(warmer, 0.0)
-            factor = tight if self.more["sign"] > 0.0 else 1.0 / tight
-            found[f"seat_{name}"] = float(np.clip(factor, 0.25, 4.0))
+            found[f"seat_{name}"] = float((matrix @ now.temperature)[ring]) / conductance
         return found
 
 
-class UnevenBearingHeating(Hidden):
+class UnevenBearingHeating(Hidden, unit="1"):
     """The belt's pull loads one side of the front bearings: there its outer rings heat more.
 
     The size is the amplitude of the cosine around the axis, of the heat of the outer rings. The
     housing's temperature then has a cosine of its own, which bends it and which two thermometers
     on opposite sides see.
     """
-
-    unit: ClassVar[str] = "1"
-    sizes: ClassVar[tuple[float, float, float]] = (0.15, 0.35, 0.8)
-
-    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {"direction_rad": (0.0, 2.0 * np.pi)}
 
     def begin(self, machine: Machine, drive: Drive) -> None:
         """Forget the heat of the run before."""
@@ -181,28 +131,17 @@ class UnevenBearingHeating(Hidden):
         values = np.array(found)
         return np.asarray((1.0 - share) * values[low] + share * values[low + 1])
 
-    def record(self, number: int, machine: Machine, drive: Drive, shown: object) -> None:
+    def record(self, number: int, machine: Machine, drive: Drive, shown: pd.DataFrame) -> None:
         """Show both sides at the front."""
         numbers = machine.parts["housing"]
         seen = self._shown @ machine.thermometers["front"][numbers]
         up = np.sin(self.more["direction_rad"])
-        shown["front_degC"] += up * seen  # type: ignore[index]
-        shown["front_below_degC"] -= up * seen  # type: ignore[index]
+        shown["front_degC"] += up * seen
+        shown["front_below_degC"] -= up * seen
 
 
-class CentrifugalShift(hidden.CentrifugalShift):
-    """At 8,000 r/min."""
-
-    sizes: ClassVar[tuple[float, float, float]] = (2.0, 6.0, 15.0)
-    top_rpm: ClassVar[float] = TOP_SPEED
-
-
-class BearingStickSlip(hidden.BearingStickSlip):
+class BearingStickSlip(laws.BearingStickSlip):
     """The rear bearing floats."""
-
-    sizes: ClassVar[tuple[float, float, float]] = (2.5, 6.0, 12.0)
-    left: ClassVar[float] = 0.2
-    pushed: ClassVar[float] = 0.7
 
     def apart(self, machine: Machine, temperatures: Array) -> Array:
         """Return how far shaft and housing have grown apart [um]."""
@@ -211,3 +150,104 @@ class BearingStickSlip(hidden.BearingStickSlip):
         shaft = temperatures[:, parts["shaft"]] @ machine.shaft.mean_over(start, end)
         housing = temperatures[:, parts["housing"]] @ machine.housing.mean_over(start, end)
         return np.asarray((p["alpha_steel"] * shaft - p["alpha_iron"] * housing) * 1e-3)
+
+
+# Turning parts and cutting.
+
+
+class Windage(laws.Windage):
+    """Half of it warms the shaft between the bearings, half the housing around it."""
+
+    def entry(self, machine: Machine) -> Array:
+        """Return the share of every unknown."""
+        d, entry = machine.drawing, np.zeros(len(machine.capacity))
+        for solid, part, side in (
+            (machine.shaft, "shaft", "outer"),
+            (machine.housing, "housing", "inner"),
+        ):
+            nodes, area = solid.surface(side, d.rear[0][1], d.front[0][0])
+            entry[machine.parts[part][nodes]] += 0.5 * area / area.sum()
+        return entry
+
+
+class CuttingHeat(laws.CuttingHeat):
+    """Most of it into the tool's tip, some into the nose."""
+
+    def entry(self, machine: Machine) -> Array:
+        """Return the share of every unknown."""
+        d, entry = machine.drawing, np.zeros(len(machine.capacity))
+        tip, share = machine.tool.face(d.gauge_line + d.tool_length)
+        entry[machine.parts["tool"][tip]] += 0.6 * share
+        nose, share = machine.shaft.face(d.gauge_line)
+        entry[machine.parts["shaft"][nose]] += 0.4 * share
+        return entry
+
+
+class ToolHeating(laws.ToolHeating):
+    """It sits on the shaft's end."""
+
+    def seat(self, machine: Machine) -> tuple[Any, Array]:
+        """Return the nodes of the shaft's face."""
+        nodes, share = machine.shaft.face(machine.drawing.gauge_line)
+        return machine.parts["shaft"][nodes], share
+
+
+# Structure, and what happens to such machines.
+
+
+class ColumnBending(Hidden, unit="urad/K"):
+    """One wall of the column follows column minus hall late, and bends it; urad per K."""
+
+    def move(self, machine: Machine, drive: Drive, temperatures: Array, pose: Array) -> None:
+        """Carry the nose along."""
+        upper = temperatures[:, machine.parts["column_top"]].mean(axis=1)
+        head = temperatures[:, machine.parts["headstock"]].mean(axis=1)
+        late = lagged(
+            drive.time_s, 0.6 * upper + 0.4 * head - drive.at(), 3600.0 * self.more["tau_h"]
+        )
+        shift = self.size * (late - late[0]) * self.more["lever_mm"] * 1e-3
+        pose[:, X] += np.cos(self.more["direction_rad"]) * shift
+        pose[:, Y] += np.sin(self.more["direction_rad"]) * shift
+
+
+class HydraulicPulses(laws.PartSource):
+    """A hydraulic unit behind the column runs in pulses of its own; the size is its watts."""
+
+    def watts(self, now: Now) -> float:
+        """Return the power [W]."""
+        pulsing = (now.time / 3600.0 / self.more["period_h"]) % 1.0 < self.more["on"]
+        return self.size if pulsing else 0.0
+
+
+class FloodCoolant(Hidden, unit="W/K", catalogued=False):
+    """Cutting coolant runs over flange and nose by a program of its own; the size is W/K."""
+
+    def begin(self, machine: Machine, drive: Drive) -> None:
+        """Find what gets wet."""
+        nodes, area = machine.housing.surface("outer", 0.0, machine.drawing.housing[-1].end)
+        self._wet, self._share = machine.parts["housing"][nodes], area / area.sum()
+
+    def heat(self, now: Now, out: Array) -> None:
+        """Cool the flange."""
+        if now.time > 0.0 and (now.time / 3600.0 / self.more["period_h"]) % 1.0 > 0.6:
+            cold = now.hall - self.more["colder_K"]
+            out[self._wet] += self.size * self._share * (cold - now.temperature[self._wet])
+
+
+class SettlingFoundation(Hidden, unit="um", catalogued=False):
+    """The machine tilts on its feet by an amount of its own in every run; um after eight hours."""
+
+    def draw(self, rng: np.random.Generator) -> None:
+        """Keep chance for the runs."""
+        self._chance = rng
+
+    def begin(self, machine: Machine, drive: Drive) -> None:
+        """Choose this run's direction and pace."""
+        self._way = float(self._chance.uniform(-np.pi, np.pi))
+        self._pace = float(self._chance.uniform(0.4, 1.6))
+
+    def move(self, machine: Machine, drive: Drive, temperatures: Array, pose: Array) -> None:
+        """Move the nose sideways."""
+        gone = self.size * self._pace * np.sqrt(drive.time_s / 28800.0)
+        pose[:, X] += np.cos(self._way) * gone
+        pose[:, Y] += np.sin(self._way) * gone
