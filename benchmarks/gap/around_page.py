@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.gap.truth.case import SHOP as JIG_BORERS
-from benchmarks.gap.truth.parameters import draw, nominal
-from benchmarks.gap.truth.spindle import Spindle
+from benchmarks.gap.truth.spindle import CLASS, Spindle
 from plant_model.machine_file import machine_path
 
 PAGE = "jig_borer"
@@ -106,7 +105,9 @@ def page_table() -> dict[str, Any]:
 
 SHOP = replace(
     JIG_BORERS,
-    machine=lambda case: Spindle(draw(case.stream(0), nominal() | drawn()), case.resolution),
+    machine=lambda case: Spindle(
+        CLASS.draw(case.stream(0), CLASS.nominal() | drawn()), case.resolution
+    ),
     drawing=lambda _: page_table(),  # The same for all machines, which vary around it.
     file_of=lambda page, _: page,
 )

@@ -16,14 +16,14 @@ from benchmarks.gap.belt.laws import gap_film, turning_film, turning_share, walt
 from benchmarks.gap.belt.machine import Machine
 from benchmarks.gap.belt.march import March
 from benchmarks.gap.belt.mesh import revolve
-from benchmarks.gap.belt.numbers import HIDDEN as BELTS_HIDDEN
+from benchmarks.gap.belt.numbers import CLASS as BELTS_CLASS
 from benchmarks.gap.belt.numbers import Stretch
 from benchmarks.gap.case import Shop, TruthCase
 from benchmarks.gap.drive import Drive
 from benchmarks.gap.hidden import SIZES, make_from
 from benchmarks.gap.lathe.case import SHOP as LATHES
 from benchmarks.gap.lathe.machine import Lathe
-from benchmarks.gap.lathe.numbers import HIDDEN as LATHES_HIDDEN
+from benchmarks.gap.lathe.numbers import CLASS as LATHES_CLASS
 from gap_finder.kinds import kinds
 from measurement.runs import read_run, write_run
 from plant_model.drawing.expand import expanded
@@ -36,7 +36,7 @@ class Subject:
 
     shop: Shop
     build: Callable[..., Any]
-    hidden: dict[str, tuple[float, str]]
+    numbers: dict[str, float]
     speed: float
     feed: float
     watts: Callable[[dict[str, float], float, float], float]
@@ -59,7 +59,7 @@ SUBJECTS = {
     "belt": Subject(
         BELTS,
         Machine,
-        BELTS_HIDDEN,
+        BELTS_CLASS.nominal(),
         6000.0,
         0.0,
         _belts_watts,
@@ -70,7 +70,7 @@ SUBJECTS = {
     "lathe": Subject(
         LATHES,
         Lathe,
-        LATHES_HIDDEN,
+        LATHES_CLASS.nominal(),
         3000.0,
         4000.0,
         _lathes_watts,
@@ -88,9 +88,8 @@ each = pytest.mark.parametrize("name", SUBJECTS)
 def machine(name: str, finer: float = 1.0) -> Any:
     """The middle of the class."""
     subject = SUBJECTS[name]
-    numbers = {number: value for number, (value, _) in subject.hidden.items()}
     assert subject.shop.drawing is not None
-    return subject.build(subject.shop.drawing(np.random.default_rng(3)), numbers, finer)
+    return subject.build(subject.shop.drawing(np.random.default_rng(3)), subject.numbers, finer)
 
 
 def still(hours: float, speed: float = 0.0, rows: int = 121, feed: float = 0.0) -> Drive:

@@ -17,8 +17,7 @@ from benchmarks.gap.truth.case import COLUMNS, SHOP, simulate_case
 from benchmarks.gap.truth.cells import INLET
 from benchmarks.gap.truth.laws import gap_film, vogel_factor
 from benchmarks.gap.truth.march import March
-from benchmarks.gap.truth.parameters import nominal
-from benchmarks.gap.truth.spindle import Spindle
+from benchmarks.gap.truth.spindle import CLASS, Spindle
 from measurement.runs import read_run, write_run
 
 PRODUCT = ("plant_model", "gap_finder", "fmu_compensator", "scenarios", "spindle_drift")
@@ -35,7 +34,10 @@ def still(hours: float, speed: float = 0.0, rows: int = 121) -> Drive:
 def test_no_simulator_shares_anything_with_the_model_under_test():
     """Nor do the physics of the jig borer with those of the others."""
     folder = Path(benchmarks.gap.truth.__file__).parent
-    beside = [folder.parent / f"{name}.py" for name in ("case", "drive", "hidden", "laws", "march")]
+    beside = [
+        folder.parent / f"{name}.py"
+        for name in ("case", "drive", "hidden", "laws", "march", "numbers")
+    ]
     for path in (*folder.parent.rglob("*/**/*.py"), *beside):
         for node in ast.walk(ast.parse(path.read_text())):
             names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
@@ -50,7 +52,7 @@ def test_no_simulator_shares_anything_with_the_model_under_test():
 
 def test_conduction_keeps_heat():
     """Each link gives what it takes; only boundaries and the coolant's flow carry heat away."""
-    spindle = Spindle(nominal())
+    spindle = Spindle(CLASS.nominal())
     for group, (inner, outer) in spindle.matrices.items():
         # A machine at the boundaries' temperature is in balance.
         assert np.abs(inner.sum(axis=1) + outer.sum(axis=1)).max() < 1e-9 * np.abs(inner).max()
@@ -59,7 +61,7 @@ def test_conduction_keeps_heat():
 
 
 def test_the_heat_put_in_is_the_heat_that_leaves():
-    spindle, speed = Spindle(nominal()), 12000.0
+    spindle, speed = Spindle(CLASS.nominal()), 12000.0
     march, drive = March(spindle), still(200.0, 12000.0)
     end = march.settle(drive, np.full(len(spindle.capacity), 20.0), 1800.0)
     put_in = sum(float(q.sum()) for q in spindle.friction(speed)) + spindle.p["motor"] * 12.0
@@ -76,7 +78,7 @@ def test_the_heat_put_in_is_the_heat_that_leaves():
 
 def test_over_a_transient_heat_is_stored_or_lost():
     """The time stepping itself neither makes nor loses heat (closed machine, heated)."""
-    spindle = Spindle(nominal())
+    spindle = Spindle(CLASS.nominal())
     for group, (inner, outer) in spindle.matrices.items():
         if group.startswith(("film_", "flow_")):
             inner[:], outer[:] = 0.0, 0.0
@@ -90,7 +92,7 @@ def test_over_a_transient_heat_is_stored_or_lost():
 
 
 def test_time_steps_converge_with_second_order():
-    spindle = Spindle(nominal())
+    spindle = Spindle(CLASS.nominal())
     drive = still(1.0, 15000.0, rows=7)
     start = np.full(len(spindle.capacity), 20.0)
     hidden = [make_from(SHOP.effects, "viscosity_temperature", 0.03, np.random.default_rng(0))]
@@ -105,7 +107,7 @@ def test_readings_converge_with_resolution():
     drive = still(3.0, 14000.0, rows=10)
     found = []
     for resolution in (0.5, 1.0, 2.0):
-        spindle = Spindle(nominal(), resolution)
+        spindle = Spindle(CLASS.nominal(), resolution)
         temperatures = March(spindle).run(drive, np.full(len(spindle.capacity), 20.0))
         pose = (temperatures - temperatures[0]) @ spindle.pose_weights
         shown = spindle.readings(temperatures, pose)

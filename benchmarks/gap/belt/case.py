@@ -7,7 +7,7 @@ from benchmarks.gap.belt import effects
 from benchmarks.gap.belt.drive import families, make_drive
 from benchmarks.gap.belt.machine import Machine
 from benchmarks.gap.belt.march import March
-from benchmarks.gap.belt.numbers import draw_drawing, draw_hidden
+from benchmarks.gap.belt.numbers import CLASS, draw_drawing
 from benchmarks.gap.belt.owner import MISTAKES, page_of
 from benchmarks.gap.case import Instruments, Shop, TruthCase
 from benchmarks.gap.hidden import effects_of
@@ -19,7 +19,7 @@ THERMOMETERS = (
 
 
 def _machine(case: TruthCase) -> Machine:
-    return Machine(draw_drawing(case.stream(0)), draw_hidden(case.stream(1)), case.resolution)
+    return Machine(draw_drawing(case.stream(0)), CLASS.draw(case.stream(1)), case.resolution)
 
 
 SHOP = Shop(

@@ -11,7 +11,7 @@ from scipy.sparse import csr_matrix
 
 from benchmarks.gap.belt.groups import Groups
 from benchmarks.gap.belt.laws import viscous_torque, watts
-from benchmarks.gap.belt.numbers import Numbers
+from benchmarks.gap.numbers import Numbers
 
 Array = NDArray[np.float64]
 

@@ -20,8 +20,9 @@ from benchmarks.gap.belt.laws import (
     turning_share,
 )
 from benchmarks.gap.belt.mesh import Index, Solid, revolve
-from benchmarks.gap.belt.numbers import FRONT_AT, REAR_AT, YAW, Drawing, Numbers, Stretch
+from benchmarks.gap.belt.numbers import FRONT_AT, REAR_AT, YAW, Drawing, Stretch
 from benchmarks.gap.march import Now
+from benchmarks.gap.numbers import Numbers
 
 Array = NDArray[np.float64]
 

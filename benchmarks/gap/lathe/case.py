@@ -10,18 +10,16 @@ from benchmarks.gap.belt import effects as of_belts
 from benchmarks.gap.belt.case import SHOP as BELTS
 from benchmarks.gap.belt.drive import make_drive
 from benchmarks.gap.belt.machine import TOP_SPEED as BELTS_TOP_SPEED
-from benchmarks.gap.belt.numbers import draw_hidden
 from benchmarks.gap.case import TruthCase
 from benchmarks.gap.hidden import effects_of
 from benchmarks.gap.lathe import effects
 from benchmarks.gap.lathe.machine import TOP_SPEED, Lathe
-from benchmarks.gap.lathe.numbers import HIDDEN, draw_drawing
-from benchmarks.gap.lathe.owner import MISTAKES, SENSORS, file_of
+from benchmarks.gap.lathe.numbers import CLASS, TABLES, draw_drawing
+from benchmarks.gap.lathe.owner import MISTAKES, file_of
 
 
 def _lathe(case: TruthCase) -> Lathe:
-    numbers = draw_hidden(case.stream(1), HIDDEN)
-    return Lathe(draw_drawing(case.stream(0)), numbers, case.resolution)
+    return Lathe(draw_drawing(case.stream(0)), CLASS.draw(case.stream(1)), case.resolution)
 
 
 SHOP = replace(
@@ -31,7 +29,7 @@ SHOP = replace(
     make_drive=partial(make_drive, slower=TOP_SPEED / BELTS_TOP_SPEED),
     columns=(
         *("time_s", "speed_rpm", "feed_mm_min"),
-        *(f"{name}_degC" for name in (*SENSORS, "hall")),
+        *(f"{name}_degC" for name in (*TABLES["thermometers"], "hall")),
         *(f"disp_{axis}_um" for axis in "xz"),
     ),
     feed="feed_mm_min",

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from benchmarks.gap.belt.grouped import BEARINGS, Grouped
 from benchmarks.gap.belt.machine import BALLS_J_PER_K, POSE
-from benchmarks.gap.belt.numbers import Numbers
-from benchmarks.gap.lathe.numbers import COUNTS, DIAMETERS, Drawing
+from benchmarks.gap.lathe.numbers import COUNTS, DIAMETERS, TABLES, Drawing
 from benchmarks.gap.march import Now
+from benchmarks.gap.numbers import Numbers
 
 Array = NDArray[np.float64]
 
@@ -169,40 +169,19 @@ class Lathe(Grouped):
     @cached_property
     def pose_weights(self) -> Array:
         """Pose per kelvin of every unknown, shape (unknowns, 3) [um/K], order of `POSE`."""
-        lengths, weights = self.drawing.lengths, np.zeros((len(self.capacity), len(POSE)))
-        x, _, e = range(3)
-        for part, span, axis, length in (
-            ("spindle", (0.0, 1.0 / 3.0), e, lengths["spindle"]),
-            ("headstock", (0.0, 0.5), e, lengths["headstock_z"]),
-            ("bed", TRAVEL, e, -lengths["bed"]),
-            ("z_screw", (0.0, 1.0), e, -lengths["z_screw"]),
-            ("headstock", (0.0, 1.0), x, lengths["headstock_x"]),
-            ("slide", (0.0, 1.0), x, -lengths["slide"]),
-            ("x_screw", (0.0, 1.0), x, -lengths["x_screw"]),
-        ):
-            cells, share = self.between(part, *span)
-            grows = self.p[f"alpha_{self.drawing.parts[part].metal}"] * 1e-3 * length
-            weights[cells, axis] += grows * share
+        weights = np.zeros((len(self.capacity), len(POSE)))
+        for one in self.drawing.members.values():
+            cells, share = self.between(one.part, one.low, one.high)
+            alpha = self.p[f"alpha_{self.drawing.parts[one.part].metal}"]
+            weights[cells, POSE.index(one.axis)] += alpha * 1e-3 * (one.sign * one.length) * share
         return weights
 
     @cached_property
     def thermometers(self) -> dict[str, Array]:
         """Weight of every unknown in the reading of each thermometer but the hall's."""
         found = {}
-        for name, part, span in (
-            ("front", "headstock", (0.0, 0.5)),
-            ("rear", "headstock", (0.5, 1.0)),
-            ("bed_left", "bed", (0.1, 0.25)),
-            ("bed_right", "bed", (0.85, 0.95)),
-            ("slide", "slide", (0.25, 0.75)),
-            ("z_nut", "z_nut", (0.0, 1.0)),
-            ("z_motor", "z_motor", (0.0, 1.0)),
-            ("x_nut", "x_nut", (0.0, 1.0)),
-            ("x_motor", "x_motor", (0.0, 1.0)),
-            ("motor", "spindle_motor", (0.0, 1.0)),
-            ("inside", "air", (0.0, 1.0)),
-        ):
-            cells, share = self.between(part, *span)
+        for name, (part, low, high, _) in TABLES["thermometers"].items():
+            cells, share = self.between(part, low, high)
             found[name] = np.zeros(len(self.capacity))
             found[name][cells] = share
         return found

@@ -18,7 +18,7 @@ from benchmarks.gap.case import Mistake
 from benchmarks.gap.enclosed import BoltedMass, StirredNut
 from benchmarks.gap.hidden import variant
 from benchmarks.gap.lathe.machine import RING_J_PER_K, TOP_SPEED, TRAVEL
-from benchmarks.gap.lathe.numbers import COUNTS, DIAMETERS, HIDDEN, Drawing
+from benchmarks.gap.lathe.numbers import CLASS, COUNTS, DIAMETERS, TABLES, Drawing
 from benchmarks.gap.laws import PartSource
 
 Table = dict[str, Any]
@@ -47,19 +47,8 @@ LUMPS: dict[str, tuple[str, float, float, str]] = {
 }
 """Lump: its bar, from where to where of it (0 to 1), and the thermometer at which it starts."""
 
-SENSORS = {
-    "front": "headstock_front",
-    "rear": "headstock_rear",
-    "bed_left": "bed_left",
-    "bed_right": "bed_right",
-    "slide": "slide",
-    "z_nut": "z_nut",
-    "z_motor": "z_motor",
-    "x_nut": "x_nut",
-    "x_motor": "x_motor",
-    "motor": "spindle_motor",
-    "inside": "inside",
-}
+VALUES = CLASS.nominal()
+"""What handbooks say."""
 
 
 def _number(value: float, unit: str, factor: float, source: str, *, free: bool = False) -> Table:
@@ -90,7 +79,7 @@ def file_of(drawing: Drawing, careless: np.random.Generator | None = None) -> Ta
             for name, (unit, column, low, high, default) in inputs.items()
         },
         "numbers": {
-            name: _number(HIDDEN[name][0], "W/(m2 K)", FILM, "air and radiation", free=True)
+            name: _number(VALUES[name], "W/(m2 K)", FILM, "air and radiation", free=True)
             for name in ("hall", "inside")
         },
         "nodes": writer.nodes(),
@@ -99,7 +88,7 @@ def file_of(drawing: Drawing, careless: np.random.Generator | None = None) -> Ta
         "structure": writer.structure(),
         "sensors": [
             {"name": name, "of": node, "noise": 0.05, "resolution": 0.01}
-            for name, node in SENSORS.items()
+            for name, (*_, node) in TABLES["thermometers"].items()
         ],
         "rig": {
             "kind": "direct",
@@ -140,7 +129,7 @@ class _Writer:
         """Return the lumps, the rings and the air."""
         found = []
         for name, (part, low, high, start) in LUMPS.items():
-            heat = HIDDEN[f"heat_{self.drawing.parts[part].metal}"][0]
+            heat = VALUES[f"heat_{self.drawing.parts[part].metal}"]
             capacity = (high - low) * self._guess(part, "mass") * heat
             table = _number(capacity, "J/K", 1.15, "weight on the drawing")
             found.append({"name": name, "capacity": table, "start": start})
@@ -148,12 +137,11 @@ class _Writer:
             for ring in ("inner", "outer"):
                 capacity = _number(0.5 * heat + 45.0, "J/K", 1.2, "catalogue of bearings")
                 found.append({"name": f"{which}_{ring}", "capacity": capacity, "start": which})
-        air = _number(HIDDEN["air_heat"][0], "J/K", 1.6, "air and sheet metal")
+        air = _number(VALUES["air_heat"], "J/K", 1.6, "air and sheet metal")
         return [*found, {"name": "inside", "capacity": air, "start": "inside"}]
 
     def links(self) -> list[Table]:
         """Return joints, paths along bars, and films."""
-        hidden = {name: value for name, (value, _) in HIDDEN.items()}
         found: list[Table] = []
 
         def join(one: str, other: str, value: float, source: str = "joint") -> None:
@@ -168,13 +156,13 @@ class _Writer:
         ):
             for one, other in pairwise(lumps):
                 middles = [sum(LUMPS[name][1:3]) / 2.0 for name in (one, other)]
-                along = hidden[f"along_{bar}"] / (middles[1] - middles[0])
+                along = VALUES[f"along_{bar}"] / (middles[1] - middles[0])
                 join(one, other, along, "section")
         for i, which in enumerate(("front", "rear")):
-            join(f"{which}_inner", f"{which}_outer", COUNTS[i] * hidden["balls"])
-            join(f"{which}_inner", f"spindle_{which}", COUNTS[i] * hidden["seat_shaft"])
-            join(f"{which}_outer", f"headstock_{which}", COUNTS[i] * hidden["seat"])
-            join(f"headstock_{which}", "bed_left", 0.5 * hidden["foot"])
+            join(f"{which}_inner", f"{which}_outer", COUNTS[i] * VALUES["balls"])
+            join(f"{which}_inner", f"spindle_{which}", COUNTS[i] * VALUES["seat_shaft"])
+            join(f"{which}_outer", f"headstock_{which}", COUNTS[i] * VALUES["seat"])
+            join(f"headstock_{which}", "bed_left", 0.5 * VALUES["foot"])
         for one, other, name in (
             ("carriage", "bed_middle", "z_guide"),
             ("carriage", "slide", "x_guide"),
@@ -189,7 +177,7 @@ class _Writer:
             ("spindle_motor", "bed_left", "motor_foot"),
             ("spindle_front", "inside", "chuck"),
         ):
-            join(one, other, hidden[name] * (0.09 if name == "chuck" else 1.0))
+            join(one, other, VALUES[name] * (0.09 if name == "chuck" else 1.0))
         return found + self._films()
 
     def _films(self) -> list[Table]:
@@ -204,7 +192,7 @@ class _Writer:
             else:
                 film = {"number": "inside", "factor": area, "unit": "W/K"}
                 found.append({"kind": "contact", "between": [name, "inside"], "conductance": film})
-        walls = _number(HIDDEN["walls"][0], "W/(m2 K)", JOINT, "openings and walls", free=True)
+        walls = _number(VALUES["walls"], "W/(m2 K)", JOINT, "openings and walls", free=True)
         return [*found, _to_hall("inside", _exact(1.0, "m2"), walls)]
 
     def sources(self) -> list[Table]:
@@ -237,34 +225,24 @@ class _Writer:
             }
         )
         for name in ("z_nut", "z_screw", "z_motor", "x_nut", "x_screw", "x_motor"):
-            loss = _number(HIDDEN[f"{name}_loss"][0], "W/(m/min)", LOSS, "class", free=True)
+            loss = _number(VALUES[f"{name}_loss"], "W/(m/min)", LOSS, "class", free=True)
             feed = {"kind": "feed_axis", "name": name, "node": name, "driven_by": "feed"}
             found.append(feed | {"loss": loss})
         return found
 
     def structure(self) -> list[Table]:
         """Return what moves tool against work."""
-        lengths = self.drawing.lengths
         found = []
-        for name, lumps, axis, key, sign in (
-            ("spindle", ["spindle_front"], "elongation", "spindle", 1.0),
-            ("headstock_z", ["headstock_front"], "elongation", "headstock_z", 1.0),
-            ("bed", ["bed_middle"], "elongation", "bed", -1.0),
-            ("z_screw", ["z_screw"], "elongation", "z_screw", -1.0),
-            ("headstock_x", ["headstock_front", "headstock_rear"], "x", "headstock_x", 1.0),
-            ("slide", ["slide"], "x", "slide", -1.0),
-            ("x_screw", ["x_screw"], "x", "x_screw", -1.0),
-        ):
-            metal = self.drawing.parts[LUMPS[lumps[0]][0]].metal
-            alpha = HIDDEN[f"alpha_{metal}"][0]
+        for name, one in sorted(self.drawing.members.items(), key=lambda entry: entry[1].axis):
+            metal = self.drawing.parts[one.part].metal
             found.append(
                 {
                     "kind": "member",
                     "name": name,
-                    "nodes": lumps,
-                    "length": _number(lengths[key], "mm", 1.1, "drawing"),
-                    "expansion": _number(alpha, "1e-6/K", 1.2, metal, free=True),
-                    axis: _exact(sign, "1"),
+                    "nodes": one.lumps,
+                    "length": _number(one.length, "mm", 1.1, "drawing"),
+                    "expansion": _number(VALUES[f"alpha_{metal}"], "1e-6/K", 1.2, metal, free=True),
+                    one.axis: _exact(one.sign, "1"),
                 }
             )
         return found

@@ -10,8 +10,7 @@ from benchmarks.gap.hidden import Hidden, effects_of
 from benchmarks.gap.truth import effects
 from benchmarks.gap.truth.drive import FAMILIES, make_drive
 from benchmarks.gap.truth.march import March
-from benchmarks.gap.truth.parameters import draw
-from benchmarks.gap.truth.spindle import Spindle
+from benchmarks.gap.truth.spindle import CLASS, Spindle
 
 COLUMNS = (
     *("time_s", "speed_rpm"),
@@ -33,7 +32,7 @@ def _families(rng: np.random.Generator) -> list[str]:
 
 
 SHOP = Shop(
-    machine=lambda case: Spindle(draw(case.stream(0)), case.resolution),
+    machine=lambda case: Spindle(CLASS.draw(case.stream(0)), case.resolution),
     march=March,
     effects=effects_of(effects, laws),
     make_drive=make_drive,

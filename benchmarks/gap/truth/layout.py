@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.gap.numbers import Numbers
 from benchmarks.gap.truth.cells import AIR, HALL, Network, spread
-from benchmarks.gap.truth.parameters import Parameters
 
 Array = NDArray[np.float64]
 
@@ -60,7 +60,7 @@ class Layout:
         return spread(self.edges[part][:-1], self.edges[part][1:], low, high)
 
 
-def build(p: Parameters, resolution: float = 1.0) -> Layout:
+def build(p: Numbers, resolution: float = 1.0) -> Layout:
     """Return the machine cut into cells; a *resolution* of 2 halves every cell."""
     layout = Layout(Network())
     sectors = 4 * max(1, round(2 * resolution))
@@ -90,7 +90,7 @@ def _axial(layout: Layout, part: str, ka: float) -> Array:
     return np.asarray(ka / (np.diff(layout.middles(part)) * 1e-3))
 
 
-def _shaft(layout: Layout, p: Parameters) -> None:
+def _shaft(layout: Layout, p: Numbers) -> None:
     net = layout.network
     capacity = sum(
         p[f"c_shaft_{name}"] * layout.share("shaft", low, high)
@@ -108,7 +108,7 @@ def _shaft(layout: Layout, p: Parameters) -> None:
     net.join("joint_bar", shaft[-1], bar[0], p["j_bar"])
 
 
-def _housing(layout: Layout, p: Parameters) -> None:
+def _housing(layout: Layout, p: Numbers) -> None:
     net, sectors = layout.network, len(layout.angles)
     capacity = sum(
         p[f"c_housing_{name}"] * layout.share("housing", low, high)
@@ -128,7 +128,7 @@ def _housing(layout: Layout, p: Parameters) -> None:
         net.boundary("film_housing", housing, AIR, film)
 
 
-def _bearings(layout: Layout, p: Parameters) -> None:
+def _bearings(layout: Layout, p: Numbers) -> None:
     net, sectors = layout.network, len(layout.angles)
     places = [(name, z) for name, both in BEARINGS.items() for z in both]
     inner = net.add("inner", np.full(len(places), p["c_inner"]))
@@ -150,7 +150,7 @@ def _bearings(layout: Layout, p: Parameters) -> None:
         net.join(f"joint_outer_{name}", outer[i], housing, joint)
 
 
-def _motor(layout: Layout, p: Parameters) -> None:
+def _motor(layout: Layout, p: Numbers) -> None:
     net, sectors = layout.network, len(layout.angles)
     share = layout.lengths("motor") / np.sum(layout.lengths("motor"))
     rotor = net.add("rotor", p["c_rotor"] * share)
@@ -177,7 +177,7 @@ def _motor(layout: Layout, p: Parameters) -> None:
             net.join(f"gap_{name}", shaft[k], housing, area)
 
 
-def _jackets(layout: Layout, p: Parameters) -> None:
+def _jackets(layout: Layout, p: Numbers) -> None:
     """Helical jackets: the coolant goes along the axis and touches all sectors on its way.
 
     The wall film is better on the inlet side, by a first harmonic.
@@ -199,7 +199,7 @@ def _jackets(layout: Layout, p: Parameters) -> None:
         net.join(f"wall_{name}", housing[rows], cells[:, None], wall)
 
 
-def _body(layout: Layout, p: Parameters, resolution: float) -> None:
+def _body(layout: Layout, p: Numbers, resolution: float) -> None:
     """Pedestal from the spindle to the column guide, column from below to the top, bed."""
     net, sectors = layout.network, len(layout.angles)
     count = max(2, round(PEDESTAL_CELLS * resolution))

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.gap.march import Now
+from benchmarks.gap.numbers import Class, Numbers, tables
 from benchmarks.gap.truth.laws import gap_film, viscous_torque, watts
 from benchmarks.gap.truth.layout import Layout, build
-from benchmarks.gap.truth.parameters import Parameters
 
 Array = NDArray[np.float64]
 
@@ -21,6 +21,7 @@ GAPS = {"gap_rotor": (0.050, 0.7e-3), "gap_front": (0.036, 1e-3), "gap_rear": (0
 """Radius and width of each gap [m]."""
 FILMS = ("film_nose", "film_bar", "film_housing", "film_pedestal", "film_column", "film_bed")
 TOP_SPEED = 20e3
+CLASS = Class(**tables(__file__))
 
 
 class Spindle:
@@ -28,17 +29,17 @@ class Spindle:
 
     Parameters
     ----------
-    parameters : dict
-        From `parameters.draw` or `parameters.nominal`.
+    numbers : dict
+        Of `CLASS`.
     resolution : float
         1 for about 280 cells; 2 halves all of them.
     """
 
     top_speed = TOP_SPEED
 
-    def __init__(self, parameters: Parameters, resolution: float = 1.0) -> None:
-        self.p = parameters
-        self.layout: Layout = build(parameters, resolution)
+    def __init__(self, numbers: Numbers, resolution: float = 1.0) -> None:
+        self.p = numbers
+        self.layout: Layout = build(numbers, resolution)
         network = self.layout.network
         self.parts = network.parts
         self.capacity = network.capacity
