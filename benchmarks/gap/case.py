@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 import tomlkit
 
-from benchmarks.gap.drive import Array, Drive
+from benchmarks.gap.drive import Array, Drive, Tests
 from benchmarks.gap.hidden import Hidden, make_from
 from benchmarks.gap.march import Stepper
 
@@ -125,10 +125,7 @@ class Shop:
     march : type of Stepper
     effects : mapping of str to type
         What can be hidden, by name.
-    make_drive : callable
-        Returns a run's drive from family, stream, period [s], hall and hours of past.
-    families : callable
-        Returns one family of tests for each run, from a stream.
+    tests : Tests
     hall : mapping of str to (float, float)
         Random properties of each machine's hall, with their ranges.
     columns : tuple of str
@@ -152,8 +149,7 @@ class Shop:
     machine: Callable[[TruthCase], Any]
     march: type[Stepper[Any]]
     effects: Mapping[str, type[Hidden]]
-    make_drive: Callable[[str, np.random.Generator, float, dict[str, float], float], Drive]
-    families: Callable[[np.random.Generator], list[str]]
+    tests: Tests
     hall: Mapping[str, Span]
     columns: tuple[str, ...]
     outside: Mapping[str, int]
@@ -200,7 +196,7 @@ class Bench:
         of_hall = case.stream(shop.streams[0])
         self._hall = {name: float(of_hall.uniform(*ends)) for name, ends in shop.hall.items()}
         self._period = float(of_hall.choice(PERIODS))
-        self._families = shop.families(of_hall)
+        self._families = shop.tests.plan(of_hall)
         self._meter = _Meter(shop, case.stream(shop.streams[1]))
         self.march = shop.march(shop.machine(case), acting)
 
@@ -209,7 +205,7 @@ class Bench:
         case, shop = self.case, self._shop
         chance = case.stream(100 + number)
         family = self._families[number]
-        drive = shop.make_drive(family, chance, self._period, self._hall, shop.past_hours)
+        drive = shop.tests.drive(family, chance, self._period, self._hall, shop.past_hours)
         exact = self._exact(drive, number)
         frame = self._meter.shown(exact, case.stream(200 + number))
         return CaseRun(RUNS[number], frame, exact, drive)

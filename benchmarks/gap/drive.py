@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -60,6 +61,122 @@ class Drive:
         end, zero = float(self.time_s[0]), np.zeros(2)
         time_s = np.array([end - 3600.0 * hours, end])
         return Drive(REST, time_s, zero, zero, zero, self.grid_s, self.outside)
+
+
+Stretches = list[tuple[float, float, float, float]]
+"""Length [s], speed [r/min], feed [mm/min], torque [Nm]."""
+
+
+@dataclass(frozen=True)
+class Tests:
+    """The tests that are run on the machines of a simulator.
+
+    Attributes
+    ----------
+    families : tuple of str
+        Kinds of test, each of which a case has at most once.
+    often : tuple of str
+        Three of them, of which two are among a case's first four runs, and the other is the last.
+    stretches : callable
+        Returns those of a run from its family, a stream, its duration and its last instant [s]. If
+        they end before, the machine rests.
+    outside : callable
+        Returns `Drive.outside` from a stream, its grid and the hall's properties.
+    unsteady : (float, float)
+        Standard deviations of `Drive.friction_factor` and `Drive.drive_factor` [1].
+    jitter : float
+        Of recording times, as a share of the interval [1].
+    """
+
+    families: tuple[str, ...]
+    often: tuple[str, str, str]
+    stretches: Callable[[str, np.random.Generator, float, float], Stretches]
+    outside: Callable[[np.random.Generator, Array, dict[str, float]], Array]
+    unsteady: tuple[float, float]
+    jitter: float = 0.0
+
+    def plan(self, rng: np.random.Generator) -> list[str]:
+        """Return one family for each of five runs."""
+        often = list(self.often)
+        others = [name for name in self.families if name not in often]
+        rng.shuffle(often)
+        rng.shuffle(others)
+        calibration = [*often[:2], *others[:2]]
+        rng.shuffle(calibration)
+        return [*calibration, often[2]]
+
+    def drive(
+        self,
+        family: str,
+        rng: np.random.Generator,
+        period: float,
+        hall: dict[str, float],
+        before: float,
+    ) -> Drive:
+        """Return a run of a family.
+
+        Parameters
+        ----------
+        family : str
+        rng : Generator
+        period : float
+            Sampling interval [s].
+        hall : dict
+            Properties of this machine's hall.
+        before : float
+            Hours of past that the outside must cover.
+        """
+        duration = float(rng.uniform(5.0, 8.0)) * 3600.0
+        time_s = period * np.arange(int(duration // period) + 1)
+        stretches = self.stretches(family, rng, duration, float(time_s[-1]))
+        driven, begin = np.zeros((3, len(time_s))), 0.0
+        for length, *values in [*stretches, (duration, 0.0, 0.0, 0.0)]:
+            driven[:, time_s >= begin - 1e-9] = np.array(values)[:, None]
+            begin += length
+        grid = np.arange(-before * 3600.0, time_s[-1] + 2.0 * GRID, GRID)
+        if self.jitter:
+            jitter = rng.uniform(-self.jitter, self.jitter, len(time_s)) * period
+            # A change of speed is recorded when it happens.
+            changes = np.flatnonzero(np.any(np.diff(driven) != 0.0, axis=0)) + 1
+            jitter[[0, -1, *changes]] = 0.0
+            time_s = np.round(time_s + jitter, 2)
+        outside = self.outside(rng, grid, hall)
+        friction, drive = (1.0 + size * float(rng.standard_normal()) for size in self.unsteady)
+        speed, feed, torque = driven
+        return Drive(family, time_s, speed, feed, torque, grid, outside, friction, drive)
+
+
+def until(end: float, draw: Callable[[], Stretches]) -> Stretches:
+    """Return drawn stretches that together last until *end* [s] or longer."""
+    found: Stretches = []
+    while sum(one[0] for one in found) < end:
+        found += draw()
+    return found
+
+
+def air_of(
+    rng: np.random.Generator,
+    grid: Array,
+    hall: dict[str, float],
+    ranges: tuple[tuple[float, float], tuple[float, float], tuple[float, float]],
+    wandering: tuple[tuple[float, float], tuple[float, float]],
+) -> Array:
+    """Return a hall's air: its mean, its day, and what wanders.
+
+    Parameters
+    ----------
+    ranges : tuple of (float, float)
+        Of the day's phase [h], of this day's swing over the usual [1], of its mean over the usual
+        [K].
+    wandering : tuple of (float, float)
+        Size [K] and time constant [s].
+    """
+    phase, swing, mean = (float(rng.uniform(*ends)) for ends in ranges)
+    day = np.cos(2.0 * np.pi * (grid / 3600.0 + phase) / 24.0)
+    air = hall["mean"] + mean - hall["swing"] * swing * day
+    for size, tau in wandering:
+        air = air + wander(rng, grid, size, tau)
+    return np.asarray(air)
 
 
 def wander(rng: np.random.Generator, grid: Array, size: float, tau: float) -> Array:

@@ -17,29 +17,16 @@ from benchmarks.gap.hidden import SIZES
 from benchmarks.gap.truths import TRUTHS, USUAL
 
 SPLITS = {
-    "development": 1_000_000,
-    "reported": 2_000_000,
-    "second": 3_000_000,
-    "third": 4_000_000,
-    "fourth": 5_000_000,
-    "fifth": 6_000_000,
-    "sixth": 7_000_000,
-    "seventh": 8_000_000,
-    "eighth": 9_000_000,
-    "ninth": 10_000_000,
-    "tenth": 11_000_000,
-    "eleventh": 12_000_000,
-    "twelfth": 13_000_000,
-    "thirteenth": 14_000_000,
-    "fourteenth": 15_000_000,
-    "fifteenth": 16_000_000,
-    "sixteenth": 17_000_000,
-    "seventeenth": 18_000_000,
-    "eighteenth": 19_000_000,
-    "nineteenth": 20_000_000,
-    "twentieth": 21_000_000,
-    "twenty-first": 22_000_000,
-    "twenty-second": 23_000_000,
+    name: 1_000_000 * number
+    for number, name in enumerate(
+        (
+            *("development", "reported", "second", "third", "fourth", "fifth", "sixth", "seventh"),
+            *("eighth", "ninth", "tenth", "eleventh", "twelfth", "thirteenth", "fourteenth"),
+            *("fifteenth", "sixteenth", "seventeenth", "eighteenth", "nineteenth", "twentieth"),
+            *("twenty-first", "twenty-second"),
+        ),
+        start=1,
+    )
 }
 """First seed of each split; no machine, run or disturbance is in two of them.
 

@@ -28,6 +28,28 @@ from benchmarks.results_page import as_table
 CLOSED = 0.8
 """Share of the reducible gap that a correctly named effect should close [1]."""
 
+FIGURES = {
+    "Falsely named, nothing missing": "at most 2 %",
+    "Falsely named, effect deleted from the catalogue": "at most 10 %",
+    "... and not marked as in doubt": "at most 10 %",
+    "Falsely named, effect in no catalogue": "at most 10 %",
+    "... of these two: same thing in other words": "",
+    "Named right, strong effect": "at least 90 %",
+    "Named wrong, strong effect": "at most 3 %",
+    "Named right, effect larger than usual": "at least 80 %",
+    "Mistake of the machine's file: kind and place right": "at least 75 %",
+    "... or among others that the runs cannot exclude": "",
+    "Both of a pair named, and nothing else": "at least 50 %",
+    "Named wrong, weaker effect": "at most 10 %",
+    "Truth in the answer, if one is given, or in its set": "at least 97 %",
+    "Nothing false in an answer with a name and not in doubt": "at least 95 %",
+    "... with a name and in doubt": "",
+    "Reducible gap closed on the held-out run, named right: median": "at least 80 %",
+    "... cases that close 80 % of it": "",
+    "Processor seconds a case: median": "under 60 (30 s on two cores)",
+}
+"""What is asked of the gap finder, and its target."""
+
 
 markdown = partial(as_table, flush="---:")
 """A table with all columns except the first aligned right."""
@@ -38,12 +60,13 @@ def share(some: int, of: int) -> str:
     return f"{some} of {of} ({100.0 * some / of:.0f} %)" if of else "-"
 
 
-def bounded(some: int, of: int) -> str:
-    """Return a share with its 95 % interval (Wilson)."""
-    if not of:
+def bounded(some: Sequence[Record], *outcomes: str, even_in_doubt: bool = True) -> str:
+    """Return the share of records with some outcomes, with its 95 % interval (Wilson)."""
+    if not some:
         return "-"
-    low, high = proportion_confint(some, of, method="wilson")
-    return f"{share(some, of)}; {100.0 * low:.0f} to {100.0 * high:.0f} %"
+    kept = [one for one in with_outcome(some, *outcomes) if even_in_doubt or not one.in_doubt]
+    low, high = proportion_confint(len(kept), len(some), method="wilson")
+    return f"{share(len(kept), len(some))}; {100.0 * low:.0f} to {100.0 * high:.0f} %"
 
 
 def median(values: Sequence[float], form: str = "{:.2f}") -> str:
@@ -86,92 +109,37 @@ def by_simulator(folders: Sequence[Sequence[Record]]) -> str:
 
 def _target_rows(records: Sequence[Record]) -> list[list[str]]:
     """Return the rows of figure, target and result."""
-    single, beyond = of_kind(records, "effect"), of_kind(records, "beyond")
-    mistakes, pairs = of_kind(records, "mistake"), of_kind(records, "pair")
+    none, single, beyond, outside, deleted, mistakes, pairs = (
+        of_kind(records, kind)
+        for kind in ("none", "effect", "beyond", "outside", "deleted", "mistake", "pair")
+    )
     strong = [one for one in single if one.strength == "strong"]
     others = [one for one in single if one.strength != "strong"]
-    unlisted = of_kind(records, "deleted", "outside")
-    same = with_outcome(unlisted, SAME)
     told = with_outcome(single, RIGHT, ONE_OF, WRONG, MORE)
-    kept = [one for one in named_right(records) if one.closed >= CLOSED]
-
-    def wrong_of(some: list[Record]) -> str:
-        return bounded(len(with_outcome(some, WRONG, MORE)), len(some))
-
-    def held_where(*, in_doubt: bool) -> str:
-        some = [one for one in records if one.in_doubt is in_doubt]
-        kept = with_outcome(some, *HOLDING)
-        return bounded(len(kept), len(kept) + len(with_outcome(some, *FALSE)))
-
-    def false_in(kind: str, *, even_in_doubt: bool = True) -> str:
-        asked = of_kind(records, kind)
-        false = [one for one in with_outcome(asked, NAMED) if even_in_doubt or not one.in_doubt]
-        return bounded(len(false), len(asked))
-
-    return [
-        ["Falsely named, nothing missing", "at most 2 %", false_in("none")],
-        ["Falsely named, effect deleted from the catalogue", "at most 10 %", false_in("deleted")],
-        [
-            "... and not marked as in doubt",
-            "at most 10 %",
-            false_in("deleted", even_in_doubt=False),
-        ],
-        ["Falsely named, effect in no catalogue", "at most 10 %", false_in("outside")],
-        ["... of these two: same thing in other words", "", bounded(len(same), len(unlisted))],
-        [
-            "Named right, strong effect",
-            "at least 90 %",
-            bounded(len(with_outcome(strong, RIGHT)), len(strong)),
-        ],
-        ["Named wrong, strong effect", "at most 3 %", wrong_of(strong)],
-        [
-            "Named right, effect larger than usual",
-            "at least 80 %",
-            bounded(len(with_outcome(beyond, RIGHT)), len(beyond)),
-        ],
-        [
-            "Mistake of the machine's file: kind and place right",
-            "at least 75 %",
-            bounded(len(with_outcome(mistakes, RIGHT)), len(mistakes)),
-        ],
-        [
-            "... or among others that the runs cannot exclude",
-            "",
-            bounded(len(with_outcome(mistakes, RIGHT, ONE_OF)), len(mistakes)),
-        ],
-        [
-            "Both of a pair named, and nothing else",
-            "at least 50 %",
-            bounded(len(with_outcome(pairs, BOTH)), len(pairs)),
-        ],
-        [
-            "Named wrong, weaker effect",
-            "at most 10 %",
-            wrong_of(others),
-        ],
-        [
-            "Truth in the answer, if one is given, or in its set",
-            "at least 97 %",
-            bounded(len(with_outcome(told, RIGHT, ONE_OF, MORE)), len(told)),
-        ],
-        [
-            "Nothing false in an answer with a name and not in doubt",
-            "at least 95 %",
-            held_where(in_doubt=False),
-        ],
-        ["... with a name and in doubt", "", held_where(in_doubt=True)],
-        [
-            "Reducible gap closed on the held-out run, named right: median",
-            "at least 80 %",
-            median([100.0 * one.closed for one in named_right(records)], "{:.0f} %"),
-        ],
-        ["... cases that close 80 % of it", "", share(len(kept), len(named_right(records)))],
-        [
-            "Processor seconds a case: median",
-            "under 60 (30 s on two cores)",
-            median([one.table["seconds"]["cpu"] for one in records], "{:.0f}"),
-        ],
+    naming = with_outcome(records, *HOLDING, *FALSE)
+    sure, in_doubt = ([one for one in naming if one.in_doubt is it] for it in (False, True))
+    reducible = named_right(records)
+    found = [
+        bounded(none, NAMED),
+        bounded(deleted, NAMED),
+        bounded(deleted, NAMED, even_in_doubt=False),
+        bounded(outside, NAMED),
+        bounded([*deleted, *outside], SAME),
+        bounded(strong, RIGHT),
+        bounded(strong, WRONG, MORE),
+        bounded(beyond, RIGHT),
+        bounded(mistakes, RIGHT),
+        bounded(mistakes, RIGHT, ONE_OF),
+        bounded(pairs, BOTH),
+        bounded(others, WRONG, MORE),
+        bounded(told, RIGHT, ONE_OF, MORE),
+        bounded(sure, *HOLDING),
+        bounded(in_doubt, *HOLDING),
+        median([100.0 * one.closed for one in reducible], "{:.0f} %"),
+        share(sum(one.closed >= CLOSED for one in reducible), len(reducible)),
+        median([one.table["seconds"]["cpu"] for one in records], "{:.0f}"),
     ]
+    return [[*figure, text] for figure, text in zip(FIGURES.items(), found, strict=True)]
 
 
 def outcomes(records: Sequence[Record]) -> str:

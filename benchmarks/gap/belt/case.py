@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from benchmarks.gap import enclosed, laws
 from benchmarks.gap.belt import effects
-from benchmarks.gap.belt.drive import families, make_drive
-from benchmarks.gap.belt.machine import Machine
+from benchmarks.gap.belt.drive import tests_up_to
+from benchmarks.gap.belt.machine import TOP_SPEED, Machine
 from benchmarks.gap.belt.march import March
 from benchmarks.gap.belt.numbers import CLASS, draw_drawing
 from benchmarks.gap.belt.owner import MISTAKES, page_of
@@ -25,7 +25,7 @@ def _machine(case: TruthCase) -> Machine:
 SHOP = Shop(
     machine=_machine,
     effects=effects_of(effects, enclosed, laws),
-    make_drive=make_drive,
+    tests=tests_up_to(TOP_SPEED),
     columns=(
         *("time_s", "speed_rpm", "feed_z_mm_min", "torque_Nm"),
         *(f"{name}_degC" for name in THERMOMETERS),
@@ -36,7 +36,6 @@ SHOP = Shop(
     drawing=draw_drawing,
     file_of=page_of,
     march=March,
-    families=families,
     hall={"mean": (19.0, 25.0), "swing": (0.5, 2.5)},
     outside={"hall_degC": 0},
     instruments=Instruments((0.03, 0.06), (0.2, 0.35), 0.04),

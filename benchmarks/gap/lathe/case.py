@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 
 from benchmarks.gap import enclosed, laws
 from benchmarks.gap.belt import effects as of_belts
 from benchmarks.gap.belt.case import SHOP as BELTS
-from benchmarks.gap.belt.drive import make_drive
-from benchmarks.gap.belt.machine import TOP_SPEED as BELTS_TOP_SPEED
+from benchmarks.gap.belt.drive import tests_up_to
 from benchmarks.gap.case import TruthCase
 from benchmarks.gap.hidden import effects_of
 from benchmarks.gap.lathe import effects
@@ -26,7 +24,7 @@ SHOP = replace(
     BELTS,
     machine=_lathe,
     effects=effects_of(effects, of_belts, enclosed, laws),
-    make_drive=partial(make_drive, slower=TOP_SPEED / BELTS_TOP_SPEED),
+    tests=tests_up_to(TOP_SPEED),
     columns=(
         *("time_s", "speed_rpm", "feed_mm_min"),
         *(f"{name}_degC" for name in (*TABLES["thermometers"], "hall")),

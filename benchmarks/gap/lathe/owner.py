@@ -17,7 +17,7 @@ from benchmarks.gap.belt.owner import GUESSED
 from benchmarks.gap.case import Mistake
 from benchmarks.gap.enclosed import BoltedMass, StirredNut
 from benchmarks.gap.hidden import variant
-from benchmarks.gap.lathe.machine import RING_J_PER_K, TOP_SPEED, TRAVEL
+from benchmarks.gap.lathe.machine import RING_J_PER_K, TOP_SPEED
 from benchmarks.gap.lathe.numbers import CLASS, COUNTS, DIAMETERS, TABLES, Drawing
 from benchmarks.gap.laws import PartSource
 
@@ -26,26 +26,8 @@ Table = dict[str, Any]
 JOINT, FILM, LOSS = 2.5, 2.0, 2.5
 """Handbook values are good to these factors [1]."""
 
-LUMPS: dict[str, tuple[str, float, float, str]] = {
-    "spindle_front": ("spindle", 0.0, 1.0 / 3.0, "front"),
-    "spindle_middle": ("spindle", 1.0 / 3.0, 0.7, "front"),
-    "spindle_rear": ("spindle", 0.7, 1.0, "rear"),
-    "headstock_front": ("headstock", 0.0, 0.5, "front"),
-    "headstock_rear": ("headstock", 0.5, 1.0, "rear"),
-    "bed_left": ("bed", 0.0, TRAVEL[0], "bed_left"),
-    "bed_middle": ("bed", *TRAVEL, "bed_left"),
-    "bed_right": ("bed", TRAVEL[1], 1.0, "bed_right"),
-    "carriage": ("carriage", 0.0, 1.0, "slide"),
-    "slide": ("slide", 0.0, 1.0, "slide"),
-    "z_nut": ("z_nut", 0.0, 1.0, "z_nut"),
-    "z_screw": ("z_screw", 0.0, 1.0, "z_nut"),
-    "z_motor": ("z_motor", 0.0, 1.0, "z_motor"),
-    "x_nut": ("x_nut", 0.0, 1.0, "x_nut"),
-    "x_screw": ("x_screw", 0.0, 1.0, "x_nut"),
-    "x_motor": ("x_motor", 0.0, 1.0, "x_motor"),
-    "spindle_motor": ("spindle_motor", 0.0, 1.0, "motor"),
-}
-"""Lump: its bar, from where to where of it (0 to 1), and the thermometer at which it starts."""
+LUMPS = TABLES["lumps"]
+"""By name: bar, from where to where of it [1], and the thermometer at which it starts."""
 
 VALUES = CLASS.nominal()
 """What handbooks say."""
@@ -163,21 +145,8 @@ class _Writer:
             join(f"{which}_inner", f"spindle_{which}", COUNTS[i] * VALUES["seat_shaft"])
             join(f"{which}_outer", f"headstock_{which}", COUNTS[i] * VALUES["seat"])
             join(f"headstock_{which}", "bed_left", 0.5 * VALUES["foot"])
-        for one, other, name in (
-            ("carriage", "bed_middle", "z_guide"),
-            ("carriage", "slide", "x_guide"),
-            ("z_nut", "carriage", "z_nut_joint"),
-            ("z_nut", "z_screw", "z_ball"),
-            ("z_motor", "bed_right", "z_motor_joint"),
-            ("z_screw", "bed_right", "z_screw_ends"),
-            ("x_nut", "slide", "x_nut_joint"),
-            ("x_nut", "x_screw", "x_ball"),
-            ("x_motor", "carriage", "x_motor_joint"),
-            ("x_screw", "carriage", "x_screw_ends"),
-            ("spindle_motor", "bed_left", "motor_foot"),
-            ("spindle_front", "inside", "chuck"),
-        ):
-            join(one, other, VALUES[name] * (0.09 if name == "chuck" else 1.0))
+        for name, (one, other, share) in TABLES["joints"].items():
+            join(one, other, VALUES[name] * share)
         return found + self._films()
 
     def _films(self) -> list[Table]:

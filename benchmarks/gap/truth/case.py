@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from benchmarks.gap import laws
 from benchmarks.gap.case import CaseRun, Instruments, Shop, TruthCase
 from benchmarks.gap.hidden import Hidden, effects_of
 from benchmarks.gap.truth import effects
-from benchmarks.gap.truth.drive import FAMILIES, make_drive
+from benchmarks.gap.truth.drive import TESTS
 from benchmarks.gap.truth.march import March
 from benchmarks.gap.truth.spindle import CLASS, Spindle
 
@@ -20,23 +18,11 @@ COLUMNS = (
 )
 
 
-def _families(rng: np.random.Generator) -> list[str]:
-    """Return one family per run; torque occurs in at least two, one of them the first four."""
-    loaded = ["random", "stop_and_go", "blocks"]
-    plain = [name for name in FAMILIES if name not in loaded]
-    rng.shuffle(loaded)
-    rng.shuffle(plain)
-    calibration = [loaded[0], loaded[1], plain[0], plain[1]]
-    rng.shuffle(calibration)
-    return [*calibration, loaded[2]]
-
-
 SHOP = Shop(
     machine=lambda case: Spindle(CLASS.draw(case.stream(0)), case.resolution),
     march=March,
     effects=effects_of(effects, laws),
-    make_drive=make_drive,
-    families=_families,
+    tests=TESTS,
     hall={"mean": (20.0, 24.0), "swing": (0.6, 2.0), "coolant": (20.5, 23.0)},
     columns=COLUMNS,
     outside={"T5_degC": 0, "T9_degC": 2},
