@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from dataclasses import replace
 from math import log, pi
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -39,7 +40,7 @@ def drawn() -> dict[str, float]:
     bearing = 0.68 * 7850.0 * ring(90.0, 55.0) * 0.018 * 470.0
     rear, motor, front = ring(160.0, 90.0), ring(190.0, 150.0), ring(190.0, 90.0)
     lengths = (0.16, 0.18, 0.14)
-    return {
+    return tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8")) | {
         "c_shaft_rear": STEEL * ring(55.0, 20.0) * 0.14,
         "c_shaft_middle": STEEL * ring(55.0, 20.0) * 0.2,
         "c_shaft_front": STEEL * (ring(55.0, 20.0) * 0.14 + ring(80.0, 20.0) * 0.06),
@@ -58,13 +59,6 @@ def drawn() -> dict[str, float]:
         "ka_housing": K * float(np.average([rear, motor, front], weights=lengths)),
         "kt_housing": K
         * float(np.average([0.035 / 0.0625, 0.02 / 0.085, 0.05 / 0.07], weights=lengths)),
-        "c_pedestal": 480.0 * 500.0,
-        "c_column": 900.0 * 500.0,
-        "f0_front": 0.53,
-        "f0_rear": 0.53,
-        "preload_rear": 250.0,
-        "viscosity": 26.0,
-        "width": 170.0,
         # Seats of 5 kW/(m2 K), shrunk laminations of 2.5, each with a third of the wall; balls.
         "j_inner": joint(5000.0, 55.0, 18.0, 55.0, 20.0),
         "j_outer_front": joint(5000.0, 90.0, 18.0, 90.0, 190.0),
@@ -73,20 +67,6 @@ def drawn() -> dict[str, float]:
         "j_race_rear": 12.0 * 72.5 / 70.0,
         "j_rotor": joint(2500.0, 55.0, 140.0, 55.0, 20.0),
         "j_stator": joint(2500.0, 150.0, 140.0, 150.0, 190.0),
-        "j_column": 10.0,
-        "ua_front": 129.0,
-        "ua_motor": 311.0,
-        "ua_rear": 55.0,
-        "uneven_front_x": 0.63,
-        "uneven_front_y": 0.31,
-        "uneven_motor_x": 0.63,
-        "uneven_motor_y": 0.31,
-        "h_housing": 7.5,
-        "h_pedestal": 7.5,
-        "h_column": 7.5,
-        "h_nose": 87.0,
-        "h_bar": 77.0,
-        "alpha_iron": 10.5,
     }
 
 

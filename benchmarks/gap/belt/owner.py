@@ -11,34 +11,20 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.gap.belt.drive import TOP_FEED
-from benchmarks.gap.belt.machine import TOP_SPEED
-from benchmarks.gap.belt.numbers import FRONT_AT, REAR_AT, YAW, Drawing, Stretch
+from benchmarks.gap.belt.numbers import YAW, Drawing, Stretch
 from benchmarks.gap.case import Mistake
 from benchmarks.gap.enclosed import BoltedMass, StirredNut
 from benchmarks.gap.hidden import variant
 from benchmarks.gap.laws import PartSource
+from benchmarks.gap.owner import guesser, told
 
 Page = dict[str, Any]
-
-CELLS = {"longest": 60.0, "sectors": 4}
-"""How finely the owner has the spindle cut: half as fine as the usual, and asked in a fifth of the
-time; an exact page leaves as little with it."""
-
-GUESSED = (0.08, 0.15)
-"""How far off a guessed mass or surface is: standard deviation of the logarithm, and the most."""
 
 
 def page_of(drawing: Drawing, careless: np.random.Generator | None = None) -> Page:
     """Return the page of a machine, its guesses exact or drawn by *careless*."""
 
-    def about(value: float) -> float:
-        if careless is None:
-            return value
-        deviation, most = GUESSED
-        off = float(np.clip(deviation * careless.standard_normal(), -most, most))
-        return float(f"{value * np.exp(off):.3g}")
-
+    about, alike = guesser(careless), told(__file__)
     d = drawing
 
     def carrier(name: str, **more: Any) -> Page:
@@ -48,47 +34,17 @@ def page_of(drawing: Drawing, careless: np.random.Generator | None = None) -> Pa
     def span(one: Stretch) -> Page:
         return {"from": one.start, "to": one.end, "outer": one.outer, "inner": one.inner}
 
-    inputs = {
-        "speed": ("rpm", "speed_rpm", 0.0, TOP_SPEED, None),
-        "feed_z": ("mm_min", "feed_z_mm_min", 0.0, TOP_FEED, 0.0),
-        "torque": ("Nm", "torque_Nm", 0.0, 60.0, 0.0),
-        "ambient": ("degC", "hall_degC", -20.0, 60.0, None),
-    }
-    grease = {"lubrication": "grease", "grade": 22.0, "running_temperature": 55.0}
     bend = {"against": "column_top", "pitch": 1.0, "yaw": YAW}
     bend |= {"width": d.bend_width, "length": d.bend_length, "lever": d.bend_lever}
     return {
-        "format": 1,
-        "kind": "drawing",
-        "name": "owners_machine",
-        "title": "Milling spindle with belt drive, as its owner draws it",
-        "cells": CELLS,
-        "thermometers": [
-            {"name": "front", "part": "housing", "at": FRONT_AT, "side": "Y+"},
-            {"name": "front_below", "part": "housing", "at": FRONT_AT, "side": "Y-"},
-            {"name": "rear", "part": "housing", "at": REAR_AT, "side": "Y+"},
-            {"name": "headstock", "part": "headstock"},
-            {"name": "column_top", "part": "column_top"},
-            {"name": "column", "part": "column"},
-            {"name": "nut", "part": "z_nut"},
-            {"name": "inside", "part": "enclosure"},
-        ],
-        "inputs": {
-            name: {"unit": unit, "column": column, "low": low, "high": high}
-            | ({} if default is None else {"default": default})
-            for name, (unit, column, low, high, default) in inputs.items()
-        },
+        **alike["head"],
         "shaft": {"gauge_line": d.gauge_line, "stretches": [span(s) for s in d.shaft]},
         "housing": {
             "material": "cast_iron",
             "air": "enclosure",
             "stretches": [span(s) for s in d.housing],
         },
-        "bearings": [
-            {"name": "front", "at": FRONT_AT, "designation": "7012", "count": 2, "locates": True}
-            | grease,
-            {"name": "rear", "at": REAR_AT, "designation": "NN3011"} | grease,
-        ],
+        "bearings": alike["bearings"],
         "motor": {
             "drive": "belt",
             "from": d.pulley.start,
@@ -113,12 +69,7 @@ def page_of(drawing: Drawing, careless: np.random.Generator | None = None) -> Pa
         ],
         "enclosure": {"volume": about(d.volume), "wall": about(d.walls)},
         "tool": {"length": d.tool_length, "diameter": d.tool_diameter},
-        "rig": {
-            "kind": "direct",
-            "axes": {f"disp_{a}": {"axis": a.upper(), "sign": 1} for a in "xyz"},
-            "noise_um": 0.3,
-            "resolution_um": 0.1,
-        },
+        "rig": alike["rig"],
     }
 
 

@@ -7,19 +7,19 @@ handbooks with their ranges, and knows nothing of what is hidden.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from benchmarks.gap.belt.drive import TOP_FEED
-from benchmarks.gap.belt.owner import GUESSED
 from benchmarks.gap.case import Mistake
 from benchmarks.gap.enclosed import BoltedMass, StirredNut
 from benchmarks.gap.hidden import variant
-from benchmarks.gap.lathe.machine import RING_J_PER_K, TOP_SPEED
+from benchmarks.gap.lathe.machine import RING_J_PER_K
 from benchmarks.gap.lathe.numbers import CLASS, COUNTS, DIAMETERS, TABLES, Drawing
 from benchmarks.gap.laws import PartSource
+from benchmarks.gap.owner import guesser, told
 
 Table = dict[str, Any]
 
@@ -45,21 +45,9 @@ def _exact(value: float, unit: str) -> Table:
 
 def file_of(drawing: Drawing, careless: np.random.Generator | None = None) -> Table:
     """Return the file of a lathe, its guesses exact or drawn by *careless*."""
-    writer = _Writer(drawing, careless)
-    inputs = {
-        "speed": ("rpm", "speed_rpm", 0.0, TOP_SPEED, None),
-        "feed": ("mm_min", "feed_mm_min", 0.0, TOP_FEED, 0.0),
-        "ambient": ("degC", "hall_degC", -20.0, 60.0, None),
-    }
+    writer, alike = _Writer(drawing, careless), told(__file__)
     return {
-        "format": 1,
-        "name": "owners_lathe",
-        "title": "Lathe with two feed axes, as its owner writes it down",
-        "inputs": {
-            name: {"unit": unit, "column": column, "low": low, "high": high}
-            | ({} if default is None else {"default": default})
-            for name, (unit, column, low, high, default) in inputs.items()
-        },
+        **alike["head"],
         "numbers": {
             name: _number(VALUES[name], "W/(m2 K)", FILM, "air and radiation", free=True)
             for name in ("hall", "inside")
@@ -72,20 +60,7 @@ def file_of(drawing: Drawing, careless: np.random.Generator | None = None) -> Ta
             {"name": name, "of": node, "noise": 0.05, "resolution": 0.01}
             for name, (*_, node) in TABLES["thermometers"].items()
         ],
-        "rig": {
-            "kind": "direct",
-            "axes": {f"disp_{a}": {"axis": a.upper(), "sign": 1} for a in "xz"},
-            "noise_um": 0.3,
-            "resolution_um": 0.1,
-        },
-        "axis": {"slew_um_per_s": 1.0, "limit_um": 300.0, "resolution_um": 0.1},
-        "effects": {
-            name: {}
-            for name in (
-                *("conduction", "surface_convection", "bearing_friction", "motor_loss"),
-                *("feed_friction", "thermal_expansion"),
-            )
-        },
+        **alike["tail"],
     }
 
 
@@ -93,19 +68,12 @@ class _Writer:
     """Writes the tables of one lathe."""
 
     def __init__(self, drawing: Drawing, careless: np.random.Generator | None) -> None:
-        self.drawing, self._careless = drawing, careless
-        self._guessed: dict[tuple[str, str], float] = {}
+        self.drawing, self._about = drawing, guesser(careless)
+        self._guess = cache(self._guessed)  # Asked twice, the same.
 
-    def _guess(self, part: str, what: str) -> float:
-        """Return a part's mass or surface as the owner takes it; asked twice, the same."""
-        value = float(getattr(self.drawing.parts[part], what))
-        if self._careless is None:
-            return value
-        if (part, what) not in self._guessed:
-            deviation, most = GUESSED
-            off = np.clip(deviation * self._careless.standard_normal(), -most, most)
-            self._guessed[part, what] = float(f"{value * np.exp(off):.3g}")
-        return self._guessed[part, what]
+    def _guessed(self, part: str, what: str) -> float:
+        """Return a part's mass or surface as the owner takes it."""
+        return self._about(float(getattr(self.drawing.parts[part], what)))
 
     def nodes(self) -> list[Table]:
         """Return the lumps, the rings and the air."""
