@@ -8,6 +8,7 @@ answered, and the verdict says so.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from math import nan
@@ -255,7 +256,8 @@ def _run_report(
         verdict, sensor = SENSOR, faults[0].column.rsplit("_", 1)[0]
         reasons = [*(fault.line() for fault in faults), *reasons]
     elif never is not None or len(broken) >= WORTH_SHARE * len(driven.outputs):
-        said = broken[-1] if never is None else never
+        times = Counter(output.status_sensor for output in broken)
+        said = never or max(broken, key=lambda output: times[output.status_sensor])
         verdict = SENSOR
         sensor = sensors[said.status_sensor - 1] if said.status_sensor else None
         reasons = [said.status_text, *reasons]

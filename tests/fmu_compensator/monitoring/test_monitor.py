@@ -73,8 +73,14 @@ def test_runs_like_the_training_fit(model):
 WANDERING = changed(NEW[1], T1_degC=NEW[1].frame["T1_degC"] + np.linspace(0.0, 6.0, len(ROWS)))
 STOPS = changed(NEW[0], T1_degC=NEW[0].frame["T1_degC"].where(len(ROWS) // 3 > ROWS))
 
+COMES_BACK = changed(
+    NEW[0],
+    T1_degC=NEW[0].frame["T1_degC"].where(abs(ROWS - len(ROWS) // 2) > len(ROWS) // 6),
+    T2_degC=NEW[0].frame["T2_degC"].where(len(ROWS) - 1 > ROWS),
+)
 
-@pytest.mark.parametrize("broken", [WANDERING, STOPS])
+
+@pytest.mark.parametrize("broken", [WANDERING, STOPS, COMES_BACK])
 def test_a_thermometer_is_named_and_not_the_machine(model, broken):
     report = monitor(model, [NEW[2], broken])
     assert report.verdict == SENSOR
