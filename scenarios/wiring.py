@@ -226,7 +226,8 @@ def check_signals(
             raise BadInput(
                 source,
                 f"signals.{name}",
-                f"is not an input of the plant FMU: {', '.join(inputs)}",
+                f"is not an input of the plant FMU: {', '.join(inputs)}; correct it, or remove it"
+                " from a copy of the scenario",
             )
 
 

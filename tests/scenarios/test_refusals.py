@@ -63,7 +63,7 @@ REFUSED = [
     (f"{SSP} --set 'faults=[{FAULT}]'", "faults: cannot be put into an .ssp"),
     (f"{SSP} --set compensator.probe.every_s=60", "compensator.probe: cannot be put into"),
     (f"{SSP} --variant nope", "--variant: 'nope' is not one of main"),
-    (f"{SSP} --set signals.speeed=1", "signals.speeed: is not an input of the plant FMU"),
+    (f"{SSP} --set signals.speeed=1", "correct it, or remove it from a copy"),
     (f"{SSP} --plant compensator.fmu", "is no plant"),
     (f"{SSP} -o /", "cannot be written"),
     ("ssp replay", "replay: has no plant to put into an .ssp"),
