@@ -36,7 +36,7 @@ def test_no_simulator_shares_anything_with_the_model_under_test():
     folder = Path(benchmarks.gap.truth.__file__).parent
     beside = [
         folder.parent / f"{name}.py"
-        for name in ("case", "drive", "hidden", "laws", "march", "numbers")
+        for name in ("case", "drive", "hidden", "laws", "march", "numbers", "cells")
     ]
     for path in (*folder.parent.rglob("*/**/*.py"), *beside):
         for node in ast.walk(ast.parse(path.read_text())):

@@ -6,14 +6,12 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from benchmarks.gap.belt.groups import Groups
 from benchmarks.gap.belt.laws import viscous_torque, watts
+from benchmarks.gap.cells import Array
 from benchmarks.gap.numbers import Numbers
-
-Array = NDArray[np.float64]
 
 BEARINGS = ("front", "rear")
 

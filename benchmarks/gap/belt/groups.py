@@ -3,52 +3,24 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse import coo_matrix, csr_matrix
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from benchmarks.gap.cells import Array, Cells, Index
 
 
-class Groups:
-    """Collects heat capacities and conductances.
-
-    Attributes
-    ----------
-    parts : dict of str to array of int
-        The unknowns of every part.
-    """
+class Groups(Cells):
+    """Collects heat capacities and conductances."""
 
     def __init__(self) -> None:
-        self.parts: dict[str, Index] = {}
-        self._capacity: list[Array] = []
-        self._size = 0
+        super().__init__()
         self._inner: dict[str, list[coo_matrix]] = {}
         self._outer: dict[str, list[tuple[Index, Array]]] = {}
-
-    @property
-    def size(self) -> int:
-        """How many unknowns there are so far."""
-        return self._size
-
-    @property
-    def capacity(self) -> Array:
-        """Heat capacity of every unknown [J/K]."""
-        return np.concatenate(self._capacity)
 
     @property
     def names(self) -> list[str]:
         """Names of all groups."""
         return list(dict.fromkeys([*self._inner, *self._outer]))
-
-    def add(self, part: str, capacity: ArrayLike) -> Index:
-        """Add a part's unknowns with their heat capacities [J/K]; return their numbers."""
-        values = np.atleast_1d(np.asarray(capacity, dtype=float))
-        numbers = np.arange(self._size, self._size + len(values))
-        self._capacity.append(values)
-        self._size += len(values)
-        self.parts[part] = numbers
-        return numbers
 
     def solid(self, group: str, numbers: Index, matrix: csr_matrix) -> None:
         """Add a conduction matrix [W/K] (positive definite) of a part's unknowns."""
@@ -72,15 +44,15 @@ class Groups:
 
     def matrix(self, group: str) -> csr_matrix:
         """Return heat into every unknown per kelvin of every unknown [W/K]."""
-        total = csr_matrix((self._size, self._size))
+        total = csr_matrix((self.size, self.size))
         for part in self._inner.get(group, []):
-            part.resize(self._size, self._size)
+            part.resize(self.size, self.size)
             total = total + part.tocsr()
         return total
 
     def hall(self, group: str) -> Array:
         """Return heat into every unknown per kelvin of the hall [W/K]."""
-        total = np.zeros(self._size)
+        total = np.zeros(self.size)
         for numbers, conductance in self._outer.get(group, []):
             np.add.at(total, numbers, conductance)
         return total

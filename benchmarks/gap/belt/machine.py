@@ -11,7 +11,6 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.gap.belt.grouped import BEARINGS, Grouped
 from benchmarks.gap.belt.laws import (
@@ -19,12 +18,11 @@ from benchmarks.gap.belt.laws import (
     turning_film,
     turning_share,
 )
-from benchmarks.gap.belt.mesh import Index, Solid, revolve
+from benchmarks.gap.belt.mesh import Solid, revolve
 from benchmarks.gap.belt.numbers import FRONT_AT, REAR_AT, YAW, Drawing, Stretch
+from benchmarks.gap.cells import Array, Index
 from benchmarks.gap.march import Now
 from benchmarks.gap.numbers import Numbers
-
-Array = NDArray[np.float64]
 
 POSE = ("x", "y", "elongation")
 TOP_SPEED = 8000.0

@@ -11,15 +11,12 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from skfem import Basis, ElementQuad1, MeshQuad
 
 from benchmarks.gap.belt.numbers import Stretch
+from benchmarks.gap.cells import Array, Index
 from studies.finite_elements import forms
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 ALONG, ACROSS = 12.0, 9.0
 """Longest element along and across the axis [mm]."""

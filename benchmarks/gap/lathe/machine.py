@@ -5,15 +5,13 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.gap.belt.grouped import BEARINGS, Grouped
 from benchmarks.gap.belt.machine import BALLS_J_PER_K, POSE
+from benchmarks.gap.cells import Array, Index
 from benchmarks.gap.lathe.numbers import COUNTS, DIAMETERS, TABLES, Drawing
 from benchmarks.gap.march import Now
 from benchmarks.gap.numbers import Numbers
-
-Array = NDArray[np.float64]
 
 TOP_SPEED = 4000.0
 RING_J_PER_K = (520.0, 260.0)
@@ -60,7 +58,7 @@ class Lathe(Grouped):
                 along = self.p[f"along_{name}"] * cells
                 self.net.join(name, numbers[1:], numbers[:-1], along)
 
-    def between(self, name: str, low: float, high: float) -> tuple[NDArray[np.intp], Array]:
+    def between(self, name: str, low: float, high: float) -> tuple[Index, Array]:
         """Return the cells of a bar in a span of it (0 to 1), and the share of each, sum 1."""
         numbers = self.net.parts[name]
         edges = np.linspace(0.0, 1.0, len(numbers) + 1)
@@ -150,7 +148,7 @@ class Lathe(Grouped):
     # Surfaces.
 
     @cached_property
-    def faces(self) -> tuple[NDArray[np.intp], Array]:
+    def faces(self) -> tuple[Index, Array]:
         """Surfaces in the hall: cells, and the area of each [m2]."""
         named = {n: part for n, part in self.drawing.parts.items() if part.air == "hall"}
         cells = [self.parts[name] for name in named]

@@ -17,7 +17,7 @@ from benchmarks.gap.case import Mistake
 from benchmarks.gap.enclosed import BoltedMass, StirredNut
 from benchmarks.gap.hidden import variant
 from benchmarks.gap.lathe.machine import RING_J_PER_K
-from benchmarks.gap.lathe.numbers import CLASS, COUNTS, DIAMETERS, TABLES, Drawing
+from benchmarks.gap.lathe.numbers import CLASS, COUNTS, TABLES, Drawing
 from benchmarks.gap.laws import PartSource
 from benchmarks.gap.owner import guesser, told
 
@@ -134,33 +134,10 @@ class _Writer:
 
     def sources(self) -> list[Table]:
         """Return bearings, motor and feed axes."""
-        found: list[Table] = []
-        for i, which in enumerate(("front", "rear")):
-            found.append(
-                {
-                    "kind": "bearing",
-                    "name": which,
-                    "inner": f"{which}_inner",
-                    "outer": f"{which}_outer",
-                    "driven_by": "speed",
-                    "count": _exact(COUNTS[i], "1"),
-                    "mean_diameter": _number(DIAMETERS[i], "mm", 1.01, "catalogue"),
-                    "f0": _number(1.0, "1", LOSS, "handbook, grease", free=True),
-                    "f1": _number(0.001, "1", 1.5, "handbook"),
-                    "preload": _number(950.0, "N", LOSS, "class", free=True),
-                    "viscosity": _number(28.0, "mm2/s", 1.3, "grease, base oil"),
-                }
-            )
-        found.append(
-            {
-                "kind": "motor",
-                "name": "motor",
-                "rotor": "spindle_motor",
-                "stator": "spindle_motor",
-                "driven_by": "speed",
-                "loss": _number(40.0, "W/(1000 r/min)", LOSS, "plate", free=True),
-            }
-        )
+        found = [
+            {key: _number(**one) if "factor" in one else one for key, one in source.items()}
+            for source in told(__file__)["sources"]
+        ]
         for name in ("z_nut", "z_screw", "z_motor", "x_nut", "x_screw", "x_motor"):
             loss = _number(VALUES[f"{name}_loss"], "W/(m/min)", LOSS, "class", free=True)
             feed = {"kind": "feed_axis", "name": name, "node": name, "driven_by": "feed"}

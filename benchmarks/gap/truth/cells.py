@@ -5,40 +5,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from benchmarks.gap.cells import Array, Cells, Index
 
 AIR, HALL, INLET = range(3)
 """Boundary temperatures: air at the spindle, air at column and bed, coolant at the jackets."""
 BOUNDARIES = 3
 
 
-class Network:
-    """A network whose conductances stand in named groups, so that a group can be scaled.
-
-    Attributes
-    ----------
-    parts : dict of str to array of int
-        The cells of every part, in the part's own shape.
-    """
+class Network(Cells):
+    """A network whose conductances stand in named groups, so that a group can be scaled."""
 
     def __init__(self) -> None:
-        self.parts: dict[str, Index] = {}
-        self._capacity: list[Array] = []
-        self._size = 0
+        super().__init__()
         self._links: dict[str, list[tuple[Index, Index, Array, bool]]] = {}
         self._outside: dict[str, list[tuple[Index, int, Array]]] = {}
-
-    def add(self, part: str, capacity: ArrayLike) -> Index:
-        """Add a part's cells with their heat capacities [J/K] and return their numbers."""
-        values = np.asarray(capacity, dtype=float)
-        cells = np.arange(self._size, self._size + values.size).reshape(values.shape)
-        self._capacity.append(values.ravel())
-        self._size += values.size
-        self.parts[part] = cells
-        return cells
 
     def join(self, group: str, one: ArrayLike, other: ArrayLike, conductance: ArrayLike) -> None:
         """Join cells pairwise [W/K]."""
@@ -58,11 +40,6 @@ class Network:
         self._outside.setdefault(group, []).append((i.ravel(), which, g.ravel()))
 
     @property
-    def capacity(self) -> Array:
-        """Heat capacity of every cell [J/K]."""
-        return np.concatenate(self._capacity)
-
-    @property
     def groups(self) -> list[str]:
         """Names of all groups of conductances."""
         return list(dict.fromkeys([*self._links, *self._outside]))
@@ -73,8 +50,8 @@ class Network:
 
     def matrices(self, group: str) -> tuple[Array, Array]:
         """Return heat into every cell per kelvin of every cell and of every boundary [W/K]."""
-        inner = np.zeros((self._size, self._size))
-        outer = np.zeros((self._size, BOUNDARIES))
+        inner = np.zeros((self.size, self.size))
+        outer = np.zeros((self.size, BOUNDARIES))
         for i, j, g, one_way in self._links.get(group, []):
             np.add.at(inner, (i, j), g)
             np.add.at(inner, (i, i), -g)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from benchmarks.gap.cells import Array
 
 AIR_CONDUCTIVITY = 0.0263  # W/(m K), 27 degC
 AIR_VISCOSITY = 15.9e-6  # m2/s

@@ -9,12 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from benchmarks.gap.cells import Array
 from benchmarks.gap.numbers import Numbers
 from benchmarks.gap.truth.cells import AIR, HALL, Network, spread
-
-Array = NDArray[np.float64]
 
 SHAFT = {"rear": (-140.0, 0.0, 5), "middle": (0.0, 200.0, 6), "front": (200.0, 400.0, 7)}
 HOUSING = {"rear": (-160.0, 0.0, 5), "motor": (0.0, 180.0, 6), "front": (180.0, 320.0, 5)}

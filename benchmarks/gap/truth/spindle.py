@@ -5,14 +5,12 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from benchmarks.gap.cells import Array, Index
 from benchmarks.gap.march import Now
 from benchmarks.gap.numbers import Class, Numbers, tables
 from benchmarks.gap.truth.laws import gap_film, viscous_torque, watts
 from benchmarks.gap.truth.layout import Layout, build
-
-Array = NDArray[np.float64]
 
 POSE = ("x", "y", "elongation", "yaw", "pitch", "bar")
 GAUGE_LINE = 400.0  # mm from the mounting face
@@ -117,7 +115,7 @@ class Spindle:
     # Surfaces.
 
     @cached_property
-    def faces(self) -> tuple[NDArray[np.intp], Array]:
+    def faces(self) -> tuple[Index, Array]:
         """All outer surfaces: cells, and the area of each [m2]."""
         areas = [
             g / self.p[f"h_{group.removeprefix('film_')}"]
@@ -128,7 +126,7 @@ class Spindle:
         return np.concatenate(exposed), np.concatenate(areas)
 
     @cached_property
-    def _boundary_of_faces(self) -> NDArray[np.intp]:
+    def _boundary_of_faces(self) -> Index:
         faced = [one for parts in self.surfaces.values() for one in parts]
         return np.concatenate([np.full(len(cells), which) for cells, which, _ in faced])
 
@@ -200,7 +198,7 @@ class Spindle:
         sectors = len(layout.angles)
         found = {}
 
-        def single(cells: NDArray[np.intp] | int, name: str) -> None:
+        def single(cells: Index | int, name: str) -> None:
             weights = np.zeros(len(self.capacity))
             weights[cells] = 1.0 / np.size(cells)
             found[name] = weights
