@@ -6,7 +6,7 @@ finite-element spindle has, too. Heat capacities are lumped.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -20,6 +20,8 @@ from studies.finite_elements import forms
 
 ALONG, ACROSS = 12.0, 9.0
 """Longest element along and across the axis [mm]."""
+
+Hats = tuple[tuple[float, float], tuple[float, float]]
 
 SLIVER = 1e-6
 """Places nearer than this are one [mm]."""
@@ -59,17 +61,12 @@ class Solid:
                 round(float(self.z[i]), 6): i
                 for i in np.flatnonzero(np.abs(self.r - radius) < SLIVER).tolist()
             }
-            for low, high in pairwise(self._lines):
-                if low < stretch.start - SLIVER or high > stretch.end + SLIVER:
+            for length, hats in self._covered(start, end):
+                if hats[0][0] < stretch.start - SLIVER or hats[1][0] > stretch.end + SLIVER:
                     continue
-                a, b = max(low, start), min(high, end)
-                if b - a < SLIVER:
-                    continue
-                # The means of both hat functions over the part of the edge that is in the span.
-                later = ((a + b) / 2.0 - low) / (high - low)
-                area = 2.0 * np.pi * radius * (b - a) * 1e-6
-                for line, share in ((low, 1.0 - later), (high, later)):
-                    node = at[round(float(line), 6)]
+                area = 2.0 * np.pi * radius * length * 1e-6
+                for line, share in hats:
+                    node = at[round(line, 6)]
                     found[node] = found.get(node, 0.0) + share * area
         return np.array(list(found), dtype=np.intp), np.array(list(found.values()))
 
@@ -85,15 +82,22 @@ class Solid:
         That is how a bar whose sections stay plane grows from *start* to *end*.
         """
         weights = np.zeros(len(self.r))
-        for low, high in pairwise(self._lines):
-            a, b = max(low, start), min(high, end)
-            if b - a < SLIVER:
-                continue
-            later = ((a + b) / 2.0 - low) / (high - low)
-            for line, share in ((low, 1.0 - later), (high, later)):
-                nodes, part = self.face(float(line))
-                weights[nodes] += share * (b - a) * part
+        for length, hats in self._covered(start, end):
+            for line, share in hats:
+                nodes, part = self.face(line)
+                weights[nodes] += share * length * part
         return weights
+
+    def _covered(self, start: float, end: float) -> Iterator[tuple[float, Hats]]:
+        """Yield the length of each row of elements in a span, and the hats at both of its ends.
+
+        Of each, the place [mm] and the mean over that length.
+        """
+        for low, high in pairwise(self._lines.tolist()):
+            a, b = max(low, start), min(high, end)
+            if b - a >= SLIVER:
+                later = ((a + b) / 2.0 - low) / (high - low)
+                yield b - a, ((low, 1.0 - later), (high, later))
 
     def at(self, radius: float, place: float) -> Array:
         """Return weights that interpolate the temperature at a place."""
