@@ -17,7 +17,7 @@ import pandas as pd
 
 from measurement.errors import BadInput
 from measurement.runs import Run
-from plant_model.drive import SWITCH, Drive, drive_from
+from plant_model.drive import SWITCH, Drive, DriveError, drive_from
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import column_of, displacement_names, noise_and_resolution
@@ -197,7 +197,7 @@ def observe(
     Raises
     ------
     BadInput
-        If a run has fewer than three rows, or no channel is left.
+        If a run has fewer than three rows or cannot drive the machine, or no channel is left.
     """
     channels = channels or compared_channels(machine, runs)
     binned = [_binned(machine, run, channels, (bad or {}).get(run.name, [])) for run in runs]
@@ -215,7 +215,10 @@ def observe(
         weights = np.where(present, 1.0 / sigma, 0.0)
         covered = present.sum(axis=0) * _median_step(time)
         share = np.maximum(covered / INDEPENDENT_S, 1.0) / np.maximum(present.sum(axis=0), 1)
-        drive, switches = _driven(machine, run)
+        try:
+            drive, switches = _driven(machine, run)
+        except DriveError as error:
+            raise BadInput(run.path or run.name, "", str(error)) from None
         weights *= np.sqrt(share)
         observed.append(
             Observations(

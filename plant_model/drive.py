@@ -19,6 +19,10 @@ SWITCH = SAME_SPEED_SHARE
 """If a held input changes by more than this share of its range, the grid has an instant there
 [1]."""
 
+MOST_STEPS = 1_000_000
+"""Most steps of a run or a scenario, levels of a signal in it, or cases of a sweep: set on no
+data."""
+
 
 class DriveError(ValueError):
     """Inputs that cannot drive the machine."""
@@ -172,7 +176,10 @@ def _series(frame: pd.DataFrame, entry: Input) -> FloatArray:
         if entry.default is None:
             raise DriveError(f"{entry.column}: the machine needs this column as its {entry.name}")
         return np.full(len(frame), entry.default)
-    given = frame[column].to_numpy(dtype=np.float64)
+    try:
+        given = frame[column].to_numpy(dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise DriveError(f"{column}: {error}") from None
     present = np.isfinite(given)
     if not present.any():
         raise DriveError(f"{column}: no value in the whole run")
@@ -211,7 +218,8 @@ def drive_from(
     Raises
     ------
     DriveError
-        For fewer than two rows, time that does not increase, or a missing input.
+        For fewer than two rows, time that does not increase or leaps too far, or an input that is
+        missing or no number.
     """
     if "time_s" not in frame.columns:
         raise DriveError("time_s: the inputs need this column")
@@ -220,8 +228,14 @@ def drive_from(
         raise DriveError("time_s: at least two rows are needed, and time must ascend")
     if not step_s > 0.0:
         raise DriveError(f"step_s: {step_s:g} must be above 0")
-    series = {entry.name: _series(frame, entry) for entry in machine.inputs}
     steps = (time[-1] - time[0]) / step_s
+    if steps > MOST_STEPS:
+        leap = int(np.argmax(np.diff(time)))
+        raise DriveError(
+            f"time_s: {time[leap + 1]:g} after {time[leap]:g} s is too far: a run may have "
+            f"{MOST_STEPS} steps of {step_s:g} s"
+        )
+    series = {entry.name: _series(frame, entry) for entry in machine.inputs}
     # Rows are instants of the grid, thinned if they are denser than the steps.
     every = max(1, int(step_s / np.median(np.diff(time)) + 1e-9))
     rows = time[::every] if at is None else np.append(time[0], at[(at > time[0]) & (at < time[-1])])

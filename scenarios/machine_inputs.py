@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 
 from measurement.errors import BadInput
+from plant_model.drive import MOST_STEPS
 from plant_model.machine import Machine
 from scenarios.scenario import Case
-from scenarios.signals.base import MOST_STEPS
 
 
 def inputs_of(case: Case, machine: Machine, every_s: float) -> pd.DataFrame:

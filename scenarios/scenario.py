@@ -16,9 +16,10 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from measurement.errors import BadInput, checked, near, shown
 from measurement.files import toml_table
+from plant_model.drive import MOST_STEPS
 from scenarios.faults import SensorFault
 from scenarios.signals import build
-from scenarios.signals.base import MOST_STEPS, Duration, Setting, Signal, Value
+from scenarios.signals.base import Duration, Setting, Signal, Value
 
 LIBRARY = Path(__file__).parent / "library"
 

@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 FloatArray = NDArray[np.floating[Any]]
-MOST_STEPS = 1_000_000
-"""Most steps of a scenario, levels of a signal in it, or cases of a sweep: set on no data."""
 
 Value = Annotated[float, Field(ge=-1e9, le=1e9, allow_inf_nan=False)]
 """A value of a signal, in the signal's own unit."""

@@ -8,7 +8,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from measurement.errors import BadInput
-from scenarios.signals.base import MOST_STEPS, Duration, FloatArray, Setting, Signal, Value
+from plant_model.drive import MOST_STEPS
+from scenarios.signals.base import Duration, FloatArray, Setting, Signal, Value
 
 
 class RandomSteps(Signal):

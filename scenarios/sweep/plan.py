@@ -15,11 +15,11 @@ import numpy as np
 
 from measurement.errors import BadInput, shown
 from measurement.files import sha256_of
+from plant_model.drive import MOST_STEPS
 from plant_model.noise import LARGEST_SEED
 from scenarios.fmu_file import read_description
 from scenarios.fmu_files import find_fmu
 from scenarios.scenario import Case, Scenario, Variant, case_from, changed, read_scenario
-from scenarios.signals.base import MOST_STEPS
 from scenarios.sweep.names import Names, Target, check_range
 from scenarios.sweep.variation import OPTION, Variation, variation
 

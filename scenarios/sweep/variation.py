@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from measurement.errors import BadInput, shown
-from scenarios.signals.base import MOST_STEPS
+from plant_model.drive import MOST_STEPS
 
 OPTION = "--vary"
 

@@ -5,6 +5,7 @@ import pytest
 
 from gap_finder.candidates import with_effect
 from gap_finder.data_faults import WHOLE_RUN, need_readings, without_faults
+from gap_finder.observations import observe
 from measurement.errors import BadInput
 from measurement.runs import Run
 from plant_model.machine import Machine
@@ -85,3 +86,10 @@ def test_runs_without_anything_to_compare_are_refused(jig_borer_lumps):
     with pytest.raises(BadInput, match="no usable reading to compare"):
         need_readings(jig_borer_lumps, [Run("empty", empty)], "--holdout")
     need_readings(jig_borer_lumps, [run], "--holdout")
+
+
+def test_a_clock_that_leaps_by_years_is_refused(jig_borer_lumps):
+    run = runs_of(jig_borer_lumps)[0]
+    leaps = changed(run, "time_s", run.time_s + 1.7e9 * (run.time_s > 3600.0))
+    with pytest.raises(BadInput, match=r"time_s: 1\.7e\+09 after 3600 s"):
+        observe(jig_borer_lumps, [leaps])

@@ -101,6 +101,11 @@ def test_noise_has_the_stated_size_and_seed(jig_borer_lumps):
         (lambda f: f.iloc[::-1], "ascend"),
         (lambda f: f.iloc[:1], "two rows"),
         (lambda f: f.drop(columns="time_s"), "time_s"),
+        (
+            lambda f: f.assign(time_s=f.time_s + 1.7e9 * (f.time_s > 60.0)),
+            r"time_s: 1\.7e\+09 after",
+        ),
+        (lambda f: f.assign(speed_rpm="fast"), "speed_rpm: could not convert"),
     ],
 )
 def test_inputs_that_cannot_drive_are_refused(change, words, jig_borer_lumps):
