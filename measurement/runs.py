@@ -45,6 +45,9 @@ _EXACT: dict[str, Any] = {} if _PANDAS >= (3, 1) else {"float_precision": "round
 _FIRST_ROW = 2
 """The line number of the first data row, given by the run file: the header is line 1."""
 
+LONGEST_S = 1e8
+"""Longest run or scenario [s], three years: beyond, a clock has leapt. Set on no data."""
+
 NO_ROWS = "row 2", "there are no data rows; at least one is needed"
 
 
@@ -388,3 +391,8 @@ def _check_time(time: FloatArray, source: str | Path) -> None:
         place = f"row {at + _FIRST_ROW}, column {TIME}"
         problem = f"{float(time[at])!r} is not after {float(time[at - 1])!r}, the previous row"
         raise BadInput(source, place, f"{problem}; time must grow from row to row")
+    if time[-1] - time[0] > LONGEST_S:
+        at = int(np.argmax(np.diff(time))) + 1
+        place = f"row {at + _FIRST_ROW}, column {TIME}"
+        problem = f"{time[at]:g} after {time[at - 1]:g}, the previous row, is too late"
+        raise BadInput(source, place, f"{problem}; a run may last {LONGEST_S:g} s")

@@ -12,15 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+from measurement.runs import LONGEST_S
+
 FloatArray = NDArray[np.floating[Any]]
 
 Value = Annotated[float, Field(ge=-1e9, le=1e9, allow_inf_nan=False)]
 """A value of a signal, in the signal's own unit."""
 
-Seconds = Annotated[float, Field(ge=0.0, le=1e8, allow_inf_nan=False)]
+Seconds = Annotated[float, Field(ge=0.0, le=LONGEST_S, allow_inf_nan=False)]
 """A time or a duration [s]."""
 
-Duration = Annotated[float, Field(gt=0.0, le=1e8, allow_inf_nan=False)]
+Duration = Annotated[float, Field(gt=0.0, le=LONGEST_S, allow_inf_nan=False)]
 """A duration above 0 [s]."""
 
 

@@ -80,6 +80,7 @@ def test_harmless_differences_of_writing_change_nothing(tmp_path, variant):
         ("time_s,a_um\n1,inf\n", "row 2, column a_um: inf is infinite"),
         ("time_s,a_um\n1,1e999\n", "row 2, column a_um: inf is infinite"),
         ("time_s,a_um\n2,2\n1,2\n", "row 3, column time_s: 1.0 is not after 2.0"),
+        ("time_s,a_um\n2,2\n3,2\n2e8,2\n", "row 4, column time_s: 2e+08 after 3, the previous row"),
         ("time_s,a_um\n1,2\n,2\n", "row 3, column time_s: is missing"),
         ("time_s\n1\n\n3\n", "row 3, column time_s: is missing"),
         ("time_s,a_um\ninf,2\n", "row 2, column time_s: inf is infinite"),
@@ -99,7 +100,7 @@ def test_every_mistake_is_named_with_its_place(tmp_path, content, expected):
 NUMBERS = st.floats(-60, 400) | st.just(math.nan)
 
 
-@given(times=st.lists(st.floats(-1e9, 1e9), min_size=1, max_size=20, unique=True), data=st.data())
+@given(times=st.lists(st.floats(-5e7, 5e7), min_size=1, max_size=20, unique=True), data=st.data())
 def test_writing_and_reading_give_the_same_numbers(tmp_path, times, data):
     rows = len(times)
     column = st.lists(NUMBERS, min_size=rows, max_size=rows)
