@@ -381,18 +381,19 @@ def _check_values(frame: pd.DataFrame, source: str | Path) -> None:
 
 
 def _check_time(time: FloatArray, source: str | Path) -> None:
+    def refused(at: int, problem: str) -> BadInput:
+        return BadInput(source, f"row {at + _FIRST_ROW}, column {TIME}", problem)
+
     missing = np.flatnonzero(np.isnan(time))
     if missing.size:
-        place = f"row {int(missing[0]) + _FIRST_ROW}, column {TIME}"
-        raise BadInput(source, place, "is missing; every row needs a time")
-    back = np.flatnonzero(np.diff(time) <= 0.0)
+        raise refused(int(missing[0]), "is missing; every row needs a time")
+    steps = np.diff(time)
+    back = np.flatnonzero(steps <= 0.0)
     if back.size:
         at = int(back[0]) + 1
-        place = f"row {at + _FIRST_ROW}, column {TIME}"
         problem = f"{float(time[at])!r} is not after {float(time[at - 1])!r}, the previous row"
-        raise BadInput(source, place, f"{problem}; time must grow from row to row")
+        raise refused(at, f"{problem}; time must grow from row to row")
     if time[-1] - time[0] > LONGEST_S:
-        at = int(np.argmax(np.diff(time))) + 1
-        place = f"row {at + _FIRST_ROW}, column {TIME}"
+        at = int(np.argmax(steps)) + 1
         problem = f"{time[at]:g} after {time[at - 1]:g}, the previous row, is too late"
-        raise BadInput(source, place, f"{problem}; a run may last {LONGEST_S:g} s")
+        raise refused(at, f"{problem}; a run may last {LONGEST_S:g} s")

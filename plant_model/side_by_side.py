@@ -102,9 +102,9 @@ def side_by_side(network: Network, tracks: Sequence[Track], tolerance: float) ->
         forcing.step(now_held, (outside[0][k, :going], outside[1][k, :going]), (first, last))
         try:
             in_modes = scheme.interval(in_modes, lengths[k, :going], forcing)
-        except IntegrationError as error:
+        except IntegrationError:
             forcing.check_read(now)
-            raise error
+            raise
         now = apply(scheme.to_state, in_modes)
         if network.settles:
             _settle(network, now_held, now)

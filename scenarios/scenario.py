@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from measurement.errors import BadInput, checked, near, shown
 from measurement.files import toml_table
+from measurement.runs import LONGEST_S
 from plant_model.drive import MOST_STEPS
 from scenarios.faults import SensorFault
 from scenarios.signals import build
@@ -55,7 +56,7 @@ class Probe(_Form):
     *every_s*: at fixed intervals; *when_um*: when an uncertainty of the compensator exceeds this.
     """
 
-    every_s: Annotated[float, Field(ge=1.0, le=1e8)] | None = None
+    every_s: Annotated[float, Field(ge=1.0, le=LONGEST_S)] | None = None
     """A probe cycle at fixed intervals: the plant's own displacement is passed to the
     compensator."""
     when_um: Annotated[float, Field(ge=0.01, le=1e5)] | None = None
