@@ -235,16 +235,16 @@ def _probes(
     model: Model, run: Run, rig: Rig | None, rows: Sequence[int], every_s: float | None
 ) -> list[list[float] | None]:
     """Return the targets that a probe measures, row by row; None for rows without a probe."""
-    found: list[list[float] | None] = [None] * len(rows)
+    probes: list[list[float] | None] = [None] * len(rows)
     if every_s is None or rig is None or begins_late(model, run, rig):
-        return found
+        return probes
     targets = counted(rig.targets(run), model.input_form).to_numpy(float)[rows]
     time_s = run.time_s[rows]
     last = float(time_s[0])
     for row in np.flatnonzero(np.isfinite(targets).all(axis=1)):
         if past_rounding(float(time_s[row])) - last >= every_s:
-            found[row], last = targets[row].tolist(), float(time_s[row])
-    return found
+            probes[row], last = targets[row].tolist(), float(time_s[row])
+    return probes
 
 
 def begins_late(model: Model, run: Run, rig: Rig) -> bool:
@@ -265,11 +265,11 @@ def grid_rows(time_s: Array) -> list[int]:
 
 def _drift(model: Model, run: Run, rig: Rig | None, tool_length_mm: float) -> Array:
     """Return the measured drift; NaN if there is none."""
-    found = np.full((len(run.time_s), 3), np.nan)
+    by_axis = np.full((len(run.time_s), 3), np.nan)
     if rig is None or any(name not in run.frame for name in rig.columns):
-        return found
+        return by_axis
     drift = measured_drift(run, rig, tool_length_mm, model.input_form)
     for place, axis in enumerate(AXES):
         if f"drift_{axis}_um" in drift:
-            found[:, place] = drift[f"drift_{axis}_um"].to_numpy(float)
-    return found
+            by_axis[:, place] = drift[f"drift_{axis}_um"].to_numpy(float)
+    return by_axis

@@ -88,8 +88,8 @@ def _classes(module: ModuleType, base: type[T], half: str) -> dict[str, type[T]]
     if not hasattr(module, "__path__"):
         kind = class_in(module, base)
         return {module.__name__.rpartition(".")[2]: kind} if kind else {}
-    found = classes_found(module.__name__, module.__path__, base)
+    classes = classes_found(module.__name__, module.__path__, base)
     if any(info.name == half and info.ispkg for info in iter_modules(module.__path__)):
         folder = import_module(f"{module.__name__}.{half}")
-        found |= classes_found(folder.__name__, folder.__path__, base)
-    return found
+        classes |= classes_found(folder.__name__, folder.__path__, base)
+    return classes

@@ -53,14 +53,14 @@ def in_array(variables: Sequence[Variable]) -> list[Variable]:
         raise NativeError("--arrays: the temperatures do not follow one another")
     if any(variable.name == NAME for variable in variables):
         raise NativeError(f"--arrays: there is a variable {NAME} already")
-    one = members[0]
+    temperature = members[0]
     names = ", ".join(member.name for member in members)
-    missing = "; NaN: missing" if one.causality == "input" else ""
+    missing = "; NaN: missing" if temperature.causality == "input" else ""
     at_start = [member.depends_at_start for member in members]
     known = [names for names in at_start if names is not None]
     lows, highs = [v.low for v in members], [v.high for v in members]
     array = replace(
-        one,
+        temperature,
         name=NAME,
         description=f"Temperatures {names}, in this order{missing}",
         low=min((low for low in lows if low is not None), default=None),

@@ -65,11 +65,11 @@ class Bundle:
 
     def files(self, root: str) -> dict[str, str]:
         """Return the files of the bundle under the root package *root*, by path."""
-        found = {f"{root}/__init__.py": ""}
+        sources = {f"{root}/__init__.py": ""}
         for name, source in self.sources.items():
             path = name.replace(".", "/") + ("/__init__.py" if name in self.packages else ".py")
-            found[f"{root}/{path}"] = rewritten(source, root, self.roots, name)
-        return found
+            sources[f"{root}/{path}"] = rewritten(source, root, self.roots, name)
+        return sources
 
 
 def collect(
@@ -122,16 +122,16 @@ def collect(
         sources[name] = "" if empty else text
         if "." in name:
             waiting.append(name.rpartition(".")[0])
-        for found in _imports(sources[name], name, name in packages):
-            top = found.module.partition(".")[0]
+        for needed in _imports(sources[name], name, name in packages):
+            top = needed.module.partition(".")[0]
             if top in ours:
-                wanted = [module for module in found.candidates if module not in left_out]
+                wanted = [module for module in needed.candidates if module not in left_out]
                 waiting += [module for module in wanted if _exists(module)]
             elif top in set(allowed):
                 outside.add(top)
             elif top not in sys.stdlib_module_names:
                 raise BundleError(
-                    f"{path}:{found.line}: imports {found.module}, which an FMU does not carry"
+                    f"{path}:{needed.line}: imports {needed.module}, which an FMU does not carry"
                 )
     return Bundle(sources, frozenset(packages), frozenset(outside), ours)
 
@@ -154,12 +154,12 @@ def needed_by(source: str, name: str) -> str:
         for bound in _bound(statement):
             binding.setdefault(bound, []).append(statement)
     waiting, kept = [name], set(tree.body[:1]) if ast.get_docstring(tree) else set()
-    kept |= {one for one in tree.body if getattr(one, "module", "") == "__future__"}
+    kept |= {part for part in tree.body if getattr(part, "module", "") == "__future__"}
     while waiting:
         for statement in binding.get(waiting.pop(), []):
             if statement not in kept:
                 kept.add(statement)
-                waiting += [one.id for one in ast.walk(statement) if isinstance(one, ast.Name)]
+                waiting += [part.id for part in ast.walk(statement) if isinstance(part, ast.Name)]
     lines = source.splitlines()
     wanted: set[int] = set()
     for statement in kept:
@@ -196,13 +196,13 @@ def problem_alone(file: str, source: str, roots: Iterable[str], allowed: Iterabl
     roots, allowed : iterable of str
         As for `collect`.
     """
-    known = {*roots, *allowed, *sys.stdlib_module_names}
+    carried = {*roots, *allowed, *sys.stdlib_module_names}
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.ImportFrom) and node.level:
             return f"{file} line {node.lineno} imports from its own package"
-    for found in _imports(source, "<alone>", is_package=False):
-        if found.module.partition(".")[0] not in known:
-            return f"{file} line {found.line} imports {found.module}"
+    for needed in _imports(source, "<alone>", is_package=False):
+        if needed.module.partition(".")[0] not in carried:
+            return f"{file} line {needed.line} imports {needed.module}"
     return ""
 
 
@@ -216,12 +216,12 @@ def rewritten(source: str, root: str, ours: Iterable[str], name: str = "<module>
     """
     lines = source.encode().splitlines(keepends=True)  # ast counts columns in bytes
     tops = frozenset(ours)
-    found = [
+    absolute = [
         entry
         for entry in _imports(source, name, is_package=False, relative=False, typing_too=True)
         if entry.module.partition(".")[0] in tops
     ]
-    for entry in sorted(found, key=lambda item: (item.line, item.column), reverse=True):
+    for entry in sorted(absolute, key=lambda item: (item.line, item.column), reverse=True):
         if entry.binds_top:
             raise BundleError(f"{name}:{entry.line}: write `from ... import` for {entry.module}")
         line = lines[entry.line - 1]
@@ -241,12 +241,12 @@ def _imports(
     """Return the imports of a module, with those for type checkers only if *typing_too*."""
     tree = ast.parse(source)
     skipped = set() if typing_too else _typing_only(tree)
-    found: list[_Import] = []
+    imports: list[_Import] = []
     for node in ast.walk(tree):
         if node in skipped:
             continue
         if isinstance(node, ast.Import):
-            found += [
+            imports += [
                 _Import(
                     alias.lineno,
                     alias.col_offset,
@@ -260,8 +260,8 @@ def _imports(
             module = _resolved(node, name, is_package)
             candidates = (module, *(f"{module}.{alias.name}" for alias in node.names))
             line, column = _module_position(source, node)
-            found.append(_Import(line, column, module, candidates))
-    return tuple(found)
+            imports.append(_Import(line, column, module, candidates))
+    return tuple(imports)
 
 
 def _resolved(node: ast.ImportFrom, name: str, is_package: bool) -> str:

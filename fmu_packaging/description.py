@@ -167,8 +167,8 @@ def described(slave: DriftSlave, program: Program) -> list[Variable]:
     program : Program
         Its variables replace the slave's of the same name; others follow at the end.
     """
-    known = {variable.name: variable for variable in slave.variables}
-    return list((known | dict(program.variables)).values())
+    by_name = {variable.name: variable for variable in slave.variables}
+    return list((by_name | dict(program.variables)).values())
 
 
 def interfaces(variables: Sequence[Variable]) -> list[str]:
@@ -234,23 +234,23 @@ def type_definitions(
 
 def bounds(variable: Variable) -> dict[str, str]:
     """Return the attributes for a variable's range."""
-    found = {}
+    attributes = {}
     for key, value in (("min", variable.low), ("max", variable.high)):
         if value is not None and variable.kind in {"real", "integer"}:
-            found[key] = number(value if variable.kind == "real" else int(value))
-    return found
+            attributes[key] = number(value if variable.kind == "real" else int(value))
+    return attributes
 
 
 def measure(variable: Variable) -> dict[str, str]:
     """Return the attributes for the quantity and unit of a real variable."""
     shown = variable.display_unit or (variable.unit if variable.unit in DISPLAY else "")
-    found = {
+    attributes = {
         "quantity": quantity(variable.unit) if variable.unit else "",
         "unit": fmi_name(variable.unit) if variable.unit else "",
         "displayUnit": shown,
         "nominal": "" if variable.nominal is None else number(variable.nominal),
     }
-    return {key: text for key, text in found.items() if text}
+    return {key: text for key, text in attributes.items() if text}
 
 
 def experiment(root: ET.Element, identity: Identity) -> None:
@@ -331,7 +331,7 @@ def _structure(variables: Sequence[Variable]) -> ET.Element:
     """
     structure = ET.Element("ModelStructure")
     positions = {variable.name: number for number, variable in enumerate(variables, start=1)}
-    known = {v.name: positions[v.name] for v in variables if not v.is_parameter}
+    inputs = {v.name: positions[v.name] for v in variables if not v.is_parameter}
     for tag, unknowns in {
         "Outputs": [variable for variable in variables if variable.is_output],
         "Derivatives": [variable for variable in variables if variable.derivative_of is not None],
@@ -341,7 +341,7 @@ def _structure(variables: Sequence[Variable]) -> ET.Element:
         for variable in unknowns:
             attributes = {"index": str(positions[variable.name])}
             start = tag == "InitialUnknowns"
-            attributes |= dependencies(variable, positions if start else known, at_start=start)
+            attributes |= dependencies(variable, positions if start else inputs, at_start=start)
             ET.SubElement(group, "Unknown", attributes)
     return structure
 

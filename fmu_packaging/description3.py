@@ -145,13 +145,13 @@ def terminals(slave: DriftSlave, program: Program) -> bytes:
     """
     root = ET.Element("fmiTerminalsAndIcons", {"fmiVersion": "3.0"})
     listed = ET.SubElement(root, "Terminals")
-    known = [variable for variable in slave.variables if not variable.is_parameter]
-    array = [variable for variable in in_array(known) if variable.elements] if program.array else []
+    ports = [variable for variable in slave.variables if not variable.is_parameter]
+    array = [variable for variable in in_array(ports) if variable.elements] if program.array else []
     groups = {
-        ARRAY: array or temperatures(known),
-        "offsets": [variable for variable in known if variable.name in OFFSETS],
-        "spindle": [v for v in known if v.name in SPINDLE],
-        "measured": [v for v in known if v.name.partition("_")[0] == MEASURED],
+        ARRAY: array or temperatures(ports),
+        "offsets": [variable for variable in ports if variable.name in OFFSETS],
+        "spindle": [v for v in ports if v.name in SPINDLE],
+        "measured": [v for v in ports if v.name.partition("_")[0] == MEASURED],
     }
     for name, members in groups.items():
         if not members:

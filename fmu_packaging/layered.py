@@ -43,8 +43,8 @@ def reference_files(
     dict of str to bytes
     """
     ends = {"in": inputs, "ref": result}
-    found = {f"{FOLDER}/{name}_{end}.csv": text.encode() for end, text in ends.items()}
-    found[f"{FOLDER}/{name}.exp"] = _experiments(name, stop_s, step_s)
+    run_files = {f"{FOLDER}/{name}_{end}.csv": text.encode() for end, text in ends.items()}
+    run_files[f"{FOLDER}/{name}.exp"] = _experiments(name, stop_s, step_s)
     listed = {
         f"{FOLDER}/{name}.exp": (EXPERIMENT, "experiment/smoke-test", "A run of an hour"),
         f"{FOLDER}/{name}_ref.csv": ("text/csv", "result", "Results of that run"),
@@ -52,7 +52,7 @@ def reference_files(
     for path in sorted(files):
         if path.rpartition("/")[2] in MODELS:
             listed[path] = ("application/json", "model", "The file that the FMU was made from")
-    return found | {MANIFEST: _manifest(listed, {**files, **found})}
+    return run_files | {MANIFEST: _manifest(listed, {**files, **run_files})}
 
 
 def _experiments(name: str, stop_s: float, step_s: float) -> bytes:

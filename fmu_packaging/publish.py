@@ -61,8 +61,8 @@ def publish(package: Package, folder: Path, reference: Reference) -> tuple[Path,
     result = folder / f"{package.name}_ref.csv"
     same = target.is_file() and result.is_file()
     if same:
-        known = result.read_text(encoding="utf-8")
-        same = target.read_bytes() == _with_run(package, reference, inputs, known)
+        recorded = result.read_text(encoding="utf-8")
+        same = target.read_bytes() == _with_run(package, reference, inputs, recorded)
     if same and all(path.is_file() and path.read_text() == text for path, text in beside.items()):
         return target, False
     with tempfile.TemporaryDirectory(prefix="fmu_check_") as apart, _writing(Path(apart)):
@@ -72,11 +72,11 @@ def publish(package: Package, folder: Path, reference: Reference) -> tuple[Path,
         if problems:
             raise PublishError("\n".join(problems))
         try:
-            found = run_apart(candidate, inputs, reference.stop_s, reference.step_s)
+            outputs = run_apart(candidate, inputs, reference.stop_s, reference.step_s)
         except RunError as error:
             raise PublishError(f"the reference run failed:\n{error}") from None
-    texts = {path: text.encode() for path, text in {**beside, result: found}.items()}
-    data = _with_run(package, reference, inputs, found)
+    texts = {path: text.encode() for path, text in {**beside, result: outputs}.items()}
+    data = _with_run(package, reference, inputs, outputs)
     # Last, so that an FMU in the folder is always next to its own reference results.
     _put({**texts, target: data}, folder)
     return target, True

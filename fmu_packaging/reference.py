@@ -119,7 +119,7 @@ def _run(fmu: str, given: str, result: str, stop_s: float, step_s: float) -> Non
             recorder.fmu.setFloat64([variable.valueReference], row[variable.name].tolist())
         return True
 
-    found = fmpy.simulate_fmu(
+    simulated = fmpy.simulate_fmu(
         fmu,
         stop_time=stop_s,
         output_interval=step_s,
@@ -129,12 +129,12 @@ def _run(fmu: str, given: str, result: str, stop_s: float, step_s: float) -> Non
         step_finished=drive,
         debug_logging=True,
     )
-    names = list(found.dtype.names)
+    names = list(simulated.dtype.names)
     kinds = {"Real", "Float64"}
     reals = {"time"} | {variable.name for variable in outputs if variable.type in kinds}
     rows = [
         [_rounded(row[name]) if name in reals else int(row[name]) for name in names]
-        for row in found
+        for row in simulated
     ]
     if len(rows) != round(stop_s / step_s) + 1:
         raise SystemExit(f"the run has {len(rows)} rows")

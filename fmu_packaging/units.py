@@ -130,11 +130,11 @@ def base_unit(unit: str) -> BaseUnit:
     tokens = _tokens(text)
     if not tokens:
         raise UnitError("a unit that is empty")
-    found = _product(tokens)
+    product = _product(tokens)
     if tokens:
         raise UnitError(f"{unit}: a bracket too many")
-    powers = {base: power for base, power in found.powers.items() if power}
-    return BaseUnit(found.factor, 0.0, powers)
+    powers = {base: power for base, power in product.powers.items() if power}
+    return BaseUnit(product.factor, 0.0, powers)
 
 
 def fmi_name(unit: str) -> str:
@@ -168,10 +168,10 @@ def quantity(unit: str) -> str:
         As for `base_unit`.
     """
     wanted = base_unit(unit)
-    for name, found in QUANTITIES.items():
-        known = base_unit(name)
-        if known.powers == wanted.powers and bool(known.offset) == bool(wanted.offset):
-            return found
+    for name, measured in QUANTITIES.items():
+        base = base_unit(name)
+        if base.powers == wanted.powers and bool(base.offset) == bool(wanted.offset):
+            return measured
     return ""
 
 
@@ -195,7 +195,7 @@ def _tokens(text: str) -> list[str | BaseUnit]:
 
 def _product(tokens: list[str | BaseUnit]) -> BaseUnit:
     """Consume a product up to its end or closing bracket."""
-    found, sign = BaseUnit(), 1
+    product, sign = BaseUnit(), 1
     while tokens and tokens[0] != ")":
         token = tokens.pop(0)
         if token in ("*", "."):
@@ -211,11 +211,11 @@ def _product(tokens: list[str | BaseUnit]) -> BaseUnit:
         assert isinstance(token, BaseUnit)
         raised = _raised(token, sign)
         powers = {
-            base: found.powers.get(base, 0) + raised.powers.get(base, 0)
-            for base in {**found.powers, **raised.powers}
+            base: product.powers.get(base, 0) + raised.powers.get(base, 0)
+            for base in {**product.powers, **raised.powers}
         }
-        found, sign = BaseUnit(found.factor * raised.factor, 0.0, powers), 1
-    return found
+        product, sign = BaseUnit(product.factor * raised.factor, 0.0, powers), 1
+    return product
 
 
 def _raised(unit: BaseUnit, power: int) -> BaseUnit:
@@ -230,6 +230,6 @@ def _symbol(name: str, unit: str) -> BaseUnit:
     for length in (0, 1):
         prefix, rest = name[:length], name[length:]
         if prefix in PREFIXES and rest in PREFIXED:
-            found = PREFIXED[rest]
-            return BaseUnit(PREFIXES[prefix] * found.factor, 0.0, found.powers)
+            prefixed = PREFIXED[rest]
+            return BaseUnit(PREFIXES[prefix] * prefixed.factor, 0.0, prefixed.powers)
     raise UnitError(f"{unit}: the unit {name!r} in it is unknown")

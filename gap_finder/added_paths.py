@@ -82,11 +82,11 @@ def path_answers(
     if not paths:
         return []
     stepped = _Stepped(machine, observed)
-    found: list[FloatArray] = []
+    answers: list[FloatArray] = []
     per_turn = max(1, AT_ONCE // len(paths[0].sizes))
     for start in range(0, len(paths), per_turn):
-        found += stepped.answers(paths[start : start + per_turn])
-    return found
+        answers += stepped.answers(paths[start : start + per_turn])
+    return answers
 
 
 class _Stepped:

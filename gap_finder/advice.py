@@ -63,13 +63,13 @@ def advice(
     ]
 
 
-def _worst_first(found: Sequence[tuple[float, Advice]]) -> list[Advice]:
-    return [line for _, line in sorted(found, key=lambda pair: -pair[0])][:MOST_LINES]
+def _worst_first(ranked: Sequence[tuple[float, Advice]]) -> list[Advice]:
+    return [line for _, line in sorted(ranked, key=lambda pair: -pair[0])][:MOST_LINES]
 
 
 def worse_than_none(machine: Machine, left: Sequence[RunResiduals]) -> list[Advice]:
     """Return the channels predicted worse by the model than by their first reading."""
-    found = []
+    ranked = []
     for i, name in enumerate(left[0].observed.channels):
         without = [run.observed.moved[:, i] for run in left]
         model, none = _rms_of_both([run.values[:, i] for run in left], without)
@@ -79,15 +79,15 @@ def worse_than_none(machine: Machine, left: Sequence[RunResiduals]) -> list[Advi
                 f"{name}: the model is off by {model:.2g} {unit}, holding the first reading by "
                 f"{none:.2g} {unit}: worse than no model"
             )
-            found.append((model / max(none, 1e-12), Advice("worse_than_no_model", (name,), text)))
-    return _worst_first(found)
+            ranked.append((model / max(none, 1e-12), Advice("worse_than_no_model", (name,), text)))
+    return _worst_first(ranked)
 
 
 def not_moved(machine: Machine, left: Sequence[RunResiduals]) -> list[Advice]:
     """Return the displacements that move, but that the model moves by less than the noise."""
     names = left[0].observed.channels
     noise = noise_of(machine, names)
-    found = []
+    ranked = []
     for i, name in enumerate(names):
         if name not in displacement_names(machine):
             continue
@@ -98,14 +98,14 @@ def not_moved(machine: Machine, left: Sequence[RunResiduals]) -> list[Advice]:
                 f"{name}: moves by {measured:.2g} um, but nothing in the machine file moves it: no "
                 "part grows or bends in that direction"
             )
-            found.append((measured, Advice("not_moved", (name,), text)))
-    return _worst_first(found)
+            ranked.append((measured, Advice("not_moved", (name,), text)))
+    return _worst_first(ranked)
 
 
 def disagreeing(machine: Machine, observed: Sequence[Observations]) -> list[Advice]:
     """Return the parts whose thermometers differ by more than a constant and their tolerances."""
     names = observed[0].channels
-    found = []
+    ranked = []
     for node in machine.nodes:
         on_part = [sensor.name for sensor in machine.sensors if sensor.of == node.name]
         there = [name for name in on_part if name in names]
@@ -121,8 +121,8 @@ def disagreeing(machine: Machine, observed: Sequence[Observations]) -> list[Advi
                     f"{node.name}: {pair[0]} and {pair[1]} sit on this one lump but differ by "
                     f"{spread:.2g} K beyond a constant: it has two temperatures"
                 )
-                found.append((spread, Advice("sensors_disagree", pair, text)))
-    return _worst_first(found)
+                ranked.append((spread, Advice("sensors_disagree", pair, text)))
+    return _worst_first(ranked)
 
 
 def unit_after(unit: str) -> str:
@@ -132,7 +132,7 @@ def unit_after(unit: str) -> str:
 
 def _far(parameters: Sequence[ParameterEstimate]) -> list[Advice]:
     """Return the parameters that calibration moved out of their expected range."""
-    found = []
+    ranked = []
     for estimate in parameters:
         if not estimate.is_far:
             continue
@@ -144,8 +144,8 @@ def _far(parameters: Sequence[ParameterEstimate]) -> list[Advice]:
             f"{'below' if value < prior else 'above'} {prior:.3g}{source}: "
             "check it, or whatever has a similar effect"
         )
-        found.append((deviations, Advice("far_from_usual", (name,), text)))
-    return _worst_first(found)
+        ranked.append((deviations, Advice("far_from_usual", (name,), text)))
+    return _worst_first(ranked)
 
 
 def _unit(machine: Machine, name: str) -> str:

@@ -194,8 +194,8 @@ def find_gap(
         with processes(search.workers) as pool:
             sensitivities = all_sensitivities(calibration.machine, observed, pool)
             nothing = scored(machine, observed, calibration, sensitivities)
-            found = Searching(pool, nothing, search, progress).run(sensitivities)
-    return GapResult(found, tuple(faults))
+            answer = Searching(pool, nothing, search, progress).run(sensitivities)
+    return GapResult(answer, tuple(faults))
 
 
 def answer(

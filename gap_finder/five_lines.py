@@ -61,8 +61,8 @@ def _what(table: Mapping[str, Any]) -> str:
         evidence = table["effects"][0]["evidence"]
         if not table["in_doubt"]:
             return f"What is missing: {titles}; {evidence}."
-        told = _rivals_named(table)
-        others = [said for said in map(_in_words, table["runners_up"]) if said not in told][:2]
+        named = _rivals_named(table)
+        others = [said for said in map(_in_words, table["runners_up"]) if said not in named][:2]
         instead = f"{', '.join(others)}, or " if others else ""
         return (
             f"What may be missing: {titles}. In doubt: {_doubt(table)}, so the cause may instead, "

@@ -148,7 +148,7 @@ class ReferenceModel:
                     groups.setdefault((i, doing), []).append((run.values[rows, i], left[rows, i]))
         lengths = set(displacement_names(self._machine))
         names = self._used[0].observed.channels
-        found: list[tuple[float, ReducibleGap]] = []
+        gaps: list[tuple[float, ReducibleGap]] = []
         for (i, regime), parts in groups.items():
             before, after = (np.concatenate(part) for part in zip(*parts, strict=True))
             count = int(np.isfinite(before).sum())
@@ -158,9 +158,9 @@ class ReferenceModel:
             share = np.sqrt(max(rms**2 - least**2, 0.0)) / float(self._tolerance[i])
             unit = "um" if names[i] in lengths else "K"
             place = ReducibleGap(names[i], regime, rms, least, unit, float(share))
-            found.append((count * place.tolerances**2, place))
+            gaps.append((count * place.tolerances**2, place))
         # A regime of a few minutes contributes little, however large its error.
-        ranked = [place for _, place in sorted(found, key=lambda pair: -pair[0])]
+        ranked = [place for _, place in sorted(gaps, key=lambda pair: -pair[0])]
         return [gap for gap in ranked if gap.tolerances > 1.0][:most]
 
     def sources(self) -> list[Predictor]:

@@ -126,10 +126,10 @@ class _Node(canopen.LocalNode):
         self._write_callbacks = [self.nmt.on_write]
 
     def _find_object(self, index: int, subindex: int) -> ODVariable:
-        found: ODVariable = super()._find_object(index, subindex)
-        if found.subindex != subindex:
+        variable: ODVariable = super()._find_object(index, subindex)
+        if variable.subindex != subindex:
             raise SdoAbortedError(NO_SUBINDEX)
-        return found
+        return variable
 
 
 class CanOpenNode(Participant):
@@ -220,14 +220,14 @@ class CanOpenNode(Participant):
 
     def update(self, now: float, report: Callable[[], Report]) -> None:
         """Update the objects to the newest values; send a heartbeat or an EMCY if one is due."""
-        found = report()
-        answer, given = found.answer, found.given
+        reported = report()
+        answer, given = reported.answer, reported.given
         for name, (place, signal) in self._places.items():
             value = answer.get(name, given.get(name, float("nan")))
             self._raw[place] = _raw(signal, value)
         nmt = self._node.nmt
         with contextlib.suppress(can.CanError, OSError):
-            if found.state["gateway_state"] != "reconnecting":
+            if reported.state["gateway_state"] != "reconnecting":
                 self._reconnect()
             if nmt._state == 0:  # the master asked for a reset
                 self._say("CANopen: reset by the master")

@@ -232,9 +232,9 @@ def node_dictionary(node_id: int, fmu: Path) -> canopen.ObjectDictionary:
     fmu : Path
         The compensator.
     """
-    found = canopen.ObjectDictionary()
-    found.node_id = node_id
-    information = found.device_information
+    dictionary = canopen.ObjectDictionary()
+    dictionary.node_id = node_id
+    information = dictionary.device_information
     information.vendor_name = information.product_name = "spindle-drift"
     information.vendor_number = information.product_number = 0
     information.revision_number, information.order_code = REVISION, "spindle-drift"
@@ -280,8 +280,8 @@ def node_dictionary(node_id: int, fmu: Path) -> canopen.ObjectDictionary:
         _record("Compensator", HASH, od.VISIBLE_STRING, compensator),
     ]
     for made in objects:
-        found.add_object(made)
-    return found
+        dictionary.add_object(made)
+    return dictionary
 
 
 def node_eds(node_id: int, fmu: Path) -> str:
@@ -298,8 +298,8 @@ def node_eds(node_id: int, fmu: Path) -> str:
     dictionary.__edsFileInfo = {}  # otherwise the library adds its own version
     export_eds(dictionary, text, dict(FILE))
     # CiA 306-1 requires this key, which the library does not know: no PDO maps bits.
-    found = text.getvalue().replace("GroupMessaging=", "CompactPDO=0\nGroupMessaging=", 1)
-    return found.replace(f"0x{NO_READING:X}", str(NO_READING))  # nor negative numbers
+    eds = text.getvalue().replace("GroupMessaging=", "CompactPDO=0\nGroupMessaging=", 1)
+    return eds.replace(f"0x{NO_READING:X}", str(NO_READING))  # nor negative numbers
 
 
 def _of_node(variable: od.ODVariable, node_id: int) -> od.ODVariable:

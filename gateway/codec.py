@@ -237,10 +237,10 @@ def decode(frame: Frame, data: bytes | bytearray) -> Content:
         If the multiplexer has a value that is not in the DBC file.
     """
     try:
-        found = frame.message.decode(bytes(data), decode_choices=False, scaling=False)
+        decoded = frame.message.decode(bytes(data), decode_choices=False, scaling=False)
     except DecodeError as error:
         raise LookupError(str(error)) from None
-    raw = cast("dict[str, float]", found)  # whole numbers stay whole: a float holds 53 bits
+    raw = cast("dict[str, float]", decoded)  # whole numbers stay whole: a float holds 53 bits
     page = int(raw[frame.multiplexer]) if frame.multiplexer else None
     values: dict[str, float] = {}
     problems: list[Finding] = []

@@ -287,10 +287,10 @@ class Database:
     @cached_property
     def named(self) -> dict[str, Signal]:
         """Every signal by the gateway's name; the first one if several frames carry it."""
-        found: dict[str, Signal] = {}
+        signals: dict[str, Signal] = {}
         for frame in self.frames:
-            found = found | {n: s for n, s in frame.signals.items() if n not in found}
-        return found
+            signals = signals | {n: s for n, s in frame.signals.items() if n not in signals}
+        return signals
 
     def signal(self, name: str) -> Signal:
         """Return a signal by its name.

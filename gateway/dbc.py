@@ -49,7 +49,7 @@ def printable(text: str) -> str:
 
 def attribute(specifics: Any, name: str, default: float) -> float:
     """Return an attribute's value: the object's own, or else the declared default."""
-    found = specifics.attributes.get(name) if specifics is not None else None
-    if found is None:
+    entry = specifics.attributes.get(name) if specifics is not None else None
+    if entry is None:
         return default
-    return float(found.value)
+    return float(entry.value)

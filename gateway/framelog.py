@@ -179,8 +179,8 @@ class FrameLog:
         self._retry_at = float("inf")
 
     def _identity(self) -> tuple[int, int]:
-        found = os.stat(self.path)
-        return found.st_dev, found.st_ino
+        status = os.stat(self.path)
+        return status.st_dev, status.st_ino
 
     def _is_there(self) -> bool:
         try:

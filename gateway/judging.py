@@ -134,11 +134,11 @@ class Judge:
             return self._found("time_stands", "has machine_step 0 while running")
         if not timebase:
             return jump
-        found = timebase.judge(
+        fault = timebase.judge(
             self.time.raw(self.time_s), arrived, jumped=jump is not None, proven=proven
         )
         # A machine may leave out cycles if its time agrees with this clock.
-        return Finding(found[0], self._closing, found[1]) if found else None
+        return Finding(fault[0], self._closing, fault[1]) if fault else None
 
     def _jump(self, beat: Mapping[str, float], time: CountedTime) -> Finding | None:
         """Compare the machine's time with the one that the previous cycle announced."""

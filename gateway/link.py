@@ -75,7 +75,7 @@ class Link:
     ) -> None:
         self.interface, self.channel = interface, channel
         self._filters = [_filter(key) for key in sorted(ids)]
-        self._extended = any(one["extended"] for one in self._filters)
+        self._extended = any(entry["extended"] for entry in self._filters)
         self._say, self._clock, self._options = say, clock, options or {}
         self._fd = bool(self._options.get("fd"))
         self._bus: can.BusABC | None = None

@@ -325,6 +325,6 @@ class MachineNode:
         """Return the flags and codes that the table holds in addition to the plant's signals."""
         values = self.answers.last.values if self.answers.last else {}
         names = ("valid", "status", "status_sensor", "bus_fault")
-        found = {name: values.get(name, float("nan")) for name in names}
+        heard = {name: values.get(name, float("nan")) for name in names}
         # Without a fresh answer nothing is valid.
-        return found if fresh is not None else {**found, "valid": 0.0}
+        return heard if fresh is not None else {**heard, "valid": 0.0}

@@ -111,8 +111,8 @@ class _Mapped(Form):
     @property
     def places(self) -> list[str]:
         """The signals as ``FRAME.SIGNAL``; none for a constant."""
-        found = [self.signal] if isinstance(self.signal, str) else self.signal
-        return list(found or ())
+        signals = [self.signal] if isinstance(self.signal, str) else self.signal
+        return list(signals or ())
 
 
 class InputMap(_Mapped):

@@ -221,5 +221,5 @@ def raw_ends(signal: CanSignal) -> tuple[float, float]:
 
 def _usual(unit: str) -> str:
     """Return the gateway's unit for a quantity that it does not know."""
-    found = conversion_of(unit)
-    return found.suffix if found and found.suffix in ("degC", "rpm") else unit
+    conversion = conversion_of(unit)
+    return conversion.suffix if conversion and conversion.suffix in ("degC", "rpm") else unit

@@ -243,8 +243,8 @@ class _Reader:
         frame, _, signal_name = wanted.partition(".")
         if frame not in self.messages:
             raise _refused(f"{self.form.dbc} has no frame {frame}")
-        known = {signal.name: signal for signal in self.messages[frame].signals}
-        if signal_name not in known:
+        in_frame = {signal.name: signal for signal in self.messages[frame].signals}
+        if signal_name not in in_frame:
             raise _refused(f"{frame} has no signal {signal_name} in {self.form.dbc}")
         if wanted in self._used:
             raise _refused(f"{wanted} is {self._used[wanted]} already")
@@ -254,33 +254,33 @@ class _Reader:
             raise _refused(f"{frame} holds inputs and outputs: a frame has one sender")
         if name in signals:
             raise _refused(f"has two signals in {frame}")
-        signals[name] = mapped_signal(name, spec, known[signal_name])
+        signals[name] = mapped_signal(name, spec, in_frame[signal_name])
 
     def _substitute(self, place: str, name: str, spec: InputMap) -> Substitute | None:
-        found = None
+        substitute = None
         if isinstance(spec.constant, str):
             if (name, spec.constant) != ("machine_state", "running"):
                 self.say(place, f"constant {spec.constant!r} is not allowed: a number")
         elif spec.constant is not None:
-            found = Substitute(spec.constant)
+            substitute = Substitute(spec.constant)
         elif spec.when_missing == HOLD:
-            found = Substitute(None, spec.hold_s or 0.0)
+            substitute = Substitute(None, spec.hold_s or 0.0)
         elif not isinstance(spec.when_missing, str):
-            found = Substitute(float(spec.when_missing))
-        if found and name in NEEDED[MACHINE]:
+            substitute = Substitute(float(spec.when_missing))
+        if substitute and name in NEEDED[MACHINE]:
             self.say(place, "cannot be replaced by a number: it says what the machine does")
-        return found
+        return substitute
 
     def _when_invalid(self) -> dict[str, float]:
-        found = {}
+        values = {}
         for name, spec in self.form.outputs.items():
             if spec.when_invalid == MISSING:
-                found[name] = float("nan")
+                values[name] = float("nan")
                 if spec.missing_raw is None:
                     self.say(f"outputs.{name}", 'when_invalid = "missing" needs missing_raw')
             elif not isinstance(spec.when_invalid, str | None):
-                found[name] = float(spec.when_invalid)
-        return found
+                values[name] = float(spec.when_invalid)
+        return values
 
     # Frames
 
@@ -350,18 +350,18 @@ def _fixed(message: Message, form: FrameMap, taken: set[str]) -> dict[str, float
     for name in form.fill:
         if name not in others:
             raise _refused(f"fill.{name}: is not an unused signal of this frame")
-    known = sorted({page for signal in message.signals for page in signal.multiplexer_ids or ()})
-    found = {}
+    numbered = sorted({page for signal in message.signals for page in signal.multiplexer_ids or ()})
+    raw_values = {}
     for name, signal in others.items():
-        pages = known if signal.is_multiplexer else []
+        pages = numbered if signal.is_multiplexer else []
         start = signal.raw_initial or 0
         raw = form.fill.get(name, pages[0] if pages and start not in pages else start)
         low, high = raw_ends(signal)
         if not float(low) <= raw <= float(high) or (pages and raw not in pages):
             allowed = ", ".join(map(str, pages)) or f"{low:.0f} to {high:.0f}"
             raise _refused(f"fill.{name}: {raw:g} is not allowed: {allowed}")
-        found[name] = raw if signal.is_float else min(max(round(raw), low), high)
-    return found
+        raw_values[name] = raw if signal.is_float else min(max(round(raw), low), high)
+    return raw_values
 
 
 def _multiplexer(message: Message) -> str:

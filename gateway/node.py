@@ -419,7 +419,7 @@ class GatewayNode:
     def _tell_signals(self, wrong: Iterable[Finding], now: float) -> None:
         """Report the signals that have just lost their value, one line per kind of fault."""
         texts: dict[tuple[str, ...], str] = {
-            (one.fault, one.signal): one.text for one in wrong if one.signal
+            (finding.fault, finding.signal): finding.text for finding in wrong if finding.signal
         }
         for fault in dict.fromkeys(key[0] for key in texts):
             new = {k: texts[k] for k in texts if k[0] == fault and k not in self._without}

@@ -63,7 +63,7 @@ class MachinePlant:
         self.slave = StatefulSlave(path, "plant", show, printed or io.StringIO())
         # The bus brings the offsets. The compensator must get the plant's value of an input that no
         # signal drives.
-        driven = {n: one for n, one in self.slave.variables.items() if n not in OFFSETS}
+        driven = {n: variable for n, variable in self.slave.variables.items() if n not in OFFSETS}
         time_s = np.arange(self.steps + 1, dtype=np.float64) * self.step_s
         self._signals = signals_over(case, time_s, driven, driven)
         self._in = Port(self.slave, [*self._signals, *OFFSETS])
@@ -161,11 +161,11 @@ class MachinePlant:
             [*self._out.values, *(rows[self.point] for rows in self._signals.values())]
         )
         self._faults.apply(self.time_s, self.step_s, values)
-        found = dict(zip([*self._out.names, *self._signals], values.tolist(), strict=True))
+        values_by_name = dict(zip([*self._out.names, *self._signals], values.tolist(), strict=True))
         length_mm = self.case.settings.compensator.tool_length_mm
         if length_mm is not None:
-            found[TOOL_LENGTH] = length_mm
-        return found
+            values_by_name[TOOL_LENGTH] = length_mm
+        return values_by_name
 
     def record(self, offsets: Mapping[str, float], extra: Mapping[str, float]) -> None:
         """Record the current point for `frame`.

@@ -332,14 +332,14 @@ class Substitution:
 
     def fill(self, values: Mapping[str, float], now: float) -> dict[str, float]:
         """Return the values of a usable cycle, with missing ones replaced."""
-        found = dict(values)
+        filled = dict(values)
         for name, substitute in self._substitutes.items():
-            value = found.get(name, nan)
+            value = filled.get(name, nan)
             if value == value:
                 self._last[name] = value, now
             elif substitute.value is not None:
-                found[name] = substitute.value
+                filled[name] = substitute.value
             else:
                 last, at = self._last.get(name, (nan, -inf))
-                found[name] = last if now - at <= substitute.hold_s else nan
-        return found
+                filled[name] = last if now - at <= substitute.hold_s else nan
+        return filled

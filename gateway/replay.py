@@ -45,20 +45,20 @@ def recorded(path: Path, database: Database) -> list[can.Message]:
     ids = {frame.key for frame in database.frames if frame.sender == MACHINE}
     try:
         with can.LogReader(str(path)) as reader:
-            found = [
+            messages = [
                 message
                 for message in reader
                 if key_of(message) in ids and not message.is_error_frame
             ]
     except Exception as error:  # a damaged log makes the readers raise many kinds of errors
         raise BadInput(path, "", f"is not a log of frames: {one_line(error)[:200]}") from None
-    if not found:
+    if not messages:
         raise BadInput(path, "", "holds no frame of the machine")
-    channels = sorted({str(message.channel) for message in found})
+    channels = sorted({str(message.channel) for message in messages})
     if len(channels) > 1:
         buses = ", ".join(channels)
         raise BadInput(path, "", f"holds frames of the machine on channels {buses}: keep one")
-    return found
+    return messages
 
 
 def replay(

@@ -107,7 +107,7 @@ class StateFile:
             # A power cut may leave a damaged file; the gateway starts without it.
             return None, f"it is damaged: {error}"
         age = self._wall() - saved
-        found = Saved(times[0], times[1], age, state)
+        restorable = Saved(times[0], times[1], age, state)
         if table["fmu"] != self._fmu:
             return None, "it belongs to another FMU"
         if age < 0.0:
@@ -115,4 +115,4 @@ class StateFile:
         if age * speed_up > OLDEST_S:
             allowed = f"allowed is {OLDEST_S / speed_up:g} s"
             return None, f"it was saved {age:.0f} s ago, {allowed}"
-        return found, ""
+        return restorable, ""

@@ -337,7 +337,7 @@ def _lost(look: _Look) -> list[str]:
     machine = look.machine
     links = [item for item in machine.items if item.family == "links"]
     touched = {name for item in links for names in item.refs.values() for name in names}
-    found = [
+    lines = [
         f"{name} exchanges heat with nothing: a link is missing."
         for name in look.names
         if name not in touched
@@ -350,39 +350,39 @@ def _lost(look: _Look) -> list[str]:
     reached = breadth_first_order(joined, outside, directed=False, return_predecessors=False)
     away = {look.names[i] for i in set(range(outside)) - set(reached.tolist())}
     lost = {part_of(name) for name in away & touched}
-    found += [f"Heat in {name} never reaches air or coolant." for name in sorted(lost)]
-    return found
+    lines += [f"Heat in {name} never reaches air or coolant." for name in sorted(lost)]
+    return lines
 
 
 def _slow_or_hot(look: _Look, parts: tuple[Part, ...]) -> list[str]:
-    found = []
+    lines = []
     hot = sorted((part for part in parts if part.warm > HOT), key=lambda part: -part.warm)
     if hot:
-        told = ", ".join(f"{part.name} reaches {part.warm:.0f}" for part in hot[:3])
+        which = ", ".join(f"{part.name} reaches {part.warm:.0f}" for part in hot[:3])
         more = " (others are hot, too)" if len(hot) > 3 else ""
-        found.append(
-            f"{told} degC at full speed{more}: a joint, a surface or cooling may be missing, or a"
+        lines.append(
+            f"{which} degC at full speed{more}: a joint, a surface or cooling may be missing, or a"
             " heat source is too strong."
         )
     for part in parts:
         if SLOWEST_H < part.hours < np.inf:
-            found.append(
+            lines.append(
                 f"{part.name} takes {part.hours:.0f} h to follow its surroundings: its mass may be"
                 " ten times too large, or a joint or surface is missing."
             )
         cold = look.shown.temperatures[0, 0, look.groups[part.name]].max()
         if part.heat > 1.0 and part.warm < cold + FINEST_K:
-            found.append(f"{part.name} takes up {part.heat:.0f} W and hardly warms.")
-    return found
+            lines.append(f"{part.name} takes up {part.heat:.0f} W and hardly warms.")
+    return lines
 
 
 def _bearings(look: _Look) -> list[str]:
-    found = []
+    lines = []
     for item in look.machine.of_kind("sources", "bearing"):
         warm = look.of_bearing(item)
         holds = item.parameters["viscosity_at"]
         if warm > WARM_BEARING:
-            found.append(
+            lines.append(
                 f"The bearing {item.name} runs at {warm:.0f} degC at full speed: if it does not,"
                 " give its f0, lubrication (oil-air makes less friction than grease) and grade, or"
                 " a jacket that cools it; or the highest speed is more than it ever runs."
@@ -390,26 +390,26 @@ def _bearings(look: _Look) -> list[str]:
         # A temperature given by the owner holds for the machine at work, not at full speed.
         usual = CLASS_VALUES["running_temperature"]
         if holds.source.startswith(CLASS) and not usual.low <= warm <= usual.high:
-            found.append(
+            lines.append(
                 f"The bearing {item.name} runs at {warm:.0f} degC at full speed, but its viscosity"
                 f" is the class's, for {holds.value:.0f} degC: give the running_temperature that"
                 " it has most of the time."
             )
-    return found
+    return lines
 
 
 def _numbers(machine: Machine) -> list[str]:
     """Return a sentence for each number far outside the usual range, without repeats."""
-    told: dict[tuple[str, str], list[str]] = defaultdict(list)
+    texts: dict[tuple[str, str], list[str]] = defaultdict(list)
     for item in machine.items:
         for name, parameter in item.parameters.items():
             usual = USUAL.get((item.kind, name))
             if usual and not usual[0] <= parameter.value <= usual[1]:
-                told[item.kind, name].append(_said(item, name, parameter))
+                texts[item.kind, name].append(_said(item, name, parameter))
     return [
         f"{', '.join(items[:3])}{' and more' if len(items) > 3 else ''}: the {name} of a {kind}"
         f" is usually {USUAL[kind, name][0]:g} to {USUAL[kind, name][1]:g}."
-        for (kind, name), items in told.items()
+        for (kind, name), items in texts.items()
     ]
 
 

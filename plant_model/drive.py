@@ -145,9 +145,9 @@ def outside_ranges(machine: Machine, frame: pd.DataFrame) -> dict[str, str]:
         column = column_in(frame, entry)
         values = np.asarray(frame[column] if column else (), dtype=np.float64)
         for k in np.flatnonzero((values < entry.low) | (values > entry.high))[:1]:
-            found = f"{values[k]:g} at {np.asarray(frame.get('time_s', frame.index))[k]:g} s"
+            reading = f"{values[k]:g} at {np.asarray(frame.get('time_s', frame.index))[k]:g} s"
             allowed = f"{entry.low:g}..{entry.high:g} {entry.unit}"
-            texts[str(column)] = f"{found} is outside {allowed}"
+            texts[str(column)] = f"{reading} is outside {allowed}"
     return texts
 
 

@@ -56,14 +56,14 @@ def still_axes(machine: Machine, shown: Simulation, inputs: pd.DataFrame) -> lis
     if still:
         # Hall, coolant or torque may move an axis that does not move in a steady hall.
         still &= _still(machine, simulate(machine, _stirred(machine, inputs), step_s=60.0))
-    found = []
+    lines = []
     for axis in sorted(still):
         sensors = ", ".join(name for name, seen in machine.probes.items() if seen == axis)
-        found.append(
+        lines.append(
             f"Nothing moves {axis}: {sensors} would stay at zero. No grows in"
             f" {axis.lower()}, no bends, no side that is warmer than the other."
         )
-    return found
+    return lines
 
 
 def _still(machine: Machine, shown: Simulation) -> set[str]:

@@ -132,7 +132,7 @@ def changed(network: Network, about: int, drives: Sequence[Drive]) -> list[list[
     of_run = np.split(which.ravel(), np.cumsum([len(rows) for rows in of_runs])[:-1])
     inputs = {entry.name: np.zeros(len(levels)) for entry in network.machine.inputs}
     inputs |= dict(zip(network.conductance_inputs, levels.T, strict=True))
-    found: list[list[Changed]] = [[] for _ in drives]
+    by_run: list[list[Changed]] = [[] for _ in drives]
     for entry in network.exchanges(inputs):
         if len(entry.conductance) == 1:
             continue
@@ -140,9 +140,9 @@ def changed(network: Network, about: int, drives: Sequence[Drive]) -> list[list[
         sets = np.flatnonzero(change.any(axis=1))
         if len(sets):
             wide = np.broadcast_to(change[sets], (len(sets), len(levels)))
-            for run, at in zip(found, of_run, strict=True):
+            for run, at in zip(by_run, of_run, strict=True):
                 run.append(Changed(entry, sets, wide[:, at]))
-    return found
+    return by_run
 
 
 def _excess(

@@ -83,14 +83,14 @@ def _most_telling(model: Model, runs: Sequence[Run], rig: Rig) -> str | None:
         for run, rows in zip(runs, prepared.runs, strict=True)
         if rows.complete(chosen).known.sum() >= FEWEST_JUDGED_ROWS
     ]
-    known = gaussian_of(model.table["gaussian"])
+    gaussian = gaussian_of(model.table["gaussian"])
     best, gain, now = runs[0], 0.0, 0.0
     for run, sample in pairs:
         if learnt_as(model, run) is not None:
             continue
         others = [other for _, other in pairs if other is not sample]
-        before = _uncertainty(others, known)
-        gained = before - _uncertainty(others, known.updated([sample]))
+        before = _uncertainty(others, gaussian)
+        gained = before - _uncertainty(others, gaussian.updated([sample]))
         if gained > gain:
             best, gain, now = run, gained, before
     if not gain:

@@ -142,7 +142,7 @@ def grouped(label: NDArray[np.integer]) -> list[list[int]]:
     label : array of int, shape (m,)
         One per column.
     """
-    found: dict[int, list[int]] = {}
+    groups: dict[int, list[int]] = {}
     for column, group in enumerate(label.tolist()):
-        found.setdefault(group, []).append(column)
-    return sorted(found.values())
+        groups.setdefault(group, []).append(column)
+    return sorted(groups.values())

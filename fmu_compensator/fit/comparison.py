@@ -143,8 +143,8 @@ class Comparison:
             "validate": {**validate, "per_run": per_run},
         }
         if row.coverage:
-            wanted, *found = row.coverage
-            shares = dict(zip(self.targets, found, strict=True))
+            wanted, *covered = row.coverage
+            shares = dict(zip(self.targets, covered, strict=True))
             table["interval"] = {"coverage_wanted": wanted, "coverage_measured": shares}
         if row.alone:
             table["alone"] = self.figures(row.alone)
@@ -252,10 +252,10 @@ def _warm_note(split: Split) -> str:
     """Return a note about the runs of a split that began warm; empty if none did."""
     _, learnt = cold_starts(split.train)
     judged = named_warm(split.validate)
-    told = [f"{split.name}: {learnt}"] if learnt else []
+    notes = [f"{split.name}: {learnt}"] if learnt else []
     if judged:
-        told.append(f"judged like cold starts, though the machine was warm: {judged}")
-    return "; ".join(told)
+        notes.append(f"judged like cold starts, though the machine was warm: {judged}")
+    return "; ".join(notes)
 
 
 class _Bench:
@@ -314,11 +314,11 @@ class _Bench:
             for runs, judged in ((train.runs, row.train), (validate.runs, row.validate)):
                 for run in runs:
                     if free:
-                        found = installed.predict(run)
-                        whole, width = found.rows, found.half_width
+                        prediction = installed.predict(run)
+                        whole, width = prediction.rows, prediction.half_width
                         values, mean = (
                             predicted_drift(-shown, whole.targets, recipe.input_form)
-                            for shown in (found.values, found.mean)
+                            for shown in (prediction.values, prediction.mean)
                         )
                         if has_mean and judged is row.validate:
                             row.alone += _judged(whole, mean, places, None)

@@ -48,12 +48,12 @@ def folds_of(runs: Sequence[PreparedRun]) -> list[Fold]:
     count = len(runs)
     if count < THIRDS:
         return []
-    found = []
+    folds = []
     for first in range(min(count, FOLDS)):
         places = tuple(range(first, count, FOLDS))
         names = [runs[place].name for place in places]
         name = names[0] if len(names) == 1 else f"{names[0]} and every {FOLDS}th from there"
-        found.append(Fold(name, LIKE, places))
+        folds.append(Fold(name, LIKE, places))
     size = round(count / THIRDS)
     taken: list[tuple[int, ...]] = []
     for low, high, values in _conditions(runs):
@@ -64,8 +64,8 @@ def folds_of(runs: Sequence[PreparedRun]) -> list[Fold]:
             out = tuple(sorted(int(place) for place in ends))
             if out not in taken:
                 taken.append(out)
-                found.append(Fold(name, UNLIKE, out))
-    return found
+                folds.append(Fold(name, UNLIKE, out))
+    return folds
 
 
 def _conditions(runs: Sequence[PreparedRun]) -> list[tuple[str, str, np.ndarray]]:

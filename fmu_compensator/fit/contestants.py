@@ -63,30 +63,30 @@ def contestants(
     BadInput
         For a name that is unknown or given twice.
     """
-    known: dict[str, tuple[str, str, Mapping[str, Any]]] = {
+    recipes: dict[str, tuple[str, str, Mapping[str, Any]]] = {
         name: (name, kind.title or name, {}) for name, kind in fitted_models().items()
     }
     for kind, model in fitted_models().items():
         variants = vars(model).get("variants", {})  # its own, not the inherited ones
-        known |= {name: (kind, title, more) for name, (title, more) in variants.items()}
-    chosen = list(known) if names is None else [name for name in names if name not in BASELINES]
-    found = [Contestant(name, title, None) for name, title in BASELINES.items()]
+        recipes |= {name: (kind, title, more) for name, (title, more) in variants.items()}
+    chosen = list(recipes) if names is None else [name for name in names if name not in BASELINES]
+    entries = [Contestant(name, title, None) for name, title in BASELINES.items()]
     for name in chosen:
-        if name not in known:
-            allowed = ", ".join([*known, *BASELINES])
+        if name not in recipes:
+            allowed = ", ".join([*recipes, *BASELINES])
             raise BadInput("compare", "models", f"{shown(name)} is not allowed: {allowed}")
-        if name in [other.name for other in found]:
+        if name in [other.name for other in entries]:
             raise BadInput("compare", "models", f"{shown(name)} is given twice")
-        kind, title, own = known[name]
+        kind, title, own = recipes[name]
         more = {**own, **(options or {}).get(name, {})}
         if seed is not None and fitted_models()[kind].takes_seed():
             more["seed"] = seed
         recipe = Recipe(kind, points=points, grey=dict(grey or {}), options=more)
-        found.append(Contestant(name, title, recipe))
+        entries.append(Contestant(name, title, recipe))
     for name in options or {}:
         if name not in chosen:
             raise BadInput("compare", "option", f"{shown(name)} does not take part")
-    return found
+    return entries
 
 
 def held(run: TrainingRun, measured: Array | None) -> Array:

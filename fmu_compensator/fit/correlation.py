@@ -73,7 +73,7 @@ def all_subsets(runs: Sequence[tuple[Array, Array]]) -> list[Subset]:
     total = sum(grams[1:], start=grams[0])
     y = np.concatenate([error for _, error in runs])
     sst = float(np.sum((y - y.mean()) ** 2))
-    found = []
+    subsets = []
     for size in range(1, count + 1):
         for columns in combinations(range(count), size):
             places = [*columns, count]
@@ -82,8 +82,8 @@ def all_subsets(runs: Sequence[tuple[Array, Array]]) -> list[Subset]:
             freedom = max(len(y) - size - 1, 1)
             adjusted = 1.0 - (1.0 - r2) * (len(y) - 1) / freedom
             multiple = math.sqrt(max(r2, 0.0))
-            found.append(Subset(columns, multiple, adjusted, _held_out(grams, total, places, y)))
-    return sorted(found, key=lambda subset: -subset.r2_adjusted)
+            subsets.append(Subset(columns, multiple, adjusted, _held_out(grams, total, places, y)))
+    return sorted(subsets, key=lambda subset: -subset.r2_adjusted)
 
 
 def _normal_equations(series: Array, error: Array) -> Array:

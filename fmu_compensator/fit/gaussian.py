@@ -145,9 +145,9 @@ class Gaussian:
         for _ in range(ROUNDS):
             evidence = _Evidence(rows, sizes, likely if share is None else share)
             logs = evidence.best(logs)
-            found, likely = evidence.model(logs), evidence.likely_share(logs)
-            sizes = np.array([found.size_of(sample) for sample in samples])
-        return found
+            model, likely = evidence.model(logs), evidence.likely_share(logs)
+            sizes = np.array([model.size_of(sample) for sample in samples])
+        return model
 
     def missed(self, sample: Sample) -> Array:
         """Return the residuals of mean function and weights, shape (n, m)."""
@@ -175,9 +175,9 @@ class Gaussian:
             return self
         rows, sizes = _Turned.of(samples), np.ones(len(samples))
         for _ in range(ROUNDS):
-            found = self._conditioned(rows, sizes)
-            sizes = np.array([found.size_of(sample) for sample in samples])
-        return found
+            model = self._conditioned(rows, sizes)
+            sizes = np.array([model.size_of(sample) for sample in samples])
+        return model
 
     def _conditioned(self, rows: _Turned, sizes: Array) -> Gaussian:
         """Return the model after further runs whose random walks have these sizes."""
@@ -274,47 +274,47 @@ class _Evidence:
 
         Sigma is profiled out.
         """
-        told, rows = self.posterior(logs), len(self._targets)
-        weights = told.weights(self._targets)
-        left = self._targets - told.features @ weights
-        noise = np.diag(self._spread(told, left, weights))
+        posterior, rows = self.posterior(logs), len(self._targets)
+        weights = posterior.weights(self._targets)
+        left = self._targets - posterior.features @ weights
+        noise = np.diag(self._spread(posterior, left, weights))
         size = 0.5 * (logs[1:, None] + np.log(noise)) - np.log(USUAL_UM_PER_K)
-        fit = 0.5 * len(noise) * (told.determinant + float(np.log(told.variance).sum()))
+        fit = 0.5 * len(noise) * (posterior.determinant + float(np.log(posterior.variance).sum()))
         fit += 0.5 * rows * np.log(noise).sum()
         far = logs[0] / SPREAD_OF_WALK
         cost = fit + 0.5 * np.sum((size / SPREAD_OF_USUAL) ** 2) + 0.5 * far**2
         pulls = size / SPREAD_OF_USUAL**2
         by_square = 0.5 * (rows + pulls.sum(axis=0)) / (rows * noise)
-        determined = 0.5 * len(noise) * (1.0 - np.diag(told.covariance) / told.prior)
-        by_weight = determined - (weights**2 / told.prior[:, None]) @ by_square
+        determined = 0.5 * len(noise) * (1.0 - np.diag(posterior.covariance) / posterior.prior)
+        by_weight = determined - (weights**2 / posterior.prior[:, None]) @ by_square
         by_scale = by_weight.reshape(len(logs) - 1, -1).sum(axis=1) + 0.5 * pulls.sum(axis=1)
-        novelty = np.sum((told.features @ told.covariance) * told.features, axis=1)
-        by_variance = 0.5 * len(noise) * (told.variance - novelty) - left**2 @ by_square
-        by_walk = 2.0 * float((1.0 - 1.0 / told.variance) @ (by_variance / told.variance))
+        novelty = np.sum((posterior.features @ posterior.covariance) * posterior.features, axis=1)
+        by_variance = 0.5 * len(noise) * (posterior.variance - novelty) - left**2 @ by_square
+        by_walk = 2.0 * float((1.0 - 1.0 / posterior.variance) @ (by_variance / posterior.variance))
         by_walk += far / SPREAD_OF_WALK
         return float(cost), np.append(by_walk, by_scale)
 
-    def _spread(self, told: _Posterior, left: Array, weights: Array) -> Array:
+    def _spread(self, posterior: _Posterior, left: Array, weights: Array) -> Array:
         """Return the most likely Sigma, from these weights and what they leave of targets."""
-        found = told.squares(left, weights) / len(left)
-        return np.asarray(found + SMALLEST_NOISE**2 * np.eye(len(found)))
+        squares = posterior.squares(left, weights) / len(left)
+        return np.asarray(squares + SMALLEST_NOISE**2 * np.eye(len(squares)))
 
     def likely_share(self, logs: Array) -> Array:
         """Return the mean function's most likely share of each target, shape (m,); 0 if none."""
-        both, told = np.hstack([self._rows.measured, self._rows.mean]), self.posterior(logs)
-        weights, count = told.weights(both), len(self._share)
-        left = told.squares(both - told.features @ weights, weights)
+        both, posterior = np.hstack([self._rows.measured, self._rows.mean]), self.posterior(logs)
+        weights, count = posterior.weights(both), len(self._share)
+        left = posterior.squares(both - posterior.features @ weights, weights)
         of_mean = np.diag(left)[count:]
         return np.clip(np.diag(left[:count, count:]) / np.where(of_mean > 0.0, of_mean, 1.0), 0, 1)
 
     def model(self, logs: Array) -> Gaussian:
         """Return the model with this walk and these scales."""
-        told, (walk, *scale) = self.posterior(logs), np.exp(logs)
-        weights = told.weights(self._targets)
-        left = self._targets - told.features @ weights
-        spread, rows = self._spread(told, left, weights), float(len(left))
+        posterior, (walk, *scale) = self.posterior(logs), np.exp(logs)
+        weights = posterior.weights(self._targets)
+        left = self._targets - posterior.features @ weights
+        spread, rows = self._spread(posterior, left, weights), float(len(left))
         return Gaussian(
-            weights, told.covariance, np.array(scale), float(walk), spread, rows, self._share
+            weights, posterior.covariance, np.array(scale), float(walk), spread, rows, self._share
         )
 
 
@@ -341,13 +341,13 @@ def directions(model: Gaussian, samples: Sequence[Sample], before: Array | None 
     before = np.zeros((0, size)) if before is None else before
     prior = np.diag(by_feature(model.scale, size))
     values, vectors = np.linalg.eigh(prior - before.T @ before - model.covariance)
-    known = vectors * np.sqrt(np.maximum(values, 0.0))
+    scaled = vectors * np.sqrt(np.maximum(values, 0.0))
     features = np.vstack([sample.features for sample in samples])
     hours = np.concatenate([sample.hours for sample in samples])
     # The directions that explain most of the runs come first.
-    _, lengths, turned = np.linalg.svd(features @ known, full_matrices=False)
+    _, lengths, turned = np.linalg.svd(features @ scaled, full_matrices=False)
     explained = np.cumsum(lengths**2) / len(features)
     usual = 1.0 + model.walk**2 * hours.mean() + model.novelty(features).mean()
     enough = explained[-1] - explained <= LOST * usual
-    both = np.vstack([before, (turned @ known.T)[: int(np.argmax(enough)) + 1]])
+    both = np.vstack([before, (turned @ scaled.T)[: int(np.argmax(enough)) + 1]])
     return both if len(both) <= size else np.asarray(np.linalg.qr(both, mode="r"))  # same D' D

@@ -58,13 +58,13 @@ def loop_of(rises: Sequence[Array], drifts: Sequence[Array], step_s: float) -> L
     # the ends are left out, and the warm-up counts.
     drift = np.concatenate([drift_of_run[: len(drift_of_run) - most] for drift_of_run in drifts])
     padded = [np.concatenate([np.full(most, rise_of_run[0]), rise_of_run]) for rise_of_run in rises]
-    found = {}
+    by_lag = {}
     for lag in range(-most, most + 1):
         parts = [rise_of_run[most - lag : len(rise_of_run) - most - lag] for rise_of_run in padded]
         rise = np.concatenate(parts)
         away, off = rise - rise.mean(), drift - drift.mean()
         rate = float(away @ off) / max(float(away @ away), np.finfo(float).tiny)
-        found[lag] = float(np.sqrt(np.mean((off - rate * away) ** 2))), rate
-    best = min(found, key=lambda lag: found[lag][0])
-    rms, rate = found[best]
-    return Loop(best * step_s / 60.0, abs(best) == most, rate, found[0][0], rms)
+        by_lag[lag] = float(np.sqrt(np.mean((off - rate * away) ** 2))), rate
+    best = min(by_lag, key=lambda lag: by_lag[lag][0])
+    rms, rate = by_lag[best]
+    return Loop(best * step_s / 60.0, abs(best) == most, rate, by_lag[0][0], rms)

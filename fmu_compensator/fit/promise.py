@@ -131,19 +131,19 @@ def by_axis(records: Sequence[RunLeft]) -> dict[str, dict[str, float]]:
         By axis: RMSE with the compensator (``model``), without (``no_model``) and as expected by
         the interval (``expected``) [um]; share of samples within the interval (``inside``) [1].
     """
-    found: dict[str, dict[str, float]] = {}
+    errors: dict[str, dict[str, float]] = {}
     for axis in AXES:
         here = [record for record in records if axis in record.axes]
         if not here:
             continue
         parts, counts = [record.axes[axis] for record in here], [record.counts for record in here]
-        found[axis] = {
+        errors[axis] = {
             "model": _pooled([part.left for part in parts], counts),
             "no_model": _pooled([part.none for part in parts], counts),
             "expected": _pooled([part.expected for part in parts], counts),
             "inside": float(np.average([part.inside for part in parts], weights=counts)),
         }
-    return found
+    return errors
 
 
 def promise(records: Sequence[RunLeft]) -> dict[str, Any] | None:
@@ -154,26 +154,26 @@ def promise(records: Sequence[RunLeft]) -> dict[str, Any] | None:
     records = [record for record in records if record.axes]
     if not records:
         return None
-    found: dict[str, Any] = {}
+    results: dict[str, Any] = {}
     for kind in (LIKE, UNLIKE):
         here = [
             record for record in records if record.fold is not None and record.fold.kind == kind
         ]
         if not here:
             continue
-        found[kind] = by_axis(here)
+        results[kind] = by_axis(here)
         by_fold = {record.fold.name: record.fold for record in here if record.fold is not None}
         runs = {record.run for record in here}
         # The folds of different conditions overlap: they are thirds of the same runs.
-        found[f"{kind}_behind"] = len(runs) if kind == LIKE else min(len(runs), THIRDS)
-        found[f"{kind}_folds"] = [
+        results[f"{kind}_behind"] = len(runs) if kind == LIKE else min(len(runs), THIRDS)
+        results[f"{kind}_folds"] = [
             {"left_out": name, "runs": len(fold.out), "ratio_to_none": _ratio(here, fold)}
             for name, fold in by_fold.items()
         ]
-    found["by_run"] = _misses(
+    results["by_run"] = _misses(
         record for record in records if record.fold and record.fold.kind == LIKE
     )
-    return {**found, "promised": promised(found)}
+    return {**results, "promised": promised(results)}
 
 
 def promised(unseen: Mapping[str, Any]) -> dict[str, dict[str, float]]:
@@ -185,7 +185,7 @@ def promised(unseen: Mapping[str, Any]) -> dict[str, dict[str, float]]:
         What `promise` returned: the worse of like and unlike runs is used.
     """
     kinds = [kind for kind in (LIKE, UNLIKE) if kind in unseen]
-    found = {}
+    promises = {}
     for axis in unseen[kinds[0]]:
         rows = [(unseen[kind][axis], unseen[f"{kind}_behind"]) for kind in kinds]
         square, none = max(
@@ -196,8 +196,8 @@ def promised(unseen: Mapping[str, Any]) -> dict[str, dict[str, float]]:
             )
             for row, behind in rows
         )
-        found[axis] = {"model": float(np.sqrt(square)), "no_model": none}
-    return found
+        promises[axis] = {"model": float(np.sqrt(square)), "no_model": none}
+    return promises
 
 
 def followed(unseen: Mapping[str, Any] | None, records: Sequence[RunLeft]) -> dict[str, Any] | None:
@@ -213,15 +213,15 @@ def followed(unseen: Mapping[str, Any] | None, records: Sequence[RunLeft]) -> di
     records = [record for record in records if record.axes]
     if not records:
         return None if unseen is None else dict(unseen)
-    new, found = by_axis(records), dict(unseen if unseen and "promised" in unseen else {})
+    new, results = by_axis(records), dict(unseen if unseen and "promised" in unseen else {})
     runs = sum(record.counts for record in records)
     for kind, count in ((LIKE, runs), (UNLIKE, runs / len(records))):
-        if kind in found or kind == LIKE:
-            behind = found.get(f"{kind}_behind", 0)
-            found[kind] = _together(found.get(kind, {}), behind, new, count)
-            found[f"{kind}_behind"] = behind + count
-    found["by_run"] = [*found.get("by_run", ()), *_misses(records)]
-    return {**found, "promised": promised(found)}
+        if kind in results or kind == LIKE:
+            behind = results.get(f"{kind}_behind", 0)
+            results[kind] = _together(results.get(kind, {}), behind, new, count)
+            results[f"{kind}_behind"] = behind + count
+    results["by_run"] = [*results.get("by_run", ()), *_misses(records)]
+    return {**results, "promised": promised(results)}
 
 
 def _together(
@@ -231,13 +231,13 @@ def _together(
     count: float,
 ) -> dict[str, dict[str, float]]:
     """Return the combined figures by axis of *behind* observations and *count* more."""
-    found = {axis: dict(row) for axis, row in {**new, **old}.items()}
+    merged = {axis: dict(row) for axis, row in {**new, **old}.items()}
     for axis in old.keys() & new.keys():
         for name, value in new[axis].items():
             power = 1.0 if name == "inside" else 2.0
             total = behind * old[axis][name] ** power + count * value**power
-            found[axis][name] = float((total / (behind + count)) ** (1.0 / power))
-    return found
+            merged[axis][name] = float((total / (behind + count)) ** (1.0 / power))
+    return merged
 
 
 def _misses(records: Iterable[RunLeft]) -> list[dict[str, Any]]:
@@ -255,9 +255,9 @@ def _ratio(records: Sequence[RunLeft], fold: Fold) -> float:
     """Return the error over that of no compensation, geometric mean over the axes [1]."""
     here = [record for record in records if record.fold == fold]
     logs = [
-        np.log(max(found["model"], 1e-9) / found["no_model"])
-        for found in by_axis(here).values()
-        if found["no_model"] > 0.0
+        np.log(max(error["model"], 1e-9) / error["no_model"])
+        for error in by_axis(here).values()
+        if error["no_model"] > 0.0
     ]
     return float(np.exp(np.mean(logs))) if logs else float("nan")
 

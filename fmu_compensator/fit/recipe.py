@@ -46,9 +46,9 @@ class Recipe:
 
     def __post_init__(self) -> None:
         """Check the names and fill in the defaults."""
-        known = fitted_models()
-        if self.kind not in known:
-            allowed = ", ".join(known)
+        models = fitted_models()
+        if self.kind not in models:
+            allowed = ", ".join(models)
             raise BadInput("fit", "model", f"{shown(self.kind)} is not allowed: {allowed}")
         for name, usual in (
             ("points", self.model.usual_points),

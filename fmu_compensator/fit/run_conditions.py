@@ -101,11 +101,11 @@ def ranges_of(runs: Sequence[Run], sensors: Sequence[str]) -> list[list[float] |
     sensors : sequence of str
         Thermometers that the compensator uses.
     """
-    found: list[list[float] | None] = []
+    ranges: list[list[float] | None] = []
     for column in np.array([values_of(run, sensors) for run in runs]).T:
         known = column[np.isfinite(column)]
-        found.append([float(known.min()), float(known.max())] if len(known) else None)
-    return found
+        ranges.append([float(known.min()), float(known.max())] if len(known) else None)
+    return ranges
 
 
 def conditions_of(
@@ -121,8 +121,8 @@ def conditions_of(
     ranges : sequence
         Result of `ranges_of` for the training runs.
     """
-    found = []
-    for (name, unit), value, known in zip(NAMES, values_of(run, sensors), ranges, strict=False):
-        if known is not None and np.isfinite(value):
-            found.append(Condition(name, unit, value, *known))
-    return found
+    conditions = []
+    for (name, unit), value, bounds in zip(NAMES, values_of(run, sensors), ranges, strict=False):
+        if bounds is not None and np.isfinite(value):
+            conditions.append(Condition(name, unit, value, *bounds))
+    return conditions

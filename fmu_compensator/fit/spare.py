@@ -75,8 +75,8 @@ def precision(runs: Sequence[Array], strength: float) -> Array:
 
 def _inverse(covariance: Array) -> Array:
     """Return the inverse of a symmetric matrix, symmetric to the last digit."""
-    found = np.linalg.inv(covariance)
-    return np.asarray((found + found.T) / 2.0)
+    inverse = np.linalg.inv(covariance)
+    return np.asarray((inverse + inverse.T) / 2.0)
 
 
 def left_out_errors(runs: Sequence[Array], strength: float) -> list[Array]:
@@ -86,11 +86,11 @@ def left_out_errors(runs: Sequence[Array], strength: float) -> list[Array]:
 
 def _left_out(runs: Sequence[Array], known_from: Callable[[Sequence[Array]], Array]) -> list[Array]:
     """Return the same for any way from runs to their precision matrix."""
-    found = []
+    errors = []
     for place, rises in enumerate(runs):
-        known = known_from([*runs[:place], *runs[place + 1 :]])
-        found.append(np.asarray(rises @ known / np.diag(known)))
-    return found
+        inverse = known_from([*runs[:place], *runs[place + 1 :]])
+        errors.append(np.asarray(rises @ inverse / np.diag(inverse)))
+    return errors
 
 
 def best_strength(runs: Sequence[Array]) -> float:
@@ -129,13 +129,13 @@ def spare_table(runs: Sequence[PreparedRun], installed: Installed) -> dict[str, 
         return None
     rises = [record.values for record in records]
     strength = best_strength(rises)
-    known, errors = precision(rises, strength), left_out_errors(rises, strength)
+    inverse, errors = precision(rises, strength), left_out_errors(rises, strength)
     variance = np.mean([(error**2).mean(axis=0) for error in errors], axis=0)
     drift = [run.targets[run.known] for run in (run.history(chosen) for run in runs)]
     usual = np.mean([moved.T @ moved / len(moved) for moved in drift if len(moved)], axis=0)
     return {
-        "precision": listed(known),
-        "growth": listed(variance * np.diag(known)),
+        "precision": listed(inverse),
+        "growth": listed(variance * np.diag(inverse)),
         "memory_s": 3600.0 * likeliest_memory(_series(records, errors, variance)),
         "usual_start": None if installed.usual is not None else listed(_usual_start(runs, chosen)),
         "sensitivity": listed(_sensitivity(records, errors, installed)),
@@ -163,7 +163,7 @@ def spare_after(
     old = np.array(spare["precision"])
 
     def known_from(some: Sequence[Array]) -> Array:
-        together = sum((one.T @ one / len(one) for one in some), before * np.linalg.inv(old))
+        together = sum((run.T @ run / len(run) for run in some), before * np.linalg.inv(old))
         own = len(some) * NOISE_K**2  # that of the earlier runs is in their covariance
         return _inverse((together + own * np.eye(len(old))) / (before + len(some)))
 

@@ -88,8 +88,8 @@ class Survey:
             "unit": self.unit,
             "degree": np.round(self.degree, 6).tolist(),
             "groups": {
-                name: [[self.sensors[i] for i in group] for group in found]
-                for name, found in self.groupings.items()
+                name: [[self.sensors[i] for i in group] for group in groups]
+                for name, groups in self.groupings.items()
             },
             "fuzzy_membership": np.round(self.membership, 6).tolist(),
             "pearson": dict(zip(self.sensors, np.round(self.pearson, 6).tolist(), strict=True)),

@@ -84,9 +84,9 @@ def update_compensator(
     figures = provenance["figures"]
     used = [model.sensors[index].name for index in model.chosen]
     unseen = before if len(runs) == 1 else _unseen(model, prepared, chosen, pairs)
-    known = figures.get("conditions") or ()
-    figures["unseen"] = followed(figures.get("unseen"), _counted(unseen, runs, known))
-    figures["conditions"] = _together(known, ranges_of(runs, used))
+    ranges = figures.get("conditions") or ()
+    figures["unseen"] = followed(figures.get("unseen"), _counted(unseen, runs, ranges))
+    figures["conditions"] = _together(ranges, ranges_of(runs, used))
     figures["updated"] = [*figures.get("updated", ()), *(_listed_left(record) for record in before)]
     table["created"] = created
     return table, before
@@ -100,11 +100,11 @@ def _rig(model: Model) -> Rig:
 
 
 def _check_new(model: Model, runs: Sequence[Run], rig: Rig) -> None:
-    known = model.provenance["runs"]
+    names = model.provenance["runs"]
     # An update keeps the scales, and a single run does not show how runs differ: on the simulated
     # jig borer, updating such a fit was worse than not updating it.
-    if len(known) < 2:
-        problem = f"{len(known)} run stands behind it, too few for its scales: fit all runs anew"
+    if len(names) < 2:
+        problem = f"{len(names)} run stands behind it, too few for its scales: fit all runs anew"
         raise BadInput(model.source, "provenance.runs", problem)
     for run in runs:
         if (name := learnt_as(model, run)) is not None:
@@ -160,13 +160,13 @@ def _unseen(
     model: Model, prepared: Prepared, chosen: Sequence[int], pairs: Sequence[tuple[Run, Run]]
 ) -> list[RunLeft]:
     """Return the remaining drift of each new run after an update with the others."""
-    rig, found = _rig(model), []
+    rig, judged = _rig(model), []
     for place, pair in enumerate(pairs):
         others = [other for other in range(len(pairs)) if other != place]
         table = _taken_in(model, prepared, chosen, others)
         without = parse_model(model_text(table), model.source)
-        found += judge_runs(without, [pair], rig, model.limits.judged_tool())
-    return found
+        judged += judge_runs(without, [pair], rig, model.limits.judged_tool())
+    return judged
 
 
 def _counted(

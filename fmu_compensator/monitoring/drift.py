@@ -44,9 +44,9 @@ class AxisError(AxisLeft):
 
 def misses_of(figures: Mapping[str, Any]) -> dict[str, list[float]]:
     """Return the misses of runs left out of training, by axis, from the file's figures."""
-    told = (figures.get("unseen") or {}).get("by_run") or []
+    runs = (figures.get("unseen") or {}).get("by_run") or []
     return {
-        axis: [row["miss"][place] for row in told if row["miss"][place] is not None]
+        axis: [row["miss"][place] for row in runs if row["miss"][place] is not None]
         for place, axis in enumerate(AXES)
     }
 
@@ -62,7 +62,7 @@ def axis_errors(driven: Driven, misses: Mapping[str, Sequence[float]]) -> list[A
     misses : mapping of str to sequence of float
         Misses of runs left out of training, by axis [1].
     """
-    found = []
+    errors = []
     for axis, left in left_of(driven, "").axes.items():
         place = AXES.index(axis)
         known = np.isfinite(driven.error[:, place])
@@ -71,8 +71,8 @@ def axis_errors(driven: Driven, misses: Mapping[str, Sequence[float]]) -> list[A
         gain = float(said @ drift) / size if size > 0.0 else np.nan
         bound, chance = upper_bound(misses[axis]), chance_of(left.miss, misses[axis])
         bound = max(bound, 1.0) if np.isfinite(bound) else 1.0
-        found.append(AxisError(**vars(left), axis=axis, bound=bound, chance=chance, gain=gain))
-    return found
+        errors.append(AxisError(**vars(left), axis=axis, bound=bound, chance=chance, gain=gain))
+    return errors
 
 
 @dataclass(frozen=True)

@@ -302,8 +302,8 @@ def _last_said(driven: Driven) -> str:
 
 
 def _inside(runs: Sequence[RunReport]) -> dict[str, float]:
-    told = [run for run in runs if run.verdict not in (SENSOR, LEARNT)]
-    errors = [error for run in told for error in run.errors]
+    judged = [run for run in runs if run.verdict not in (SENSOR, LEARNT)]
+    errors = [error for run in judged for error in run.errors]
     return {
         axis: float(np.mean([error.inside for error in errors if error.axis == axis]))
         for axis in dict.fromkeys(error.axis for error in errors)

@@ -81,9 +81,9 @@ class Agreement:
     def _off(self, rises: Array, places: NDArray[np.int_]) -> tuple[Array, Array]:
         """Return the sensors' deviations from their estimates by each other, and the limits [K]."""
         covariance = np.linalg.inv(self._precision)
-        known = np.linalg.inv(covariance[np.ix_(places, places)])
-        own = np.diag(known)
-        off = np.quantile(np.abs(rises[:, places] @ known / own), 1.0 - WORTH_SHARE, axis=0)
+        inverse = np.linalg.inv(covariance[np.ix_(places, places)])
+        own = np.diag(inverse)
+        off = np.quantile(np.abs(rises[:, places] @ inverse / own), 1.0 - WORTH_SHARE, axis=0)
         far = float(stdtrit(DEGREES, 1.0 - WRONG / (2.0 * len(places))))
         return off, np.maximum(far * np.sqrt(self._growth[places] / own), SMALLEST_K)
 

@@ -34,11 +34,11 @@ def native_compensator(recipe: Recipe, *, twin_of: str = "") -> Native:
         If the file or a variable has no counterpart in C.
     """
     model = parse_model(recipe.data[MODEL_FILE].decode(), MODEL_FILE)
-    known = tuple(model.sensors[place].name for place in model.chosen)
-    known += ("tool_length",) if model.geometry.needs_tool_length else ()
+    inputs = tuple(model.sensors[place].name for place in model.chosen)
+    inputs += ("tool_length",) if model.geometry.needs_tool_length else ()
     outputs = [variable for variable in slave_of(recipe).variables if variable.is_output]
     linear = model.new_error_model().linear
-    derived = {v.name: replace(v, depends=known) for v in outputs} if linear else {}
+    derived = {v.name: replace(v, depends=inputs) for v in outputs} if linear else {}
     other = next(variable for variable in slave_of(recipe).variables if variable.is_parameter)
 
     def data(variables: Sequence[Variable], guid: str) -> dict[str, str]:

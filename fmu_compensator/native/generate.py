@@ -86,8 +86,8 @@ def data_sources(model: Model, variables: Sequence[Variable], name: str, guid: s
     error_model = tree.field(model.table["error_model"], None)
     geometry, spare = _geometry(model, tree), _spare(model.table.get("spare"), tree)
     gaussian = _gaussian(model.table["gaussian"], tree)
-    found = kinds()
-    addresses = [f"&{kind}_kind" for kind in found]
+    names = kinds()
+    addresses = [f"&{kind}_kind" for kind in names]
     texts = [f"{{{status}, {_text(text)}}}" for status, text in STATUS_TEXTS.items()]
     chosen = ", ".join(map(str, model.chosen))
     mean = model.new_error_model()  # if it is linear, so are the offsets, except for the geometry
@@ -117,7 +117,7 @@ def data_sources(model: Model, variables: Sequence[Variable], name: str, guid: s
         f"const struct derivatives *const model_derivatives = {derived};",
         "#endif",
         "",
-        *(f"extern const struct error_model_kind {kind}_kind;" for kind in found),
+        *(f"extern const struct error_model_kind {kind}_kind;" for kind in names),
         *_table("struct error_model_kind *const", "model_kinds", [*addresses, "NULL"]),
         *_table("struct status_text", "model_status_texts", [*texts, "{0, NULL}"]),
         *_table("struct variable", "model_variables", map(_variable, variables)),
@@ -201,7 +201,7 @@ class _Tree:
         return {key: self._row(numbers) for key, numbers in rows.items()}
 
     def _row(self, numbers: Iterable[float]) -> str:
-        return self._new("static const double", [_literal(float(one)) for one in numbers])
+        return self._new("static const double", [_literal(float(number)) for number in numbers])
 
     def _items(self, label: str, form: str, items: list[str]) -> str:
         place = self._new("static const struct field", items)
@@ -342,9 +342,9 @@ def _ports(model: Model, variables: Sequence[Variable]) -> str:
     sensors = [sensor.name for sensor in model.sensors]
     expected = [*sensors, "speed", "tool_length", *measured, MEASURED]
     # A point in the name marks a variable of a terminal.
-    found = [v.name for v in variables if not v.is_output and "." not in v.name]
+    inputs = [v.name for v in variables if not v.is_output and "." not in v.name]
     for name, wanted in zip(
-        [*found, "nothing"], [*expected, "model_file", "nothing"], strict=False
+        [*inputs, "nothing"], [*expected, "model_file", "nothing"], strict=False
     ):
         if name != wanted:
             raise NativeError(f"{name}: the C program has no such input or parameter here")

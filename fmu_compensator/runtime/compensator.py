@@ -257,9 +257,9 @@ class RunningCompensator:
             return None
         middle = median([readings[place] for place in good])
         first, unread = [], []
-        for place, known in enumerate(self._reference):
-            likely = middle + usual[place] if known is None else known
-            if known is None:
+        for place, reading in enumerate(self._reference):
+            likely = middle + usual[place] if reading is None else reading
+            if reading is None:
                 unread.append(place)
             first.append(likely)
         return Starts(first, unread)
@@ -342,8 +342,8 @@ class RunningCompensator:
             for axis, sent in zip("XYZ", self._offset, strict=True):
                 if abs(sent) == limit:
                     text += f"; d{axis} is at its limit of {limit:g} um"
-        told = self._prediction
-        return Output(*self._offset, *told.pose, *told.half_width, valid, status, sensor, text)
+        drift = self._prediction
+        return Output(*self._offset, *drift.pose, *drift.half_width, valid, status, sensor, text)
 
     def state(self) -> dict[str, Any]:
         """Return the whole memory, as values that JSON stores without loss."""

@@ -27,14 +27,14 @@ CAUSES = ("missing", "outside its plausible range", "changing too fast", "stale"
 
 def status_meanings() -> dict[int, str]:
     """Return the meaning of each status."""
-    found = {}
+    meanings = {}
     for status, text in STATUS_TEXTS.items():
         if status < HOLDING:
-            found[status] = text
+            meanings[status] = text
         else:
             for cause, words in enumerate(CAUSES, start=1):
-                found[status + cause] = f"{text}: a used input is {words}"
-    return found
+                meanings[status + cause] = f"{text}: a used input is {words}"
+    return meanings
 
 
 class CompensatorSlave(DriftSlave):
@@ -66,10 +66,10 @@ class CompensatorSlave(DriftSlave):
         """
         path = str(self.parameters["model_file"])
         model = _other_model(path, self._bundled) if path else self._bundled
-        known = [sensor.name for sensor in self._bundled.sensors]
-        self._count = len(known)
-        places = [known.index(sensor.name) for sensor in model.sensors]
-        self._places = None if places == list(range(len(known))) else places
+        names = [sensor.name for sensor in self._bundled.sensors]
+        self._count = len(names)
+        places = [names.index(sensor.name) for sensor in model.sensors]
+        self._places = None if places == list(range(len(names))) else places
         # status_sensor counts this FMU's inputs, whichever file is in use.
         self._numbers = [0, *(place + 1 for place in places)]
         self._compensator = RunningCompensator(model)
@@ -96,8 +96,8 @@ class CompensatorSlave(DriftSlave):
         measured = None
         if self._takes_measured and self.settable["boolean"][self._probed]:
             measured = values[count + 2 :]
-        found = self._compensator.step(time_s, step_s, temperatures, speed, tool_length, measured)
-        *reals, valid, status, blamed, text = found
+        output = self._compensator.step(time_s, step_s, temperatures, speed, tool_length, measured)
+        *reals, valid, status, blamed, text = output
         self.outputs.update(zip(self._reals, reals, strict=True))
         results, (status_ref, blamed_ref) = self.results, self._codes
         results["integer"][status_ref] = status
@@ -243,8 +243,8 @@ def _half_widths(model: Model) -> list[Variable]:
 
 
 def _output(name: str, description: str, unit: str, low: float = -1e5) -> Variable:
-    told = _told("real", name, description, low, 1e5)
-    return replace(told, unit=unit, nominal=10.0)
+    variable = _told("real", name, description, low, 1e5)
+    return replace(variable, unit=unit, nominal=10.0)
 
 
 def _told(
@@ -265,11 +265,11 @@ def _other_model(path: str, bundled: Model) -> Model:
         model = load_model(path)
     except ModelFileError as error:
         raise FmuError(f"model_file: {error}") from None
-    known = [sensor.name for sensor in bundled.sensors]
+    names = [sensor.name for sensor in bundled.sensors]
     for number, sensor in enumerate(model.sensors):
-        if sensor.name not in known:
+        if sensor.name not in names:
             raise FmuError(
                 f"model_file: {path}: sensors.{number}.name: {sensor.name!r} is not allowed: this"
-                f" FMU's temperature inputs are {', '.join(known)}"
+                f" FMU's temperature inputs are {', '.join(names)}"
             )
     return model

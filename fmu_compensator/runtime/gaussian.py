@@ -228,14 +228,14 @@ class Gaussian:
         features = self._features
         column = list(map(mul, self._prior, features))
         walk = self._walk_per_h * self._hours + self._leaps
-        told = []
+        covariances = []
         for along, row in zip(self._along, self._seen, strict=True):
             column = [value - along * weight for value, weight in zip(column, row, strict=True)]
         for row in self._probes:
             along = sum(map(mul, row, features)) + row[-1]
             column = [value - along * weight for value, weight in zip(column, row, strict=False)]
             walk -= along * row[-1]
-            told.append(along)
+            covariances.append(along)
         size = 1.0 + self._left
         self._weights = [
             [weight + value * miss / size for weight, value in zip(weights, column, strict=True)]
@@ -247,7 +247,7 @@ class Gaussian:
         if len(self._probes) == MOST_PROBES:
             # Rotating two rows in their plane does not change the variance. Rotate them so that one
             # has no effect on this sample, and drop that one.
-            (oldest, kept), (a, b) = self._probes[:2], told[:2]
+            (oldest, kept), (a, b) = self._probes[:2], covariances[:2]
             if a != 0.0:
                 length = sqrt(a * a + b * b)
                 kept = [(a * u + b * v) / length for u, v in zip(oldest, kept, strict=True)]

@@ -120,5 +120,5 @@ def matrices_by_lag(
     """
     matrices = fields.items(key, "matrices", lags, lags)
     place = f"{fields.place}.{key}" if fields.place else key
-    table = Fields({str(lag): one for lag, one in enumerate(matrices)}, fields.source, place)
+    table = Fields({str(lag): matrix for lag, matrix in enumerate(matrices)}, fields.source, place)
     return [table.matrix(str(lag), targets, columns) for lag in range(lags)]

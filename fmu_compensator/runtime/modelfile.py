@@ -84,13 +84,13 @@ class Model:
     def new_error_model(self) -> ErrorModel:
         """Return a new error model; it may have states, so each compensator needs its own."""
         fields = Fields(self.table["error_model"], self.source, "error_model")
-        known = shipped_error_models()
-        if fields.raw("kind") not in [*known]:  # search for plug-ins only if needed
-            known = error_models()
-        kind = fields.choice("kind", tuple(known))
+        models = shipped_error_models()
+        if fields.raw("kind") not in [*models]:  # search for plug-ins only if needed
+            models = error_models()
+        kind = fields.choice("kind", tuple(models))
         if tuple(fields.names("targets")) != self.targets:
             raise fields.refusal("targets", f"must be {', '.join(self.targets)} for this geometry")
-        model = known[kind].from_fields(fields, len(self.chosen), len(self.targets))
+        model = models[kind].from_fields(fields, len(self.chosen), len(self.targets))
         fields.done()
         return model
 
@@ -239,13 +239,13 @@ def _sensors(fields: Fields) -> tuple[Sensor, ...]:
 
 
 def _chosen(fields: Fields, sensors: tuple[Sensor, ...]) -> tuple[int, ...]:
-    known = [sensor.name for sensor in sensors]
+    names = [sensor.name for sensor in sensors]
     chosen = fields.names("chosen")
     for index, name in enumerate(chosen):
-        if name not in known:
+        if name not in names:
             place = f"chosen.{index}"
             raise fields.refusal(place, f"'{name}' is not allowed: must be one of the sensors")
-    return tuple(known.index(name) for name in chosen)
+    return tuple(names.index(name) for name in chosen)
 
 
 def _provenance(fields: Fields) -> dict[str, Any]:
@@ -270,8 +270,8 @@ def _provenance(fields: Fields) -> dict[str, Any]:
 def _check_figures(fields: Fields) -> None:
     """Refuse figures of merit that `monitor` and `update` need; any may be missing."""
     fields.keys()
-    told = {key: value for key, value in fields.as_table().items() if value is not None}
-    unseen = Fields(told.get("unseen", {}), fields.source, f"{fields.place}.unseen")
+    given = {key: value for key, value in fields.as_table().items() if value is not None}
+    unseen = Fields(given.get("unseen", {}), fields.source, f"{fields.place}.unseen")
     sizes, shares = ("model", "no_model"), ("expected", "inside")
     for table, key, names in (
         (fields, "training", sizes),
@@ -289,10 +289,10 @@ def _check_figures(fields: Fields) -> None:
         misses = [0.0 if miss is None else miss for miss in run.items("miss", "numbers", 3, 3)]
         Fields({"miss": misses}, run.source, run.place).numbers("miss", 3, low=0.0)
     # As many as `fmu_compensator.fit.run_conditions` names, which a runtime does not have.
-    ranges = fields.items("conditions", "ranges", 4, 4) if "conditions" in told else ()
-    known = {str(place): one for place, one in enumerate(ranges) if one is not None}
-    for place in known:
-        Fields(known, fields.source, f"{fields.place}.conditions").numbers(place, 2)
+    ranges = fields.items("conditions", "ranges", 4, 4) if "conditions" in given else ()
+    known_ranges = {str(place): limits for place, limits in enumerate(ranges) if limits is not None}
+    for place in known_ranges:
+        Fields(known_ranges, fields.source, f"{fields.place}.conditions").numbers(place, 2)
 
 
 def _check_date(fields: Fields, text: str) -> None:

@@ -172,8 +172,8 @@ class Spare(Remembering):
         self._read_at_last(readings)
         readings = [value + shift for value, shift in zip(readings, self._shift, strict=True)]
         used = self._filled(readings, broken)
-        told = self._added(broken, axes, lasting=False)
-        self._extra = list(map(max, told, self._lasting))
+        added = self._added(broken, axes, lasting=False)
+        self._extra = list(map(max, added, self._lasting))
         self._compare(used, stands)
         self._last = used
         memories = (self._unread, self._shift, self._extra)
@@ -262,8 +262,8 @@ class Spare(Remembering):
     def _solved(self, broken: Sequence[int], right: Sequence[float]) -> list[float]:
         """Return the solution of P_bb x = right, by elimination: P_bb is positive definite."""
         rows = [
-            [*(self._precision[one][other] for other in broken), value]
-            for one, value in zip(broken, right, strict=True)
+            [*(self._precision[row][other] for other in broken), value]
+            for row, value in zip(broken, right, strict=True)
         ]
         count = len(rows)
         for at in range(count):
@@ -271,11 +271,11 @@ class Spare(Remembering):
                 part = rows[below][at] / rows[at][at]
                 for column in range(at, count + 1):
                     rows[below][column] -= part * rows[at][column]
-        found = [0.0] * count
+        solution = [0.0] * count
         for at in reversed(range(count)):
-            known = sum(rows[at][column] * found[column] for column in range(at + 1, count))
-            found[at] = (rows[at][count] - known) / rows[at][at]
-        return found
+            known = sum(rows[at][column] * solution[column] for column in range(at + 1, count))
+            solution[at] = (rows[at][count] - known) / rows[at][at]
+        return solution
 
     def _added(
         self, broken: Sequence[int], axes: Sequence[Sequence[float]], *, lasting: bool
@@ -283,19 +283,19 @@ class Spare(Remembering):
         """Return what the broken sensors add to the variance of the drift, for X, Y, Z [um^2]."""
         roots = []
         for place in broken:
-            told = 1.0
+            unseen_share = 1.0
             if not lasting:
-                told = -expm1(-2.0 * (self._clock - self._seen[place]) / self._memory_s)
-            roots.append(sqrt(self._growth[place] * told))
-        found = []
+                unseen_share = -expm1(-2.0 * (self._clock - self._seen[place]) / self._memory_s)
+            roots.append(sqrt(self._growth[place] * unseen_share))
+        variances = []
         for weights in axes:
             moved = [
                 root
                 * sum(w * row[place] for w, row in zip(weights, self._sensitivity, strict=True))
                 for place, root in zip(broken, roots, strict=True)
             ]
-            found.append(max(sum(map(mul, moved, self._solved(broken, moved)), 0.0), 0.0))
-        return found
+            variances.append(max(sum(map(mul, moved, self._solved(broken, moved)), 0.0), 0.0))
+        return variances
 
     def _compare(self, used: Sequence[float], stands: bool) -> None:
         """Store the deviation of one sensor from its estimate by the others; sensors take turns."""

@@ -28,12 +28,12 @@ def classes_found(package: str, folder: Iterable[str], base: type[T]) -> dict[st
     TypeError
         If a module defines two of them: each file is one variant.
     """
-    found: dict[str, type[T]] = {}
+    classes: dict[str, type[T]] = {}
     for name in sorted(info.name for info in pkgutil.iter_modules(list(folder)) if not info.ispkg):
         kind = class_in(importlib.import_module(f"{package}.{name}"), base)
         if kind is not None:
-            found[name] = kind
-    return found
+            classes[name] = kind
+    return classes
 
 
 def class_in(module: ModuleType, base: type[T]) -> type[T] | None:

@@ -123,10 +123,10 @@ def front(fmi: Fmi) -> dict[str, str]:
     """
     other = f"fmi{5 - fmi}"
     paths = [*HEADERS.glob(f"fmi{fmi}*.h"), *C_FOLDER.glob("*.c"), *C_FOLDER.glob("*.h")]
-    found = {path.name: path.read_text("utf-8") for path in paths}
+    headers = {path.name: path.read_text("utf-8") for path in paths}
     return {
         name: text.replace(NO_PREFIX, PREFIX)
-        for name, text in found.items()
+        for name, text in headers.items()
         if not name.startswith(other)
     }
 
@@ -225,19 +225,19 @@ def native_package(
 
     def complete(guid: str) -> dict[str, str]:
         files["modelDescription.xml"] = describe(slave, identity, guid, twin)
-        found = with_prefix({**fixed, **native.data(variables, guid)}, fmi)
+        finished = with_prefix({**fixed, **native.data(variables, guid)}, fmi)
         if twin.sources:
-            files.update({f"sources/{path}": text.encode() for path, text in found.items()})
-        return found
+            files.update({f"sources/{path}": text.encode() for path, text in finished.items()})
+        return finished
 
     complete("")
     guid = guid_of(files)
-    found = complete(guid)
+    finished = complete(guid)
     binaries: dict[str, bytes] = {}
     for compiler in compilers:
         platform = compiler.platform if fmi == 2 else compiler.platform3
         path = f"binaries/{platform}/{identity.name}{compiler.suffix}"
-        library = compiler.library(found)
+        library = compiler.library(finished)
         binaries[path] = in_one_file(binaries[path], library) if path in binaries else library
     if leave_out == "binaries":
         return Package(identity.name, guid, files, slave, binaries, native.note)

@@ -164,16 +164,16 @@ def compilers() -> list[Compiler]:
         raise NativeError(f"--native: no C compiler: {missing} be found")
     linked = LINKED_HERE if fmpy.system == "linux" else LINKED
     names = fmpy.platform, fmpy.platform_tuple
-    found = [Compiler(tuple(own), *names, fmpy.sharedLibraryExtension, COMPILED, linked)]
+    usable = [Compiler(tuple(own), *names, fmpy.sharedLibraryExtension, COMPILED, linked)]
     if fmpy.system == "linux" and shutil.which(FOR_WINDOWS):
         names = "win64", "x86_64-windows"
         flags = COMPILED_FOR_WINDOWS, LINKED_FOR_WINDOWS
-        found.append(Compiler((FOR_WINDOWS,), *names, ".dll", *flags))
+        usable.append(Compiler((FOR_WINDOWS,), *names, ".dll", *flags))
     aarch64 = "aarch64-linux"  # FMI 2.0 has no name for it and uses that of FMI 3.0
     if fmpy.system == "linux" and fmpy.platform_tuple != aarch64 and shutil.which(FOR_AARCH64):
         flags = COMPILED, LINKED_HERE
-        found.append(Compiler((FOR_AARCH64,), aarch64, aarch64, ".so", *flags))
-    return found
+        usable.append(Compiler((FOR_AARCH64,), aarch64, aarch64, ".so", *flags))
+    return usable
 
 
 def compilers_for_all() -> list[Compiler]:

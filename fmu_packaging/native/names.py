@@ -29,9 +29,9 @@ DEFINED = (
 def with_prefix(sources: Mapping[str, str], fmi: int) -> dict[str, str]:
     """Return C sources, by path, with the prefix and the header that applies it."""
     code = {path: text for path, text in sources.items() if path.endswith(".c")}
-    found = {name for text in code.values() for rule in DEFINED for name in rule.findall(text)}
+    defined = {name for text in code.values() for rule in DEFINED for name in rule.findall(text)}
     # FMI's own header applies it to FMI's functions.
-    names = sorted(name for name in found if not name.startswith("fmi"))
+    names = sorted(name for name in defined if not name.startswith("fmi"))
     system = sorted({line for text in sources.values() for line in SYSTEM.findall(text)})
     prefix = f"FMI{fmi}_FUNCTION_PREFIX"
     header = [

@@ -93,8 +93,8 @@ def run(args: argparse.Namespace) -> int:
         print(json.dumps(summary, indent=1))
     elif not args.quiet:
         frames = ", ".join(f"{count} {name}" for name, count in summary["frames"].items())
-        told = f"{summary['steps']} steps in {summary['seconds']:.1f} s; frames: {frames or 'none'}"
-        print(told, file=sys.stderr)  # where the other lines for people go: registers are read
+        line = f"{summary['steps']} steps in {summary['seconds']:.1f} s; frames: {frames or 'none'}"
+        print(line, file=sys.stderr)  # where the other lines for people go: registers are read
     return 0
 
 

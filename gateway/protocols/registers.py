@@ -113,9 +113,9 @@ class Registers(Adapter):
     @classmethod
     def add_arguments(cls, parser: argparse.ArgumentParser) -> None:
         """Declare its arguments."""
-        known = ", ".join(sorted(path.stem for path in CONTROLS.glob("*.toml")))
+        controls = ", ".join(sorted(path.stem for path in CONTROLS.glob("*.toml")))
         text = "print the registers of a control, in lines of JSON"
-        parser.add_argument("--registers", metavar="NAME", help=f"{text}: {known}, or a file")
+        parser.add_argument("--registers", metavar="NAME", help=f"{text}: {controls}, or a file")
 
     def check(self) -> None:
         """Read the control's file."""

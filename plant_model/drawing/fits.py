@@ -54,26 +54,26 @@ def odd_fits(drawing: Drawing) -> list[str]:
     ----------
     drawing : Drawing
     """
-    found = [text for seat in drawing.seats for text in _seat(drawing, seat)]
+    lines = [text for seat in drawing.seats for text in _seat(drawing, seat)]
     for carrier in drawing.form.carriers:
         usual = CLASS_VALUES["headstock_joint" if carrier.holds else "carrier_joint"]
-        found += _far(f"The joint of {carrier.name}", carrier.joint, usual)
-        found += _carrier(drawing, carrier)
-    found += [
+        lines += _far(f"The joint of {carrier.name}", carrier.joint, usual)
+        lines += _carrier(drawing, carrier)
+    lines += [
         f"The jacket {jacket.name} has an unevenness but no inlet_side: it cools all sides alike."
         for jacket in drawing.form.jackets
         if jacket.unevenness is not None and jacket.inlet_side is None
     ]
     held = any(carrier.holds is not None for carrier in drawing.form.carriers)
     if not held:
-        found.append("Nothing holds the housing: no carrier has holds = { from, to }.")
+        lines.append("Nothing holds the housing: no carrier has holds = { from, to }.")
     if not any(c.grows.lengths() for c in drawing.form.carriers):
-        found.append("No carrier moves the nose: none has grows = { x, y, z }.")
+        lines.append("No carrier moves the nose: none has grows = { x, y, z }.")
     if drawing.form.tool is not None:
-        found += _far("The joint of the tool", drawing.form.tool.joint, CLASS_VALUES["tool_joint"])
+        lines += _far("The joint of the tool", drawing.form.tool.joint, CLASS_VALUES["tool_joint"])
     if drawing.form.rig.kind == "five_point" and drawing.form.tool is None:
-        found.append("The rig measures on a test bar, but the page has no [tool].")
-    return [*found, *_same_spots(drawing)]
+        lines.append("The rig measures on a test bar, but the page has no [tool].")
+    return [*lines, *_same_spots(drawing)]
 
 
 def _same_spots(drawing: Drawing) -> list[str]:
@@ -82,7 +82,7 @@ def _same_spots(drawing: Drawing) -> list[str]:
     for entry in drawing.form.thermometers:
         side = None if entry.side is None else degrees(entry.side)
         spots.setdefault((entry.part, entry.at, side), []).append(entry.name)
-    found = []
+    lines = []
     for (part, at, side), names in spots.items():
         if len(names) == 1:
             continue
@@ -92,33 +92,33 @@ def _same_spots(drawing: Drawing) -> list[str]:
             where += f", {named.get(side, f'{side:g} degrees')}"
         carrier = any(entry.name == part for entry in drawing.form.carriers)
         split = "; a carrier has one temperature, draw it in two" if carrier else ""
-        found.append(
+        lines.append(
             f"{', '.join(names[:-1])} and {names[-1]} sit on one spot ({where}) and would read"
             f" the same{split}."
         )
-    return found
+    return lines
 
 
 def _carrier(drawing: Drawing, carrier: CarrierForm) -> list[str]:
-    found = []
+    lines = []
     stood_on = {other.on for other in drawing.form.carriers} | {
         drawing.form.motor.into if drawing.form.motor else None
     }
     if carrier.holds is None and carrier.on is None and carrier.name not in stood_on:
-        found.append(f"{carrier.name} touches nothing: give what it holds or stands on.")
+        lines.append(f"{carrier.name} touches nothing: give what it holds or stands on.")
     if carrier.surface > 0.0:
         density = carrier.mass.value / carrier.surface
         if not LIGHT <= density <= HEAVY:
-            found.append(
+            lines.append(
                 f"{carrier.name} has {density:.3g} kg for each m2 of surface, castings {LIGHT:g} to"
                 f" {HEAVY:g}: its mass or its surface may be wrong by ten."
             )
-    return found
+    return lines
 
 
 def _seat(drawing: Drawing, seat: Seat) -> list[str]:
     form, bearing = seat.form, seat.bearing
-    found = []
+    lines = []
     sleeve = form.sleeve.outer if form.sleeve else None
     for part, size, ring, key in (
         ("shaft", bearing.bore, "bore", "outer"),
@@ -127,17 +127,17 @@ def _seat(drawing: Drawing, seat: Seat) -> list[str]:
         there = getattr(drawing.stretch_at(part, form.at), key)
         loose = ring == "outside diameter" and there > size
         if abs(there - size) > LOOSE * size:
-            found.append(
+            lines.append(
                 f"The {ring} of the bearing {form.name} is {size:g} mm, but the {part} is"
                 f" {there:g} mm there."
                 + (" In a sleeve? Say sleeve = { from, to, outer }." if loose else "")
             )
     scale = bearing.mean_diameter / USUAL_DIAMETER
-    found += _far(f"f0 of {form.name}", form.f0, f0_of(bearing.kind, form.lubrication))
-    found += _far(
+    lines += _far(f"f0 of {form.name}", form.f0, f0_of(bearing.kind, form.lubrication))
+    lines += _far(
         f"The preload of {form.name}", form.preload, CLASS_VALUES["preload"].scaled(scale**2)
     )
-    return found
+    return lines
 
 
 def _far(what: str, given: Quantity | None, usual: Known) -> list[str]:

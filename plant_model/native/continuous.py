@@ -106,19 +106,19 @@ def continuous_variables(
 
 
 def _states(machine: Machine, equations: Equations) -> list[Variable]:
-    told = [
+    texts = [
         (f"nodes.{node.name}.temperature", f"Temperature of the lump {node.name}", "degC")
         for node in machine.nodes
     ]
     for effect in equations.acting:
         names = catalogue()[name_of(effect.key)].states
-        told += [
+        texts += [
             (f"effects.{effect.key}.{name}", f"Own state {name} of the effect {effect.key}", "")
             for name in names
         ]
     return [
         Variable(variable_name(name), "real", "local", text, unit=unit, nominal=nominal)
-        for (name, text, unit), nominal in zip(told, nominals(equations), strict=True)
+        for (name, text, unit), nominal in zip(texts, nominals(equations), strict=True)
     ]
 
 
@@ -131,14 +131,14 @@ def shown(equations: Equations) -> list[Any]:
 def symbols_of(cell: Any) -> set[tuple[str, int]]:
     """Return the symbols that a cell depends on, each as row and place."""
     waiting = [cell]
-    seen, found = set[Expr](), set[tuple[str, int]]()
+    seen, symbols = set[Expr](), set[tuple[str, int]]()
     while waiting:
         now = waiting.pop()
         if not isinstance(now, Expr) or now in seen:
             continue
         seen.add(now)
         if now.op == "symbol":
-            found.add(now.args)
+            symbols.add(now.args)
         else:
             waiting += now.args
-    return found
+    return symbols

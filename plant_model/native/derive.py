@@ -58,10 +58,10 @@ def backward(cells: Sequence[Any], knowns: Knowns) -> list[Any]:
             if arg in slopes:
                 more = _through(cell, place, slopes[cell])
                 slopes[arg] = cell.graph.apply("add", slopes[arg], more)
-    found = {cell.args: slope for cell, slope in slopes.items() if cell.op == "symbol"}
+    by_symbol = {cell.args: slope for cell, slope in slopes.items() if cell.op == "symbol"}
     results: list[Any] = [0.0] * (1 + max(knowns.values()))
     for symbol, place in knowns.items():
-        results[place] = found.get(symbol, 0.0)
+        results[place] = by_symbol.get(symbol, 0.0)
     return results
 
 
@@ -72,16 +72,16 @@ def _ordered(cells: Iterable[Any], knowns: Knowns) -> list[Expr]:
     def moves(cell: Any) -> bool:
         return isinstance(cell, Expr) and not rows.isdisjoint(cell.rows)
 
-    found: dict[Expr, None] = {}
+    ordered: dict[Expr, None] = {}
     waiting = [cell for cell in cells if moves(cell)]
     while waiting:
         now = waiting[-1]
-        missing = [arg for arg in now.args if moves(arg) and arg not in found]
-        if missing and now not in found:
+        missing = [arg for arg in now.args if moves(arg) and arg not in ordered]
+        if missing and now not in ordered:
             waiting += missing
         else:
-            found[waiting.pop()] = None
-    return list(found)
+            ordered[waiting.pop()] = None
+    return list(ordered)
 
 
 def _through(cell: Expr, place: int, slope: Any) -> Any:

@@ -167,8 +167,8 @@ def equations_of(machine: Machine, tunable: Sequence[str]) -> Equations:
 def _where(error: Exception) -> Effect | None:
     """Return the effect whose hook raised an error, if one did."""
     frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
-    found = [frame.f_locals.get("self") for frame in frames]
-    return next((entry for entry in reversed(found) if isinstance(entry, Effect)), None)
+    owners = [frame.f_locals.get("self") for frame in frames]
+    return next((entry for entry in reversed(owners) if isinstance(entry, Effect)), None)
 
 
 class _Tracer:
@@ -231,9 +231,9 @@ class _Tracer:
         given |= {name: self.inputs[name] for name in self.network.conductance_inputs}
         matrix, boundary = (part.cells[0] for part in self.network.conductances(given))
         nodes = range(self.nodes)
-        found = {(i, j): matrix[i, j] for i in nodes for j in nodes if j >= i}
+        entries = {(i, j): matrix[i, j] for i in nodes for j in nodes if j >= i}
         return (
-            {place: g for place, g in found.items() if place[0] == place[1] or not _is_nought(g)},
+            {place: g for place, g in entries.items() if place[0] == place[1] or not _is_nought(g)},
             {(i, j): g for (i, j), g in np.ndenumerate(boundary) if not _is_nought(g)},
         )
 

@@ -143,9 +143,9 @@ def _functions(equations: Equations, product: Product) -> tuple[dict[str, list[s
         made.append(function(f"void equations_{name}({given}, double *{name})", cells, first))
     files = {"equations.c": made}
     # The largest functions, which no controller needs, each compiled beside the others.
-    for name, found in derivatives_of(equations).items():
+    for name, expressions in derivatives_of(equations).items():
         head = f"void equations_{name}({shown}, const double *d, double *found)"
-        body = function(head, _places([("found", found)]), first)
+        body = function(head, _places([("found", expressions)]), first)
         files[f"{name}.c"] = ["#ifndef NO_HEAP", body, "#endif"]
     made.append(stage_function(f"void equations_held({now}, double *h)", of_inputs, first))
     made.append(
@@ -198,9 +198,9 @@ def _tables(machine: Machine, equations: Equations) -> Iterator[str]:
 
 
 def _array(kind: str, name: str, size: str, rows: Iterable[object]) -> list[str]:
-    found = [f"    {_in_c(row)}," for row in rows]
+    lines = [f"    {_in_c(row)}," for row in rows]
     nothing = "    {0}," if kind.startswith("struct") else "    0,"
-    return [f"const {kind} {name}[AT_LEAST_ONE({size})] = {{", *(found or [nothing]), "};"]
+    return [f"const {kind} {name}[AT_LEAST_ONE({size})] = {{", *(lines or [nothing]), "};"]
 
 
 def _in_c(value: object) -> str:

@@ -38,9 +38,9 @@ class Product:
     def __init__(self, nodes: int, edges: Iterable[Place]) -> None:
         self.entries: list[Place | None] = []
         self._rows = [set[int]() for _ in range(nodes)]
-        for one, other in edges:
-            self._rows[one].add(other)
-            self._rows[other].add(one)
+        for node, other in edges:
+            self._rows[node].add(other)
+            self._rows[other].add(node)
         self._left = {(i, j) for i, row in enumerate(self._rows) for j in row}
         self._terms = defaultdict[int, list[tuple[str, str, set[Place]]]](list)
         self._groups = groups(self._rows)
@@ -73,20 +73,20 @@ class Product:
             self._left -= {(j, i) for i, j in places}
 
     def _share_between_groups(self) -> None:
-        for one in self._groups:
+        for group in self._groups:
             for other in self._groups:
-                pairs = set(zip(_lanes(one), _lanes(other), strict=True)) & self._left
-                if one < other and 2 * len(pairs) > LANES:
-                    self._take(one, f"T[{other} + i]", f"g{other}", pairs)
+                pairs = set(zip(_lanes(group), _lanes(other), strict=True)) & self._left
+                if group < other and 2 * len(pairs) > LANES:
+                    self._take(group, f"T[{other} + i]", f"g{other}", pairs)
 
     def _share_with_nodes(self) -> None:
         """Share elements if that is worth a final sum over the lanes, busiest nodes first."""
-        found = defaultdict[int, dict[int, set[Place]]](dict)
+        blocks_of = defaultdict[int, dict[int, set[Place]]](dict)
         for first in self._groups:
             beside = {j for i in _lanes(first) for j in self._rows[i]} - {*_lanes(first)}
             for j in beside:
-                found[j][first] = {(i, j) for i in _lanes(first)}
-        for j, blocks in sorted(found.items(), key=lambda item: (-len(item[1]), item[0])):
+                blocks_of[j][first] = {(i, j) for i in _lanes(first)}
+        for j, blocks in sorted(blocks_of.items(), key=lambda item: (-len(item[1]), item[0])):
             shared = {first: places & self._left for first, places in blocks.items()}
             shared = {first: places for first, places in shared.items() if len(places) > 1}
             if sum(map(len, shared.values())) >= LANES:
@@ -143,10 +143,10 @@ def groups(rows: Sequence[set[int]]) -> list[int]:
             first = end - LANES
             cost, before = best[first]
             left = {(i, j) for i in _lanes(first) for j in rows[i]}
-            found = terms(rows, first, left)
-            left.difference_update(*(places for _, places in found))
+            shared = terms(rows, first, left)
+            left.difference_update(*(places for _, places in shared))
             alone = sum(min(LANES, sum(i == row for row, _ in left)) for i in _lanes(first))
-            tried.append((cost + 1 + len(found) + alone, [*before, first]))
+            tried.append((cost + 1 + len(shared) + alone, [*before, first]))
         best.append(min(tried))
     return best[-1][1]
 
@@ -154,7 +154,7 @@ def groups(rows: Sequence[set[int]]) -> list[int]:
 def terms(rows: Sequence[set[int]], first: int, among: set[Place]) -> list[tuple[str, set[Place]]]:
     """Return the terms of a group: the neighbour in C, and the places, of each."""
     left = {place for place in among if place[0] in _lanes(first)}
-    found: list[tuple[str, set[Place]]] = []
+    shared: list[tuple[str, set[Place]]] = []
     while True:
         tried = defaultdict[str, set[Place]](set)
         for i, j in left:
@@ -165,8 +165,8 @@ def terms(rows: Sequence[set[int]], first: int, among: set[Place]) -> list[tuple
                 tried[f"T[{i + j - first} - i]"].add((i, j))
         best = max(tried, key=lambda term: (len(tried[term]), term), default="")
         if len(tried[best]) < 2:
-            return found
-        found.append((best, tried[best]))
+            return shared
+        shared.append((best, tried[best]))
         left -= tried[best]
 
 

@@ -209,10 +209,10 @@ class Traced(NDArrayOperatorsMixin):
 
     def __getitem__(self, key: Any) -> Traced:
         """Return a part; as with numpy, a view if the key consists of slices."""
-        found = self.cells[key]
-        if not isinstance(found, np.ndarray):
-            found = _cell(found)
-        return Traced(self.graph, found)
+        cell = self.cells[key]
+        if not isinstance(cell, np.ndarray):
+            cell = _cell(cell)
+        return Traced(self.graph, cell)
 
     def __setitem__(self, key: Any, value: Any) -> None:
         """Store numbers or expressions."""
@@ -262,19 +262,19 @@ class Traced(NDArrayOperatorsMixin):
             return np.minimum(np.maximum(args[0], args[1]), args[2])
         raise UntraceableError(f"it calls numpy.{name}, which has no formula here")
 
-    def _wrapped(self, found: Any) -> Any:
-        if isinstance(found, np.ndarray):
+    def _wrapped(self, result: Any) -> Any:
+        if isinstance(result, np.ndarray):
             # A view of broadcast cells must not be written through.
-            return Traced(self.graph, found.astype(object))
-        if isinstance(found, list | tuple) and any(isinstance(e, np.ndarray) for e in found):
-            return [self._wrapped(entry) for entry in found]
-        return found
+            return Traced(self.graph, result.astype(object))
+        if isinstance(result, list | tuple) and any(isinstance(e, np.ndarray) for e in result):
+            return [self._wrapped(entry) for entry in result]
+        return result
 
     def _each(self, op: str, *cells: np.ndarray[Any, Any]) -> Traced:
         return self._made(np.frompyfunc(lambda *a: self.graph.apply(op, *a), len(cells), 1)(*cells))
 
-    def _made(self, found: Any) -> Traced:
-        return Traced(self.graph, found if isinstance(found, np.ndarray) else _cell(found))
+    def _made(self, result: Any) -> Traced:
+        return Traced(self.graph, result if isinstance(result, np.ndarray) else _cell(result))
 
 
 _SHAPING = {"stack", "concatenate", "broadcast_to", "broadcast_arrays", "zeros_like", "ones_like"}

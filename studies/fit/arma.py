@@ -218,7 +218,7 @@ def _arma(z: Array, p: int, q: int) -> tuple[float, Array, Array] | None:
     # A likelihood may have several maxima: take the larger of those reached from two starts, that
     # of Yule and Walker and statsmodels' own, that of Hannan and Rissanen.
     reached = [_maximum(z, p, q, by_yule_walker) for by_yule_walker in (True, False)]
-    return min((one for one in reached if one), key=lambda one: one[0], default=None)
+    return min((fitted for fitted in reached if fitted), key=lambda fitted: fitted[0], default=None)
 
 
 def _maximum(z: Array, p: int, q: int, by_yule_walker: bool) -> tuple[float, Array, Array] | None:

@@ -131,8 +131,8 @@ def predicted(model: ErrorModel, run: TrainingRun, measured: Array | None = None
         As in `FittedModel.predict`.
     """
     elapsed = np.diff(run.time_s, prepend=run.time_s[:1]).tolist()
-    told: list[list[float] | None] = [None] * len(elapsed)
+    probed: list[list[float] | None] = [None] * len(elapsed)
     if measured is not None:
-        told[1:] = [row.tolist() if np.isfinite(row).all() else None for row in measured[:-1]]
-    rows = zip(run.inputs.tolist(), elapsed, run.speed.tolist(), told, strict=True)
+        probed[1:] = [row.tolist() if np.isfinite(row).all() else None for row in measured[:-1]]
+    rows = zip(run.inputs.tolist(), elapsed, run.speed.tolist(), probed, strict=True)
     return np.array([model.predict(*row) for row in rows]).reshape(run.targets.shape)

@@ -28,4 +28,4 @@ def error_models() -> dict[str, type[ErrorModel]]:
     except ImportError:  # in an FMU
         return shipped
     more = plugged_error_models(frozenset(shipped))
-    return dict(sorted((shipped | {kind: one.thing for kind, one in more.items()}).items()))
+    return dict(sorted((shipped | {kind: plugin.thing for kind, plugin in more.items()}).items()))

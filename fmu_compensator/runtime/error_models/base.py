@@ -42,7 +42,7 @@ class Remembering:
 def _numbers(held: Any) -> list[float]:
     if isinstance(held, Remembering):
         return held.state()
-    return [v for one in held for v in _numbers(one)] if isinstance(held, list) else [float(held)]
+    return [v for part in held for v in _numbers(part)] if isinstance(held, list) else [float(held)]
 
 
 def _filled(held: Any, values: Iterator[float]) -> Any:
@@ -50,7 +50,7 @@ def _filled(held: Any, values: Iterator[float]) -> Any:
         held.restore([next(values) for _ in held.state()])
         return held
     if isinstance(held, list):
-        return [_filled(one, values) for one in held]
+        return [_filled(part, values) for part in held]
     return type(held)(next(values))
 
 
