@@ -94,6 +94,7 @@ def calibrated(
         Without the readings that stand still.
     faults : list of DataFault
     """
+    progress("calibrating")
     observed = observe(machine, runs, bad)
     calibration = calibrate(machine, observed, starts=starts, seed=seed, progress=progress)
     faults = standing_still(calibration.machine, observed)

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Final, Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from gateway.protection import COUNTER_ONLY, NAMES, NONE, PROFILE_1
-from measurement.errors import BadInput, checked
+from measurement.errors import BadInput, checked, matching
 from measurement.files import read_toml
 
 MAPS, CONTROLS = (Path(__file__).with_name(name) for name in ("maps", "controls"))
@@ -20,7 +20,9 @@ MISSING: Final = "missing"
 HOLD: Final = "hold"
 
 Name = Annotated[str, Field(min_length=1, max_length=200)]
-Place = Annotated[str, Field(pattern=r"^[^.\s]+\.[^.\s]+$", max_length=200)]
+Place = Annotated[
+    str, Field(max_length=200), matching(r"[^.\s]+\.[^.\s]+", "FRAME.SIGNAL, without blanks")
+]
 Places = Annotated[list[Place], Field(min_length=1, max_length=64)]
 Number = Annotated[float, Field(ge=-1e9, le=1e9)]
 Raw = Annotated[int, Field(ge=-(2**63), le=2**64 - 1)]

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import difflib
 import math
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pydantic import BaseModel, ValidationError
+from pydantic import AfterValidator, BaseModel, ValidationError
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -39,6 +40,25 @@ class BadInput(ValueError):  # noqa: N818 - what is bad is the input, not the pr
     def __reduce__(self) -> tuple[type[BadInput], tuple[str, str, str]]:
         """Allow pickling, to pass the error from one process to another."""
         return type(self), (self.source, self.place, self.problem)
+
+
+def matching(pattern: str, words: str) -> AfterValidator:
+    """Return the check that a whole text matches a pattern; the refusal says so in words.
+
+    Parameters
+    ----------
+    pattern : str
+        Regular expression.
+    words : str
+        What the text must be, for example "letters only".
+    """
+
+    def matched(text: str) -> str:
+        if not re.fullmatch(pattern, text):
+            raise ValueError(f"it must be {words}")
+        return text
+
+    return AfterValidator(matched)
 
 
 def checked(kind: type[M], table: dict[str, Any], source: str | Path, within: str = "") -> M:

@@ -6,12 +6,17 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
+from measurement.errors import matching
 from measurement.rig import AxisOfColumn, FivePointRig, Sign, SimulatedRig
 
-NAME = r"^[A-Za-z][A-Za-z0-9_]*$"
+NAME = r"[A-Za-z][A-Za-z0-9_]*"
 """Pattern of names of parts, sensors and inputs."""
 
-Name = Annotated[str, StringConstraints(pattern=NAME, max_length=60)]
+Name = Annotated[
+    str,
+    StringConstraints(max_length=60),
+    matching(NAME, "letters, digits and _, beginning with a letter"),
+]
 SignalUnit = Literal["degC", "rpm", "mm_min", "Nm", "W", "lpm"]
 Number = Annotated[float, Field(allow_inf_nan=False)]
 

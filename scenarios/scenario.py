@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from measurement.errors import BadInput, checked, near, shown
+from measurement.errors import BadInput, checked, matching, near, shown
 from measurement.files import toml_table
 from measurement.runs import LONGEST_S
 from plant_model.drive import MOST_STEPS
@@ -24,8 +24,18 @@ from scenarios.signals.base import Duration, Setting, Signal, Value
 
 LIBRARY = Path(__file__).parent / "library"
 
-Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=60)]
-SignalName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.\[\]]*$", max_length=100)]
+Name = Annotated[
+    str,
+    Field(max_length=60),
+    matching(r"[A-Za-z][A-Za-z0-9_-]*", "letters, digits, _ and -, beginning with a letter"),
+]
+SignalName = Annotated[
+    str,
+    Field(max_length=100),
+    matching(
+        r"[A-Za-z][A-Za-z0-9_.\[\]]*", "letters, digits, _, ., [ and ], beginning with a letter"
+    ),
+]
 ParameterName = Annotated[str, Field(min_length=1, max_length=200)]
 Text = Annotated[str, Field(max_length=4000)]
 FileName = Annotated[str, Field(min_length=1, max_length=4096)]

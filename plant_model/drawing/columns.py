@@ -144,7 +144,9 @@ def columns_of(run: Run, ambient: str | None = None, inlet: str | None = None) -
     )
     speeds, torques = run.of_unit("rpm"), run.of_unit("Nm")
     others = [column for column in warm if column not in {air, inlet}]
-    not_names = tuple(column for column in others if not re.match(NAME, split_column(column)[0]))
+    not_names = tuple(
+        column for column in others if not re.fullmatch(NAME, split_column(column)[0])
+    )
     names = (split_column(column)[0] for column in others if column not in not_names)
     places = {name: _place(name) for name in names}
     five = all(column in run.frame.columns for column in FIVE)

@@ -1,11 +1,11 @@
-"""What is said of a file's field that is misspelt."""
+"""What is said of a file's field that is misspelt or of the wrong form."""
 
 from typing import Annotated, Literal
 
 import pytest
 from pydantic import BaseModel, ConfigDict, Field
 
-from measurement.errors import BadInput, checked
+from measurement.errors import BadInput, checked, matching
 
 
 class Carrier(BaseModel):
@@ -34,3 +34,16 @@ class Map(BaseModel):
 def test_a_place_is_made_of_the_file_s_own_keys():
     with pytest.raises(BadInput, match=r"^map: frames\.TEMP\.late_ms: 0 is not allowed"):
         checked(Map, {"frames": {"TEMP": {"late_ms": 0}}}, "map")
+
+
+class Part(BaseModel):
+    name: Annotated[str, matching(r"[a-z]+", "small letters")]
+
+
+@pytest.mark.parametrize("text", ["", "a b", "shaft\n"])
+def test_a_name_of_the_wrong_form_is_refused_in_words(text):
+    assert checked(Part, {"name": "shaft"}, "page").name == "shaft"
+    with pytest.raises(
+        BadInput, match=r"^page: name: .* is not allowed: it must be small letters$"
+    ):
+        checked(Part, {"name": text}, "page")
