@@ -11,7 +11,20 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from gateway.database import MACHINE
+from gateway.mapcheck import problems_of
+from gateway.node import GatewaySettings
+from gateway.options import ABOVE_ZERO, AT_LEAST_ZERO, add_bus_arguments, as_served, on_bus, report
+from gateway.page import frames_text
+from gateway.proof import read_key
+from gateway.protocols import adapters
+from gateway.protocols.frames import frames_of
+from gateway.reference import Proof
+from gateway.serving import Service
+from gateway.unit import CompensatorUnit
+from measurement.stops import on_signals
 from scenarios.arguments import add_parameters, parameters_of
+from scenarios.fmu_files import find_fmu
 from scenarios.outputs import LOG, STATE
 
 NAME = "gateway"
@@ -23,12 +36,6 @@ WRITES = {"log": LOG, "state": STATE}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    from gateway.node import GatewaySettings
-    from gateway.options import ABOVE_ZERO, AT_LEAST_ZERO, add_bus_arguments
-    from gateway.protocols import adapters
-    from gateway.reference import Proof
-    from gateway.serving import Service
-
     add = parser.add_argument
     add_bus_arguments(parser)
     text = f"an FMU or a compensator file ({COMPENSATOR})"
@@ -58,13 +65,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Serve the bus until told to stop."""
-    from gateway.mapcheck import problems_of
-    from gateway.options import as_served, report
-    from gateway.page import frames_text
-    from gateway.protocols import adapters
-    from gateway.protocols.frames import frames_of
-    from scenarios.fmu_files import find_fmu
-
     protocols = [adapter(args) for adapter in adapters()]
     for protocol in protocols:
         protocol.check()
@@ -101,15 +101,6 @@ def run(args: argparse.Namespace) -> int:
 def _serve(
     args: argparse.Namespace, database: Any, fmu: Path, unprotected: list[str], protocols: list[Any]
 ) -> dict[str, Any]:
-    from gateway.database import MACHINE
-    from gateway.node import GatewaySettings
-    from gateway.options import on_bus
-    from gateway.proof import read_key
-    from gateway.reference import Proof
-    from gateway.serving import Service
-    from gateway.unit import CompensatorUnit
-    from measurement.stops import on_signals
-
     printed = io.StringIO()
     with contextlib.ExitStack() as stack:
         cold: list[bool] = []

@@ -11,8 +11,20 @@ import time
 from pathlib import Path
 from typing import Any
 
+from gateway.database import COMPENSATOR, MACHINE
+from gateway.machine import AnswerReceiver, MachineNode, Pace
+from gateway.options import AT_LEAST_ZERO, above_zero, add_bus_arguments, as_served, on_bus, report
+from gateway.plant import MachinePlant
+from gateway.proof import read_key
+from gateway.protocols.frames import frames_of
+from gateway.replay import recorded, replay
+from measurement.errors import BadInput
+from measurement.runs import write_run
 from scenarios.arguments import add_parameters
+from scenarios.assignments import assignment
+from scenarios.fmu_files import find_fmu
 from scenarios.outputs import LOG, RUN_FILE, STATE
+from scenarios.scenario import read_scenario
 
 NAME = "machine"
 HELP = "put a simulated machine, or a recorded log, on a CAN bus"
@@ -22,9 +34,6 @@ WRITES = {"log": LOG, "state": STATE, "out": RUN_FILE}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    from gateway.machine import Pace
-    from gateway.options import AT_LEAST_ZERO, add_bus_arguments
-
     add = parser.add_argument
     text = "a name from 'list', or a TOML file (step_speed); its first variant is run"
     add("scenario", nargs="?", default="step_speed", metavar="SCENARIO", help=text)
@@ -44,17 +53,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _speed_up(text: str) -> float | None:
-    from gateway.options import above_zero
-
     return None if text == "max" else above_zero(text)
 
 
 def run(args: argparse.Namespace) -> int:
     """Run the machine to the end of its scenario or log."""
-    from gateway.options import as_served, report
-    from gateway.protocols.frames import frames_of
-    from measurement.errors import BadInput
-
     mapping = frames_of(args.map, args.dbc)
     if mapping.problems:
         return report(mapping.problems)
@@ -79,11 +82,6 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _replay(args: argparse.Namespace, database: Any) -> dict[str, Any]:
-    from gateway.database import COMPENSATOR
-    from gateway.machine import AnswerReceiver
-    from gateway.options import on_bus
-    from gateway.replay import recorded, replay
-
     messages = recorded(args.replay, database)
     with on_bus("machine", args, database, COMPENSATOR, args.wait_s) as (say, link, stopped):
         say(f"{args.replay.name}, {len(messages)} frames, on {link.name}")
@@ -101,14 +99,6 @@ def _replay(args: argparse.Namespace, database: Any) -> dict[str, Any]:
 
 
 def _simulate(args: argparse.Namespace, database: Any) -> dict[str, Any]:
-    from gateway.database import COMPENSATOR
-    from gateway.machine import MachineNode, Pace
-    from gateway.options import on_bus
-    from gateway.plant import MachinePlant
-    from gateway.proof import read_key
-    from measurement.runs import write_run
-    from scenarios.fmu_files import find_fmu
-
     case, near = _case(args, database)
     printed = io.StringIO()
     with contextlib.ExitStack() as stack:
@@ -153,11 +143,6 @@ def _simulate(args: argparse.Namespace, database: Any) -> dict[str, Any]:
 
 
 def _case(args: argparse.Namespace, database: Any) -> tuple[Any, Path]:
-    from gateway.database import MACHINE
-    from measurement.errors import BadInput
-    from scenarios.assignments import assignment
-    from scenarios.scenario import read_scenario
-
     overrides = [assignment(text) for text in args.set]
     if args.speed_up is not None:
         step_s = (database.every_s or database.closing(MACHINE).cycle_s) * args.speed_up

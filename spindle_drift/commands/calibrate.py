@@ -6,8 +6,16 @@ import argparse
 import json
 from dataclasses import asdict
 
+from measurement.files import write_together
+from plant_model.machine_writer import machine_text
 from scenarios.arguments import add_json, add_output, add_parameters, add_runs
+from scenarios.calibration_page import calibration_page, page_beside
 from scenarios.outputs import MACHINE_FILE, PAGE, check_output, marked
+from scenarios.parameter_rows import is_determined
+from scenarios.progress import CALIBRATE, spoken
+from scenarios.version import PROGRAM, version
+from spindle_drift._inputs import as_runs
+from spindle_drift.machines import Machine, calibrate
 
 NAME = "calibrate"
 HELP = "calibrate a machine's free parameters to measured runs"
@@ -17,8 +25,6 @@ WRITES = {"output": MACHINE_FILE}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    from spindle_drift.machines import calibrate
-
     add_parameters(parser, calibrate, "machine")
     add_runs(parser)
     add_output(parser, "machine file to write")
@@ -29,15 +35,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Calibrate, write the machine file, and print how well the runs determine each parameter."""
-    from measurement.files import write_together
-    from plant_model.machine_writer import machine_text
-    from scenarios.calibration_page import calibration_page, page_beside
-    from scenarios.parameter_rows import is_determined
-    from scenarios.progress import CALIBRATE, spoken
-    from scenarios.version import PROGRAM, version
-    from spindle_drift._inputs import as_runs
-    from spindle_drift.machines import Machine, calibrate
-
     path, page = args.output, page_beside(args.output)
     check_output(page, PAGE)
     machine, runs = Machine(args.machine), as_runs(args.runs)

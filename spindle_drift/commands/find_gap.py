@@ -8,6 +8,8 @@ from pathlib import Path
 
 from scenarios.arguments import add_json, add_parameters, add_results, parameters_of
 from scenarios.outputs import FOLDER
+from scenarios.progress import FIND_GAP, spoken
+from spindle_drift.gaps import find_gap
 
 NAME = "find-gap"
 HELP = "find where a machine's model and measured runs disagree, and name what is missing"
@@ -17,8 +19,6 @@ WRITES = {"out": FOLDER}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    from spindle_drift.gaps import find_gap
-
     several = {"nargs": "+", "type": Path, "metavar": "RUN"}
     add_parameters(
         parser,
@@ -47,9 +47,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Find the gap, write the folder, and print what was found."""
-    from scenarios.progress import FIND_GAP, spoken
-    from spindle_drift.gaps import find_gap
-
     with spoken(args.quiet, FIND_GAP) as say:
         found = find_gap(
             **parameters_of(args, find_gap) | {"holdout": args.holdout or ()},

@@ -11,11 +11,22 @@ import argparse
 import json
 import re
 import sys
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
+from tqdm import tqdm
+
+from measurement.doubts import together
+from measurement.errors import BadInput
+from measurement.importing.log import Imported, import_files
+from measurement.importing.mapping import Mapping, adjusted, read_mapping
+from measurement.importing.quantities import checked_conversion
 from scenarios.arguments import add_json, add_output, add_parameters, parameters_of
+from scenarios.assignments import quantity
+from scenarios.imported import MAPPING, table_text, write_imported
 from scenarios.outputs import FOLDER_OF_RUNS
+from spindle_drift.recordings import import_log
 
 NAME = "import"
 HELP = "convert a spreadsheet, a text table or a recorder's log to run files"
@@ -30,8 +41,6 @@ RULES = (
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    from spindle_drift.recordings import import_log
-
     add_parameters(parser, import_log, files={"nargs": "+", "type": Path, "metavar": "FILE"})
     add_output(parser, "folder for the run files", metavar="DIR")
     again = {"action": "append", "default": []}
@@ -69,15 +78,6 @@ def run(args: argparse.Namespace) -> int:
     BadInput
         For the first error; nothing is written then.
     """
-    from tqdm import tqdm
-
-    from measurement.doubts import together
-    from measurement.importing.log import import_files
-    from measurement.importing.mapping import Mapping, adjusted, read_mapping
-    from scenarios.assignments import quantity
-    from scenarios.imported import MAPPING, table_text, write_imported
-    from spindle_drift.recordings import import_log
-
     beside = args.output / MAPPING
     source = args.mapping or (beside if beside.exists() else None)
     if args.every_row_s is not None:
@@ -116,9 +116,6 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _units(given: list[str]) -> dict[str, str]:
-    from measurement.errors import BadInput
-    from measurement.importing.quantities import checked_conversion
-
     units = _by_header("--unit", given, "UNIT")
     for header, unit in units.items():
         checked_conversion(unit, header, lambda problem: BadInput("--unit", "", problem))
@@ -126,8 +123,6 @@ def _units(given: list[str]) -> dict[str, str]:
 
 
 def _axes(given: list[str]) -> dict[str, str]:
-    from measurement.errors import BadInput
-
     axes = _by_header("--axis", given, "AXIS")
     for header, axis in axes.items():
         if not re.fullmatch("[+-]?[XYZxyz]", axis):
@@ -138,8 +133,6 @@ def _axes(given: list[str]) -> dict[str, str]:
 
 def _by_header(option: str, given: list[str], what: str) -> dict[str, str]:
     """Return what was given by header; a header may itself contain an equals sign."""
-    from measurement.errors import BadInput
-
     table = {}
     for text in given:
         header, equals, value = text.rpartition("=")
@@ -149,7 +142,7 @@ def _by_header(option: str, given: list[str], what: str) -> dict[str, str]:
     return table
 
 
-def _not_in(known: Any, found: Any) -> list[str]:
+def _not_in(known: Collection[str], found: Imported) -> list[str]:
     """Return a line for each column that the mapping file does not name."""
     return [
         f"{header} is new to the mapping file and was read as {rule.name} in {rule.unit}"
@@ -158,7 +151,7 @@ def _not_in(known: Any, found: Any) -> list[str]:
     ]
 
 
-def _facts(found: Any, written: list[Path]) -> dict[str, Any]:
+def _facts(found: Imported, written: list[Path]) -> dict[str, Any]:
     return {
         "runs": [
             {

@@ -8,10 +8,17 @@ import math
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from typing import Any
 
+from tqdm import tqdm
+
+from fmu_compensator.fit.installed import COVERAGE
+from fmu_compensator.monitoring import Report
+from measurement.files import json_ready
+from measurement.runs import Run
 from scenarios.arguments import add_json, add_parameters, add_results, add_runs
 from scenarios.outputs import FOLDER
+from scenarios.results import write_findings
+from spindle_drift.compensators import Compensator
 
 NAME = "monitor"
 HELP = "check from machine logs whether a compensator still fits"
@@ -21,8 +28,6 @@ WRITES = {"out": FOLDER}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    from spindle_drift.compensators import Compensator
-
     parser.add_argument(
         "compensator",
         type=Path,
@@ -38,13 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Read the logs, and print the verdict first."""
-    from tqdm import tqdm
-
-    from measurement.files import json_ready
-    from measurement.runs import Run
     from scenarios.monitor_figure import draw_monitor
-    from scenarios.results import write_findings
-    from spindle_drift.compensators import Compensator
 
     compensator = Compensator.load(args.compensator)
     with tqdm(total=len(args.runs), unit="run", disable=args.quiet or None, leave=False) as bar:
@@ -65,10 +64,8 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def lines_of(report: Any) -> list[str]:
+def lines_of(report: Report) -> list[str]:
     """Return a report as text: the verdict, what to do, and a line for each run."""
-    from fmu_compensator.fit.installed import COVERAGE
-
     lines = [f"{report.verdict}: {report.summary}"]
     lines += [f"note: {note}" for note in report.notes]  # a wrong unit explains all that follows
     lines.append(f"what to do: {report.advice}")

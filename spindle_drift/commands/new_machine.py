@@ -4,17 +4,25 @@ from __future__ import annotations
 
 import argparse
 import sys
+import tomllib
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from measurement.errors import BadInput
+from measurement.files import write_atomically
+from measurement.iso230 import RUNNING_S
+from measurement.runs import read_run
+from plant_model.checks import HOT, MachineFacts, bearing_temperatures, check_sheet
+from plant_model.drawing.bearing_table import SERIES, Bearing, by_designation, known_designations
+from plant_model.drawing.class_values import CLASS_VALUES
+from plant_model.drawing.columns import Columns, columns_of
+from plant_model.drawing.coolants import ALLOWED, coolant
+from plant_model.drawing.expand import expanded
+from plant_model.drawing.fits import lines_to_check, odd_fits
+from plant_model.drawing.layout import Drawing
+from plant_model.drawing.new_page import BEARINGS, Answers, page_text, unplaced
+from plant_model.machine_file import machine_from_table
 from scenarios.arguments import add_output, add_parameters, parameters_of
 from scenarios.outputs import MACHINE_FILE
-
-if TYPE_CHECKING:
-    from plant_model.checks import MachineFacts
-    from plant_model.drawing.bearing_table import Bearing
-    from plant_model.drawing.columns import Columns
-    from plant_model.drawing.new_page import Answers
 
 NAME = "new-machine"
 READS = ("from_run",)
@@ -31,9 +39,6 @@ QUESTIONS = {
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    from plant_model.drawing.columns import columns_of
-    from plant_model.drawing.new_page import Answers
-
     add_output(parser, "page to write (TOML)")
     add_parameters(
         parser,
@@ -56,19 +61,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Write the page, read it back, and print how warm the machine gets."""
-    import tomllib
-
-    from measurement.errors import BadInput
-    from measurement.files import write_atomically
-    from measurement.runs import read_run
-    from plant_model.checks import check_sheet
-    from plant_model.drawing.columns import columns_of
-    from plant_model.drawing.expand import expanded
-    from plant_model.drawing.fits import lines_to_check, odd_fits
-    from plant_model.drawing.layout import Drawing
-    from plant_model.drawing.new_page import page_text, unplaced
-    from plant_model.machine_file import machine_from_table
-
     if args.output.suffix != ".toml":
         raise BadInput(args.output, "", "a page's name ends in .toml")
     if args.coolant is None:
@@ -110,14 +102,6 @@ def _running(answers: Answers, columns: Columns | None, path: Path) -> dict[str,
     A bearing's friction depends on its temperature and vice versa. A warmer bearing makes less
     heat, so there is one solution for each, and repeated half steps towards it converge.
     """
-    import tomllib
-
-    from plant_model.checks import HOT, bearing_temperatures
-    from plant_model.drawing.class_values import CLASS_VALUES
-    from plant_model.drawing.expand import expanded
-    from plant_model.drawing.new_page import BEARINGS, page_text
-    from plant_model.machine_file import machine_from_table
-
     running = dict.fromkeys(BEARINGS, CLASS_VALUES["running_temperature"].value)
     tried: list[dict[str, float]] = []
     while running not in tried:  # this ends: there are finitely many whole degrees
@@ -130,10 +114,6 @@ def _running(answers: Answers, columns: Columns | None, path: Path) -> dict[str,
 
 
 def _answers(args: argparse.Namespace) -> Answers:
-    from measurement.errors import BadInput
-    from plant_model.drawing.coolants import ALLOWED, coolant
-    from plant_model.drawing.new_page import Answers
-
     belt = args.drive == "belt"
     needed = [key for key in QUESTIONS if key != "power" or not belt or args.power is not None]
     asked = {key: _asked(key, getattr(args, key)) for key in needed}
@@ -165,8 +145,6 @@ def _answers(args: argparse.Namespace) -> Answers:
 
 def _asked(key: str, given: object) -> str:
     """Return an option's value, or the answer typed at the terminal."""
-    from measurement.errors import BadInput
-
     if given is not None:
         return str(given)
     if not sys.stdin.isatty():
@@ -176,9 +154,6 @@ def _asked(key: str, given: object) -> str:
 
 def _bearing(text: str) -> Bearing:
     """Return the bearing with a designation, or of series 70 with a bore [mm]."""
-    from measurement.errors import BadInput
-    from plant_model.drawing.bearing_table import SERIES, by_designation, known_designations
-
     found = by_designation(text)
     if found is None:
         sizes = {f"{5 * code:g}": f"70{code:02d}" for code in SERIES["70"][1] if code >= 4}
@@ -192,8 +167,6 @@ def _bearing(text: str) -> Bearing:
 
 def _first_look(sheet: MachineFacts) -> list[str]:
     """Return how warm the machine gets at full speed."""
-    from measurement.iso230 import RUNNING_S
-
     thermometers = {name: value for name, (value, unit) in sheet.readings.items() if unit == "degC"}
     warm = ", ".join(f"{name} {value:.1f} degC" for name, value in thermometers.items())
     hours, (x, y, z) = RUNNING_S / 3600.0, sheet.drift

@@ -6,8 +6,15 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from measurement.errors import BadInput, checked
 from scenarios.arguments import add_json, add_parameters, add_results, add_runs, parameters_of, tell
+from scenarios.assignments import quantity
 from scenarios.outputs import FOLDER
+from scenarios.probing import Probing
+from scenarios.replay_runner import run_replay
+from scenarios.scenario import Replay
+from scenarios.table import as_text
+from spindle_drift._options import add_fmu_folder
 
 NAME = "replay"
 HELP = "drive a compensator with measured runs"
@@ -17,10 +24,6 @@ WRITES = {"out": FOLDER}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    from scenarios.probing import Probing
-    from scenarios.replay_runner import run_replay
-    from spindle_drift._options import add_fmu_folder
-
     add_parameters(parser, run_replay, "compensator")
     add_runs(parser)
     add_results(parser, "results folder (default: results/replay)", default=Path("results/replay"))
@@ -41,11 +44,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Replay, write the folder, print the table."""
-    from measurement.errors import checked
-    from scenarios.replay_runner import run_replay
-    from scenarios.scenario import Replay
-    from scenarios.table import as_text
-
     checked(Replay, {"tool_length_mm": args.tool_length_mm}, "--tool-length")
     table, groups, notes = run_replay(
         args.compensator,
@@ -61,12 +59,8 @@ def run(args: argparse.Namespace) -> int:
     return tell(args, table, as_text(groups), *notes, where)
 
 
-def _probing(args: argparse.Namespace) -> Any:
+def _probing(args: argparse.Namespace) -> Probing | None:
     """Return the probe cycles that the options ask for, or None."""
-    from measurement.errors import BadInput
-    from scenarios.assignments import quantity
-    from scenarios.probing import Probing
-
     if not 0 <= args.seed < 2**31:
         raise BadInput("--seed", "", f"{args.seed} is not allowed: 0 to {2**31 - 1}")
     if args.when_um is None and args.every_s is None:

@@ -6,8 +6,16 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from measurement.errors import BadInput
 from scenarios.arguments import DIRECTORY, add_json, add_parameters, tell
+from scenarios.assignments import assignment
 from scenarios.outputs import FOLDER, also_reads
+from scenarios.replay_runner import run_replay
+from scenarios.runner import run_scenario
+from scenarios.scenario import Replay, Scenario, read_scenario
+from scenarios.table import as_text
+from spindle_drift import components
+from spindle_drift._options import add_scenario
 
 NAME = "run"
 HELP = "simulate a scenario"
@@ -17,29 +25,21 @@ WRITES = {"out": FOLDER}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    from spindle_drift._options import add_scenario
-    from spindle_drift.components import run_scenario
-
     add_scenario(parser)
-    add_parameters(parser, run_scenario, "live", out=DIRECTORY)
+    add_parameters(parser, components.run_scenario, "live", out=DIRECTORY)
     add_json(parser, "print table.json instead of a table")
     parser.add_argument("--quiet", action="store_true", help="no progress bar, no table")
 
 
 def run(args: argparse.Namespace) -> int:
     """Simulate, write the folder, print the table."""
-    from scenarios.assignments import assignment
-    from scenarios.runner import run_scenario
-    from scenarios.scenario import read_scenario
-    from scenarios.table import as_text
-
     scenario = read_scenario(args.scenario, [assignment(text) for text in args.settings])
     settings = scenario.settings
     out = args.out or Path("results") / settings.name
     pace = ""
     notes: list[str] = []
     if settings.replay is not None:
-        table, groups, notes = _replay(scenario, args, out)
+        table, groups, notes = _replay(scenario, settings.replay, args, out)
     else:
         table, groups, speed = run_scenario(
             scenario,
@@ -55,14 +55,11 @@ def run(args: argparse.Namespace) -> int:
     return tell(args, table, settings.title, "", as_text(groups), "", *notes, where)
 
 
-def _replay(scenario: Any, args: argparse.Namespace, out: Path) -> Any:
-    from measurement.errors import BadInput
-    from scenarios.replay_runner import run_replay
-
+def _replay(scenario: Scenario, replay: Replay, args: argparse.Namespace, out: Path) -> Any:
     settings = scenario.settings
     near = scenario.path.resolve().parent
-    also_reads([_near(near, name) for name in settings.replay.runs])
-    if not settings.replay.runs:
+    also_reads([_near(near, name) for name in replay.runs])
+    if not replay.runs:
         raise BadInput(
             scenario.path,
             "replay.runs",
@@ -74,11 +71,11 @@ def _replay(scenario: Any, args: argparse.Namespace, out: Path) -> Any:
             raise BadInput(f"--{option}", "", problem)
     return run_replay(
         args.compensator or settings.compensator.fmu,
-        [_near(near, name) for name in settings.replay.runs],
+        [_near(near, name) for name in replay.runs],
         out,
         args.fmu_dir,
         near=near,
-        tool_length_mm=settings.replay.tool_length_mm,
+        tool_length_mm=replay.tool_length_mm,
         title=settings.title,
         description=settings.description,
         quiet=args.quiet or args.json,

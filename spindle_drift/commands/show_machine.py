@@ -6,7 +6,9 @@ import argparse
 from dataclasses import asdict
 from pathlib import Path
 
+from plant_model.machine_file import machine_path
 from scenarios.arguments import add_json, add_parameters, tell
+from scenarios.machine_page import show_machine
 from scenarios.outputs import PAGE, check_output
 
 NAME = "show-machine"
@@ -17,8 +19,6 @@ HELP = "show a machine on one page: section, network, free numbers, warnings"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    from scenarios.machine_page import show_machine
-
     output = {"flag": ("-o", "--output"), "dest": "output"}
     add_parameters(parser, show_machine, "machine", "cells", path=output)
     add_json(parser, "print JSON instead of sentences")
@@ -26,9 +26,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Write the page and print what looks wrong."""
-    from plant_model.machine_file import machine_path
-    from scenarios.machine_page import show_machine
-
     path = args.output or Path(f"{machine_path(args.machine).stem}.html")
     check_output(path, PAGE)
     shown = show_machine(args.machine, path, cells=args.cells)

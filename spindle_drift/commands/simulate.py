@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import argparse
 
+from measurement.runs import write_run
 from scenarios.arguments import add_output, add_parameters
 from scenarios.outputs import RUN_FILE
+from scenarios.scenario import read_scenario
+from spindle_drift.machines import Machine, case_to_simulate, simulate
 
 NAME = "simulate"
 HELP = "simulate a machine over a scenario's speeds and write what a rig would measure"
@@ -15,8 +18,6 @@ WRITES = {"output": RUN_FILE}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    from spindle_drift.machines import simulate
-
     parser.add_argument("scenario", metavar="SCENARIO", help="shipped name or scenario file")
     text = "machine file or shipped name (default: jig_borer)"
     parser.add_argument("--machine", default="jig_borer", help=text)
@@ -28,10 +29,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Simulate the scenario's first variant and write the run file."""
-    from measurement.runs import write_run
-    from scenarios.scenario import read_scenario
-    from spindle_drift.machines import Machine, case_to_simulate, simulate
-
     machine, scenario = Machine(args.machine), read_scenario(args.scenario)
     settings = case_to_simulate(scenario).settings
     seed = settings.seed if args.seed is None else args.seed

@@ -14,8 +14,15 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from fmu_packaging.native.compilers import Compiler, NativeError, compilers
+from measurement.files import write_atomically
 from scenarios.arguments import add_json, add_parameters
+from scenarios.assignments import assignment
+from scenarios.fmu_files import find_fmu, needs_no_host
 from scenarios.outputs import SSP, check_output
+from scenarios.scenario import Settings, read_scenario
+from scenarios.ssp.package import case_of, ssp_bytes
+from spindle_drift._options import add_scenario
 
 NAME = "ssp"
 HELP = "write a scenario with its FMUs as one .ssp file for other tools"
@@ -25,9 +32,6 @@ WRITES = {"out": SSP}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    from scenarios.ssp.package import case_of, ssp_bytes
-    from spindle_drift._options import add_scenario
-
     add_scenario(parser)
     parser.add_argument(
         "-o", "--out", type=Path, metavar="FILE", help="the .ssp file (dist/<scenario>.ssp)"
@@ -39,12 +43,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Build missing FMUs, write the file, and print what is in it."""
-    from measurement.files import write_atomically
-    from scenarios.assignments import assignment
-    from scenarios.fmu_files import find_fmu, needs_no_host
-    from scenarios.scenario import read_scenario
-    from scenarios.ssp.package import case_of, ssp_bytes
-
     scenario = read_scenario(args.scenario, [assignment(text) for text in args.settings])
     case = case_of(scenario, args.variant)
     settings = case.settings
@@ -84,16 +82,14 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _compilers() -> list[Any]:
-    from fmu_packaging.native.compilers import NativeError, compilers
-
+def _compilers() -> list[Compiler]:
     try:
         return compilers()
     except NativeError:  # no compiler, but the FMUs already exist
         return []
 
 
-def _facts(out: Path, variant: str, settings: Any, data: bytes) -> dict[str, Any]:
+def _facts(out: Path, variant: str, settings: Settings, data: bytes) -> dict[str, Any]:
     return {
         "file": str(out),
         "scenario": settings.name,

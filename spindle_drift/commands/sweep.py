@@ -7,7 +7,14 @@ import sys
 from pathlib import Path
 
 from scenarios.arguments import add_json, add_parameters, add_results, tell
+from scenarios.assignments import assignment
 from scenarios.outputs import FOLDER_THAT_GOES_ON
+from scenarios.scenario import read_scenario
+from scenarios.sweep.plan import Request
+from scenarios.sweep.runner import run_sweep
+from scenarios.sweep.tables import as_text
+from scenarios.version import PROGRAM
+from spindle_drift._options import SETTINGS, add_fmu_folder
 
 NAME = "sweep"
 HELP = "simulate many variants of a scenario, on a grid or drawn at random"
@@ -17,10 +24,6 @@ WRITES = {"out": FOLDER_THAT_GOES_ON}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    from scenarios.sweep.plan import Request
-    from scenarios.sweep.runner import run_sweep
-    from spindle_drift._options import SETTINGS, add_fmu_folder
-
     add_parameters(
         parser,
         Request,
@@ -42,13 +45,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the missing cases of the sweep, write its folder, print the summary."""
-    from scenarios.assignments import assignment
-    from scenarios.scenario import read_scenario
-    from scenarios.sweep.plan import Request
-    from scenarios.sweep.runner import run_sweep
-    from scenarios.sweep.tables import as_text
-    from scenarios.version import PROGRAM
-
     request = Request(
         args.scenario,
         tuple(args.vary),
