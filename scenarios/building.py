@@ -33,9 +33,9 @@ from plant_model.fmi_slave import MACHINE_FILE, variable_name
 from plant_model.machine import Machine
 from plant_model.native.build import native_plant
 from scenarios.outputs import FMU, OTHERWISE, check_output, is_forced
+from scenarios.pages.report import page_text
 from scenarios.plugged import effect_files, error_model_files
 from scenarios.reference_runs import compensator_reference, plant_reference, with_array
-from scenarios.report import page_text
 from scenarios.scenario import Settings
 from scenarios.version import version as installed_version
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from fmu_compensator.fit.error_models import fitted_models
-from scenarios.charts import SHOWN
+from scenarios.pages.charts import SHOWN
 
 
 def told(kind: str, targets: Sequence[str], found: Mapping[str, Any]) -> list[str]:

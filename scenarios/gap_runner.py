@@ -25,7 +25,7 @@ from plant_model.machine_writer import write_machine
 from plant_model.sensors import column_of, displacement_names
 from scenarios.fmu_files import build_plant
 from scenarios.gap_cosimulation import compare_fmus
-from scenarios.gap_page import PAGE, write_gap_page
+from scenarios.pages.gap_page import PAGE, write_gap_page
 from scenarios.results import check_folder, results_folder, write_table
 
 MACHINE_BEFORE = "machine_before.toml"

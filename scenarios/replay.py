@@ -26,9 +26,9 @@ from measurement.faults import GROSS, STANDING, Fault, cleaned, find_faults
 from measurement.rig import AXES, Rig, rig_from_table
 from measurement.runs import Run
 from plant_model.machine import Machine
-from scenarios.charts import Chart
 from scenarios.fmu import Port, Slave, alone
 from scenarios.fmu_file import compensator_file
+from scenarios.pages.charts import Chart
 from scenarios.probe_cycle import ProbeInputs
 from scenarios.probing import ProbedRun, Probing
 from scenarios.recording import Event, FmuFacts, facts_of, notice

@@ -33,8 +33,8 @@ from measurement.runs import read_run, write_run
 from measurement.units import split_column
 from measurement.warm import named_warm
 from plant_model.machine_file import read_machine
-from scenarios.charts import SHOWN
 from scenarios.fmu_files import find_fmu
+from scenarios.pages.charts import SHOWN
 from scenarios.probing import Probing
 from scenarios.replay import (
     Replay,

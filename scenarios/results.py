@@ -21,11 +21,11 @@ from fmu_packaging.reference import DECIMALS
 from measurement.errors import BadInput
 from measurement.files import FULL
 from measurement.runs import write_run
-from scenarios.charts import Chart
 from scenarios.outputs import RESULTS, TABLE, is_replaceable, made_by
 from scenarios.outputs import check_folder as check_folder
+from scenarios.pages.charts import Chart
+from scenarios.pages.report import STATES, spans_of, write_page
 from scenarios.recording import Event, Recording
-from scenarios.report import STATES, spans_of, write_page
 from scenarios.scenario import Scenario
 from scenarios.table import Group, as_list
 from scenarios.views import seen
@@ -231,7 +231,7 @@ def write_report(
     dict
         The content of ``table.json``.
     """
-    from scenarios.figures import draw  # only here: it loads Matplotlib
+    from scenarios.pages.figures import draw  # only here: it loads Matplotlib
 
     for chart in charts:
         draw(chart, folder)

@@ -13,6 +13,7 @@ from typing import Any
 from measurement.errors import BadInput
 from scenarios.cosimulation import simulate
 from scenarios.fmu_files import find_fmu
+from scenarios.pages.web_page import write_page_of
 from scenarios.recording import FmuFacts, Recording
 from scenarios.results import (
     check_folder,
@@ -25,7 +26,6 @@ from scenarios.scenario import Scenario
 from scenarios.table import Group
 from scenarios.version import PROGRAM, version
 from scenarios.views import charts_of, full_label_of, is_compensated, label_of, rig_of, table_of
-from scenarios.web_page import write_page_of
 
 LIVE = "spindle.html"
 

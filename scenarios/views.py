@@ -12,8 +12,8 @@ import pandas as pd
 from measurement.naming import lowered
 from measurement.rig import AXES, FivePointRig, rig_from_table
 from measurement.units import UNITS, split_column
-from scenarios.charts import BEFORE, LINES, MANY, MEASURED, Chart, Line, Panel, interval
 from scenarios.fmu_file import member
+from scenarios.pages.charts import BEFORE, LINES, MANY, MEASURED, Chart, Line, Panel, interval
 from scenarios.recording import Recording
 from scenarios.signals.base import FloatArray
 from scenarios.table import NO_COMPENSATION, Group, group_of

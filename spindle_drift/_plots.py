@@ -11,7 +11,7 @@ import pandas as pd
 from measurement.iso230 import summarise
 from measurement.rig import AXES
 from measurement.runs import Run
-from scenarios.charts import BEFORE, LINES, MANY, Chart, Line, Panel
+from scenarios.pages.charts import BEFORE, LINES, MANY, Chart, Line, Panel
 from scenarios.views import before_and_after
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def plot_run(run: Run) -> Figure:
     """Return a run's temperatures, displacements and speed."""
     from matplotlib import pyplot
 
-    from scenarios.run_figure import draw_overview
+    from scenarios.pages.run_figure import draw_overview
 
     return draw_overview(run, summarise(run), figure=pyplot.figure())
 
@@ -84,6 +84,6 @@ def _drawn(chart: Chart) -> Figure:
     """Return a pyplot figure, which a notebook or ``pyplot.show()`` displays."""
     from matplotlib import pyplot
 
-    from scenarios.figures import draw_on
+    from scenarios.pages.figures import draw_on
 
     return draw_on(chart, pyplot.figure())

@@ -26,7 +26,7 @@ import build_fmu
 from fmu_packaging import reference
 from fmu_packaging.native import compilers as native_compilers
 from fmu_packaging.native.compilers import Compiler, NativeError, compilers
-from scenarios import figures
+from scenarios.pages import figures
 from tests.forked import forked
 from tests.running import cannot_run
 

@@ -12,7 +12,7 @@ from benchmarks.results_page import as_table
 from benchmarks.studies.machines import truth
 from benchmarks.studies.published import GA_POINTS, TS_GROUPS
 from fmu_compensator.fit.survey import survey
-from scenarios.points_figures import draw_points
+from scenarios.pages.points_figures import draw_points
 from scenarios.presets import PRESETS
 
 GREY, TREE = "GA", "TS"

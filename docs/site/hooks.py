@@ -20,8 +20,8 @@ from mkdocs.structure.files import File, Files
 from plant_model.machine_file import read_machine
 from scenarios import cli
 from scenarios.building import DEFAULT_MACHINE, DEFAULT_MODEL
+from scenarios.pages.web_page import write_web_page
 from scenarios.version import PROGRAM
-from scenarios.web_page import write_web_page
 
 ROOT = Path(__file__).parents[2]
 TOP = {

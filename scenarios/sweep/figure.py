@@ -9,8 +9,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from scenarios.charts import BEFORE, LINES
-from scenarios.figures import plain, saved
+from scenarios.pages.charts import BEFORE, LINES
+from scenarios.pages.figures import plain, saved
 from scenarios.sweep.plan import Plan
 from scenarios.sweep.tables import FIGURES, PERCENTILES
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from measurement.errors import BadInput, shown
-from scenarios.charts import SHOWN
+from scenarios.pages.charts import SHOWN
 from scenarios.scenario import Settings
 from scenarios.sweep.variation import OPTION, Variation
 

@@ -14,7 +14,7 @@ from scipy.special import ndtri
 from fmu_compensator.fit.installed import COVERAGE
 from fmu_packaging.reference import DECIMALS
 from measurement.resampling import WRONG
-from scenarios.charts import SHOWN
+from scenarios.pages.charts import SHOWN
 from scenarios.signals.base import FloatArray
 from scenarios.sweep.plan import Plan
 

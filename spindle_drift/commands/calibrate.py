@@ -9,9 +9,9 @@ from dataclasses import asdict
 from measurement.files import write_together
 from plant_model.machine_writer import machine_text
 from scenarios.arguments import add_json, add_output, add_parameters, add_runs
-from scenarios.calibration_page import calibration_page, page_beside
 from scenarios.outputs import MACHINE_FILE, PAGE, check_output, marked
-from scenarios.parameter_rows import is_determined
+from scenarios.pages.calibration_page import calibration_page, page_beside
+from scenarios.pages.parameter_rows import is_determined
 from scenarios.progress import CALIBRATE, spoken
 from scenarios.version import PROGRAM, version
 from spindle_drift._inputs import as_runs

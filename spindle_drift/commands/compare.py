@@ -18,9 +18,9 @@ from measurement.errors import BadInput
 from measurement.faults import HANDLING, faults_text
 from scenarios.arguments import add_json, add_parameters, add_results, parameters_of
 from scenarios.assignments import options_of
-from scenarios.comparison_page import ranking_text, write_comparison, write_figures
 from scenarios.grey_options import add_choice_options, choice_options
 from scenarios.outputs import FOLDER
+from scenarios.pages.comparison_page import ranking_text, write_comparison, write_figures
 from scenarios.presets import add_as
 from scenarios.results import write_findings
 from spindle_drift.comparisons import compare

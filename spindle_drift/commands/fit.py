@@ -92,7 +92,7 @@ def run(args: argparse.Namespace) -> int:
     path, table = compensator.save(args.output), compensator.model.table
     wrote = []
     if args.out is not None:
-        from scenarios.fit_figures import draw_fit  # only here: it loads Matplotlib
+        from scenarios.pages.fit_figures import draw_fit  # only here: it loads Matplotlib
 
         drawn = draw_fit(table["provenance"]["figures"]["fit"], args.out)
         wrote = [f"wrote {name}" for name in drawn] or [f"nothing to draw: {NO_FIGURE}"]

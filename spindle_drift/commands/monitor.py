@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Read the logs, and print the verdict first."""
-    from scenarios.monitor_figure import draw_monitor
+    from scenarios.pages.monitor_figure import draw_monitor
 
     compensator = Compensator.load(args.compensator)
     with tqdm(total=len(args.runs), unit="run", disable=args.quiet or None, leave=False) as bar:

@@ -13,9 +13,9 @@ from typing import Any
 from fmu_compensator.fit.loops import Loop
 from fmu_compensator.fit.survey import Survey, survey
 from scenarios.arguments import add_json, add_parameters, add_results, add_runs
-from scenarios.charts import SHOWN
 from scenarios.grey_options import add_grey_options, grey_options
 from scenarios.outputs import FOLDER
+from scenarios.pages.charts import SHOWN
 from scenarios.presets import add_as, preset
 from scenarios.results import write_findings
 from spindle_drift._inputs import as_runs
@@ -63,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
     text = json.dumps(surveyed.to_dict(), indent=1, allow_nan=False)
     lines = _report(surveyed)
     if args.out is not None:
-        from scenarios.points_figures import draw_points  # only here: it loads Matplotlib
+        from scenarios.pages.points_figures import draw_points  # only here: it loads Matplotlib
 
         paths = write_findings(args.out, "points", text, partial(draw_points, surveyed))
         lines.append("wrote " + ", ".join(map(str, paths)))

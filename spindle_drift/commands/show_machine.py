@@ -8,8 +8,8 @@ from pathlib import Path
 
 from plant_model.machine_file import machine_path
 from scenarios.arguments import add_json, add_parameters, tell
-from scenarios.machine_page import show_machine
 from scenarios.outputs import PAGE, check_output
+from scenarios.pages.machine_page import show_machine
 
 NAME = "show-machine"
 READS = ("machine",)

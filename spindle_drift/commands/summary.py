@@ -66,8 +66,8 @@ def run(args: argparse.Namespace) -> int:
 def _draw(
     folder: Path, runs: list[Run], summaries: list[Summary], rigs: list[Rig | None]
 ) -> list[Path]:
-    from scenarios.figures import png_bytes  # only here: it loads Matplotlib
-    from scenarios.run_figure import draw_overview
+    from scenarios.pages.figures import png_bytes  # only here: it loads Matplotlib
+    from scenarios.pages.run_figure import draw_overview
 
     names = _file_names([entry.name for entry in runs])
     every = list(zip(names, runs, summaries, rigs, strict=True))

@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Compile both and write the page."""
     from plant_model.machine_file import read_machine
-    from scenarios.web_page import write_web_page
+    from scenarios.pages.web_page import write_web_page
 
     check_output(args.output, PAGE)
     page = write_web_page(read_machine(args.machine), args.compensator, args.output)

@@ -17,7 +17,7 @@ from plant_model.effects import catalogue
 from plant_model.machine_file import read_machine
 from plant_model.machine_writer import write_machine
 from scenarios.cli import main
-from scenarios.report import PLOTLY
+from scenarios.pages.report import PLOTLY
 from tests.gap_finder.conftest import runs_of
 from tests.plant_model.conftest import with_effects
 from tests.refusing import refusal

@@ -16,7 +16,7 @@ from plant_model.machine_file import read_machine, shipped_machines
 from plant_model.simulate import simulate
 from plant_model.warm_up import warm_up
 from scenarios.cli import main
-from scenarios.machine_page import show_machine
+from scenarios.pages.machine_page import show_machine
 
 ANSWERS = ("--bearing", "7014", "--speed", "12000", "--power", "15")
 

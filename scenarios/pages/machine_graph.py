@@ -8,8 +8,8 @@ import numpy as np
 
 from plant_model.checks import Part, part_of
 from plant_model.machine import Machine
-from scenarios.machine_drawing import BORDER, DRAWING_WIDTH, colour
-from scenarios.svg import INK, label, part, picture
+from scenarios.pages.machine_drawing import BORDER, DRAWING_WIDTH, colour
+from scenarios.pages.svg import INK, label, part, picture
 
 STROKES = {"wall": "#8b929c", "air": "#c3a15a", "coolant": "#2f6fb3"}
 KINDS = {

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from scenarios.charts import LINES, convergence_chart
-from scenarios.figures import draw_on, saved
+from scenarios.pages.charts import LINES, convergence_chart
+from scenarios.pages.figures import draw_on, saved
 from scenarios.results import results_folder, write_table
 
 Found = Mapping[str, Any]

@@ -20,7 +20,7 @@ from measurement.errors import BadInput
 from plant_model.machine import Machine
 from scenarios.building import compensator_recipe, native_of, plant_recipe
 from scenarios.fmu_file import MODELS, member
-from scenarios.report import STATES, state_of, write_page
+from scenarios.pages.report import STATES, state_of, write_page
 from scenarios.scenario import read_scenario
 from scenarios.views import MACHINES
 from scenarios.wiring import TOOL_LENGTH, Variables, Wiring, shared_starts, wire

@@ -9,7 +9,7 @@ import numpy as np
 from gap_finder.regimes import RunResiduals
 from plant_model.machine import Machine
 from plant_model.sensors import displacement_names
-from scenarios.charts import BEFORE, LINES, MEASURED, Chart, Line, Panel
+from scenarios.pages.charts import BEFORE, LINES, MEASURED, Chart, Line, Panel
 
 
 def channel_charts(

@@ -15,7 +15,7 @@ import pytest
 from fmu_packaging.native.web import WebModule
 from scenarios.building import DEFAULT_MODEL
 from scenarios.cli import main
-from scenarios.report import STATES
+from scenarios.pages.report import STATES
 from tests.conftest import once
 from tests.fmu_packaging.apart import apart
 from tests.running import need_ziglang

@@ -1,7 +1,7 @@
 """The contents of figures, independent of how they are drawn.
 
-A chart is a stack of panels over one time axis. From the same description :mod:`scenarios.figures`
-draws PNG files and :mod:`scenarios.report` an interactive page.
+A chart is a stack of panels over one time axis. From the same description `figures` draws PNG
+files and `report` an interactive page.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from plant_model.drawing.form import degrees
 from plant_model.drawing.layout import Drawing, Seat
 from plant_model.drawing.mesh import Mesh
 from plant_model.machine import Machine
-from scenarios.svg import INK, label, mixed, part, picture
+from scenarios.pages.svg import INK, label, mixed, part, picture
 
 DRAWING_WIDTH, BORDER, TOP = 1040.0, 50.0, 34.0
 """Width of the picture, and margins beside and above the spindle [px]: set on no data."""

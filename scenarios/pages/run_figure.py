@@ -16,7 +16,7 @@ from measurement.iso230 import FIRST_S, Summary
 from measurement.rig import FivePointRig, Rig, axis_of
 from measurement.runs import FloatArray, Run
 from measurement.units import UNITS, split_column
-from scenarios.charts import with_gaps
+from scenarios.pages.charts import with_gaps
 
 AXIS_COLOURS = {"X": "#0072b2", "Y": "#009e73", "Z": "#d55e00"}
 """One colour per machine axis in every figure; also distinct for colour-blind readers."""

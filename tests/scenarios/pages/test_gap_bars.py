@@ -2,8 +2,8 @@
 
 import re
 
-from scenarios.gap_page import bars
-from scenarios.report import page_text
+from scenarios.pages.gap_page import bars
+from scenarios.pages.report import page_text
 
 CHANNELS = {
     "T1": {"before": 0.4, "after": 0.1, "reference": 0.2, "noise": 0.05},

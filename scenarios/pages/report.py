@@ -14,7 +14,7 @@ import jinja2
 import markupsafe
 
 from measurement.files import write_atomically
-from scenarios.charts import PANEL, Chart, Line, kept, kept_steps
+from scenarios.pages.charts import PANEL, Chart, Line, kept, kept_steps
 from scenarios.recording import Event
 from scenarios.table import number, percent
 

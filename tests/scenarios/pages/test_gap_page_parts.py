@@ -15,8 +15,8 @@ from measurement.runs import Run
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.simulate import simulate
-from scenarios.gap_map import regime_map
-from scenarios.gap_signature import signature_charts
+from scenarios.pages.gap_map import regime_map
+from scenarios.pages.gap_signature import signature_charts
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from scipy.cluster.hierarchy import dendrogram
 
 from fmu_compensator.fit.survey import Survey
-from scenarios.figures import saved
+from scenarios.pages.figures import saved
 
 MOST_NAMED = 10
 """Most runs in the legend: given by matplotlib, whose colours repeat after that many."""

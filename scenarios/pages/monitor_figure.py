@@ -19,7 +19,7 @@ from fmu_compensator.monitoring.monitor import (
     TOO_SHORT,
     RunReport,
 )
-from scenarios.figures import PANEL_IN, WIDTH_IN, plain, saved
+from scenarios.pages.figures import PANEL_IN, WIDTH_IN, plain, saved
 
 DOTS = {
     FITS: {"color": "#2a7f4f", "label": "fits"},

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from matplotlib.figure import Figure
 
-from scenarios.charts import Chart, Line, Panel, kept, kept_steps
-from scenarios.figures import draw_on
+from scenarios.pages.charts import Chart, Line, Panel, kept, kept_steps
+from scenarios.pages.figures import draw_on
 from scenarios.table import as_list, as_text, group_of, overall
 from scenarios.views import group_title, minute_means
 

@@ -11,8 +11,17 @@ import numpy as np
 from fmu_compensator.fit.comparison import Comparison, Judged, Row
 from measurement.faults import Fault, by_column, group_line
 from measurement.units import UNITS
-from scenarios.charts import BEFORE, LINES, SHOWN, Chart, Line, Panel, convergence_chart, with_gaps
-from scenarios.report import short, write_page
+from scenarios.pages.charts import (
+    BEFORE,
+    LINES,
+    SHOWN,
+    Chart,
+    Line,
+    Panel,
+    convergence_chart,
+    with_gaps,
+)
+from scenarios.pages.report import short, write_page
 
 
 @dataclass(frozen=True)
@@ -175,7 +184,7 @@ def write_figures(comparison: Comparison, folder: Path) -> list[Path]:
     -------
     list of Path
     """
-    from scenarios.figures import draw  # only here: it loads Matplotlib
+    from scenarios.pages.figures import draw  # only here: it loads Matplotlib
 
     ranking = _draw_ranking(comparison, folder / "ranking.png")
     return [*(draw(chart, folder) for chart in charts_of(comparison)), ranking]
@@ -184,7 +193,7 @@ def write_figures(comparison: Comparison, folder: Path) -> list[Path]:
 def _draw_ranking(comparison: Comparison, path: Path) -> Path:
     from matplotlib.figure import Figure
 
-    from scenarios.figures import saved
+    from scenarios.pages.figures import saved
 
     lines = [line for line in table_of(comparison) if not line.row.uses_displacement][::-1]
     count = len(comparison.targets)

@@ -16,9 +16,9 @@ from plant_model.drawing.known import CLASS
 from plant_model.drawing.layout import Drawing
 from plant_model.machine import Machine
 from plant_model.machine_file import machine_path, read_machine
-from scenarios.machine_drawing import section_of_lumps, section_of_page
-from scenarios.machine_graph import network_svg
-from scenarios.report import write_page
+from scenarios.pages.machine_drawing import section_of_lumps, section_of_page
+from scenarios.pages.machine_graph import network_svg
+from scenarios.pages.report import write_page
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,10 @@ from gap_finder.comparison import GapComparison
 from gap_finder.observations import Observations
 from gap_finder.regimes import gap_of
 from plant_model.machine import Machine
-from scenarios.channel_charts import measured_against_model
-from scenarios.charts import SHOWN
-from scenarios.parameter_rows import is_determined, parameter_rows
-from scenarios.report import page_text
+from scenarios.pages.channel_charts import measured_against_model
+from scenarios.pages.charts import SHOWN
+from scenarios.pages.parameter_rows import is_determined, parameter_rows
+from scenarios.pages.report import page_text
 
 
 def page_beside(machine_file: Path) -> Path:

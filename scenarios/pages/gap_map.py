@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap_finder.regimes import RunResiduals, regimes
-from scenarios.svg import mixed
+from scenarios.pages.svg import mixed
 
 KINDS = ("standing", "warming up", "steady", "cooling down")
 

@@ -14,12 +14,12 @@ from gap_finder.kinds import kinds
 from gap_finder.regimes import RunResiduals
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
-from scenarios.channel_charts import channel_charts, measured_against_model
-from scenarios.charts import BEFORE, LINES, Chart, Line
-from scenarios.gap_map import RegimeMap, regime_map
-from scenarios.gap_signature import signature_charts
-from scenarios.parameter_rows import parameter_rows
-from scenarios.report import write_page
+from scenarios.pages.channel_charts import channel_charts, measured_against_model
+from scenarios.pages.charts import BEFORE, LINES, Chart, Line
+from scenarios.pages.gap_map import RegimeMap, regime_map
+from scenarios.pages.gap_signature import signature_charts
+from scenarios.pages.parameter_rows import parameter_rows
+from scenarios.pages.report import write_page
 
 PAGE = "report.html"
 HELD_OUT = "The held-out run."
@@ -32,7 +32,7 @@ def write_gap_page(
     folder: Path,
 ) -> list[Path]:
     """Write the page and its figures into *folder* and return the files."""
-    from scenarios.figures import draw  # only here: it loads Matplotlib
+    from scenarios.pages.figures import draw  # only here: it loads Matplotlib
 
     result, unseen = judged.result, judged.unseen
     charts = signature_charts(result) + [

@@ -8,7 +8,7 @@ from pathlib import Path
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from scenarios.charts import CHART_WIDTH, PANEL, Chart, Line, Panel, kept, kept_steps
+from scenarios.pages.charts import CHART_WIDTH, PANEL, Chart, Line, Panel, kept, kept_steps
 
 WIDTH_IN, PANEL_IN = CHART_WIDTH / 100.0, PANEL / 100.0
 

@@ -13,7 +13,7 @@ from gap_finder.regimes import residuals
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
-from scenarios.charts import BEFORE, LINES, SHOWN, Chart, Line, Panel
+from scenarios.pages.charts import BEFORE, LINES, SHOWN, Chart, Line, Panel
 
 
 def signature_charts(result: GapResult) -> list[Chart]:

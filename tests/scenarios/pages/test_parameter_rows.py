@@ -5,7 +5,7 @@ import numpy as np
 from gap_finder.calibrate import intervals
 from gap_finder.priors import Priors
 from plant_model.machine_file import read_machine
-from scenarios.parameter_rows import parameter_rows
+from scenarios.pages.parameter_rows import parameter_rows
 
 
 def test_a_number_that_left_its_range_stands_beside_the_range_of_the_file():

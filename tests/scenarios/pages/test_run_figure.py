@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from measurement.iso230 import summarise
 from measurement.rig import FivePointRig, Rig
 from measurement.runs import Run
-from scenarios.run_figure import draw_overview
+from scenarios.pages.run_figure import draw_overview
 
 RIG = FivePointRig(spacing_mm=100.0, near_to_gauge_mm=30.0)
 TIME = 60.0 * np.arange(120)

@@ -1,0 +1,1 @@
+"""Pages and figures: what the commands draw, for people to look at."""
