@@ -144,7 +144,7 @@ def _allowed(info: FieldInfo) -> str:
 
 def _of_member(annotation: Any, metadata: Iterable[Any]) -> str:
     """Return what one of a union's members allows."""
-    low = high = unit = ""
+    low = high = unit = words = ""
     for bound in _bounds(annotation, metadata):
         for one in getattr(bound, "metadata", [bound]):
             match one:
@@ -156,7 +156,10 @@ def _of_member(annotation: Any, metadata: Iterable[Any]) -> str:
                     high = _number(value)
                 case AfterValidator():
                     inside: Mapping[str, Any] = inspect.getclosurevars(one.func).nonlocals
-                    low, high, unit = f"{inside['low']:g}", f"{inside['high']:g}", inside["unit"]
+                    words = inside.get("words", "")
+                    if not words:
+                        low, high = f"{inside['low']:g}", f"{inside['high']:g}"
+                        unit = inside["unit"]
     kinds = list(_kinds(annotation))
     parts = [part for kind in kinds for part in _words(kind)]
     if high and float(high.replace(",", "")) >= NO_BOUND:
@@ -165,7 +168,7 @@ def _of_member(annotation: Any, metadata: Iterable[Any]) -> str:
     if high:
         span = f"{low} to {high} {unit}".strip()
         parts = [f"{span}*" if Quantity in kinds else span]
-    words = " or ".join(parts)
+    words = words or " or ".join(parts)
     return f"{MANY.get(get_origin(annotation), '')}{words}"
 
 

@@ -15,7 +15,7 @@ NAME = r"[A-Za-z][A-Za-z0-9_]*"
 Name = Annotated[
     str,
     StringConstraints(max_length=60),
-    matching(NAME, "letters, digits and _, beginning with a letter"),
+    matching(NAME, "a letter, then letters, digits and _"),
 ]
 SignalUnit = Literal["degC", "rpm", "mm_min", "Nm", "W", "lpm"]
 Number = Annotated[float, Field(allow_inf_nan=False)]

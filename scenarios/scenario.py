@@ -27,14 +27,12 @@ LIBRARY = Path(__file__).parent / "library"
 Name = Annotated[
     str,
     Field(max_length=60),
-    matching(r"[A-Za-z][A-Za-z0-9_-]*", "letters, digits, _ and -, beginning with a letter"),
+    matching(r"[A-Za-z][A-Za-z0-9_-]*", "a letter, then letters, digits, _ and -"),
 ]
 SignalName = Annotated[
     str,
     Field(max_length=100),
-    matching(
-        r"[A-Za-z][A-Za-z0-9_.\[\]]*", "letters, digits, _, ., [ and ], beginning with a letter"
-    ),
+    matching(r"[A-Za-z][A-Za-z0-9_.\[\]]*", "a letter, then letters, digits, _ . [ ]"),
 ]
 ParameterName = Annotated[str, Field(min_length=1, max_length=200)]
 Text = Annotated[str, Field(max_length=4000)]
