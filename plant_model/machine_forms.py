@@ -73,7 +73,6 @@ class NodeForm(Form):
     """A lump."""
 
     name: Name
-    """A letter, then letters, digits, ``_``."""
     capacity: dict[str, Any]
     """A parameter, 0.001 to 1e9 J/K."""
     start: str = "ambient"

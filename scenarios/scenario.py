@@ -110,7 +110,6 @@ class Settings(_Form):
 
     format: Literal[1]
     name: Name
-    """Letters, digits, ``_``, ``-``."""
     title: Text = Field(min_length=1)
     description: Text = ""
     duration_s: Duration = 28800.0
