@@ -21,7 +21,7 @@ from gap_finder.linearise import (
     residuals_at,
 )
 from gap_finder.observations import Observations
-from gap_finder.priors import FAR, Priors
+from gap_finder.priors import DETERMINED, FAR, Priors
 from measurement.workers import one_thread
 from plant_model.integrate import IntegrationError
 from plant_model.machine import Machine
@@ -87,6 +87,16 @@ class ParameterEstimate:
     def is_far(self) -> bool:
         """Whether it ends farther from its prior value than its range makes likely."""
         return self.at_bound or abs(self.deviations) >= FAR
+
+    @property
+    def is_narrowed(self) -> bool:
+        """Whether the runs narrow its range enough to count as determining it."""
+        return self.prior_contraction >= DETERMINED
+
+    @property
+    def is_determined(self) -> bool:
+        """Whether the runs determine it, or moved it far."""
+        return self.is_narrowed or self.is_far
 
 
 @dataclass(frozen=True)

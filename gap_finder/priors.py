@@ -18,6 +18,8 @@ from plant_model.limits import physical_limits
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 
+DETERMINED = 0.5
+"""Prior contraction above which the runs count as determining a parameter [1]: set on no data."""
 FAR = 2.0
 """Standard deviations from its value at which a parameter's range ends: given by the meaning of a
 range in a machine file [1]."""

@@ -15,7 +15,6 @@ from gap_finder.regimes import gap_of
 from plant_model.machine import Machine
 from scenarios.pages.channel_charts import measured_against_model
 from scenarios.pages.charts import SHOWN
-from scenarios.pages.parameter_rows import is_determined, parameter_rows
 from scenarios.pages.report import page_text
 
 
@@ -77,7 +76,7 @@ def calibration_page(
         channels=list(compared.channels().items()),
         advice=advice,
         left_out=left_out,
-        parameters=parameter_rows(calibration.parameters),
+        parameters=calibration.parameters,
         charts=charts,
         facts=facts,
     )
@@ -85,7 +84,7 @@ def calibration_page(
 
 def summary_lines(calibration: Calibration, gap: dict[str, float], runs: int) -> list[str]:
     """Return the page's first lines: the residual, and how little that may mean."""
-    told = sum(map(is_determined, calibration.parameters))
+    told = sum(entry.is_determined for entry in calibration.parameters)
     several = f"{runs} runs" if runs > 1 else "one run"
     lines = [
         f"On the {several} used for calibration the model error is {gap['after']:.2g} times the "

@@ -18,7 +18,6 @@ from scenarios.pages.channel_charts import channel_charts, measured_against_mode
 from scenarios.pages.charts import BEFORE, LINES, Chart, Line
 from scenarios.pages.gap_map import RegimeMap, regime_map
 from scenarios.pages.gap_signature import signature_charts
-from scenarios.pages.parameter_rows import parameter_rows
 from scenarios.pages.report import write_page
 
 PAGE = "report.html"
@@ -55,7 +54,8 @@ def write_gap_page(
         remaining=table["remaining"],
         maps=_maps(judged),
         faults=table["data_faults"],
-        parameters=parameter_rows(result.after.calibration.parameters, _new_numbers(result)),
+        parameters=result.after.calibration.parameters,
+        known=result.before.machine.parameters,
         cosimulation=table.get("cosimulation"),
         charts=charts,
         facts=facts,
@@ -78,12 +78,6 @@ def bars(channels: Mapping[str, Mapping[str, float]]) -> dict[str, Any]:
     same = all(row["before"] == row["after"] for row in ratios.values())
     most = max((value for row in ratios.values() for value in row.values()), default=1.0)
     return {"ratios": ratios, "most": most, "shown": ["before", *([] if same else ["after"])]}
-
-
-def _new_numbers(result: GapResult) -> list[str]:
-    """Return the numbers added to the machine."""
-    had = result.before.machine.parameters
-    return [name for name in result.after.machine.parameters if name not in had]
 
 
 def _maps(judged: Judged) -> list[tuple[str, RegimeMap]]:

@@ -5,14 +5,12 @@ from __future__ import annotations
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from measurement.iso230 import RUNNING_S
 from plant_model.checks import MachineFacts, check_sheet
 from plant_model.convergence import Fineness, convergence
 from plant_model.drawing.expand import is_page
 from plant_model.drawing.fits import odd_of_page
-from plant_model.drawing.known import CLASS
 from plant_model.drawing.layout import Drawing
 from plant_model.machine import Machine
 from plant_model.machine_file import machine_path, read_machine
@@ -23,11 +21,10 @@ from scenarios.pages.report import write_page
 
 @dataclass(frozen=True)
 class Shown:
-    """A machine and what was found in it.
+    """What was found in a machine.
 
     Attributes
     ----------
-    machine : Machine
     sheet : MachineFacts
     wrong : tuple of str
         A sentence for each thing that looks wrong.
@@ -35,7 +32,6 @@ class Shown:
         Empty if not requested.
     """
 
-    machine: Machine
     sheet: MachineFacts
     wrong: tuple[str, ...]
     cells: tuple[Fineness, ...]
@@ -56,7 +52,7 @@ def show_machine(machine: str, path: Path, *, cells: bool = False) -> Shown:
     Returns
     -------
     Shown
-        The machine, what it does at full speed, and what looks wrong.
+        What it does at full speed, and what looks wrong.
 
     Raises
     ------
@@ -84,7 +80,6 @@ def show_machine(machine: str, path: Path, *, cells: bool = False) -> Shown:
         path,
         title=read.title,
         file=source.name,
-        description=read.description,
         drawn=is_page(table),
         section=section,
         network=network_svg(read, sheet.parts, sheet.links),
@@ -92,42 +87,17 @@ def show_machine(machine: str, path: Path, *, cells: bool = False) -> Shown:
         hours=RUNNING_S / 3600.0,
         parts=sorted(sheet.parts, key=lambda part: -part.warm),
         wrong=wrong,
-        numbers=_numbers(read),
-        counts=_counts(read),
+        machine=read,
+        followers=_followers(read),
         cells=fine,
     )
-    return Shown(read, sheet, wrong, fine)
+    return Shown(sheet, wrong, fine)
 
 
-def _numbers(machine: Machine) -> list[dict[str, Any]]:
-    """Return the free numbers, each with what depends on it."""
+def _followers(machine: Machine) -> dict[str, list[str]]:
+    """Return the names of the parameters that are tied to each number."""
     followers: dict[str, list[str]] = {}
     for name, parameter in machine.parameters.items():
         if parameter.tied:
             followers.setdefault(parameter.tied, []).append(name)
-    return [
-        {
-            "name": name,
-            "value": parameter.value,
-            "low": parameter.low,
-            "high": parameter.high,
-            "unit": parameter.unit,
-            "tied": len(followers.get(name, [])),
-            "examples": ", ".join(followers.get(name, [])[:3]),
-            "source": parameter.source,
-            "usual": CLASS in parameter.source,
-        }
-        for name, parameter in machine.parameters.items()
-        if parameter.calibrate
-    ]
-
-
-def _counts(machine: Machine) -> dict[str, int]:
-    parameters = machine.parameters.values()
-    return {
-        "nodes": len(machine.nodes),
-        "links": sum(item.family == "links" for item in machine.items),
-        "numbers": len(machine.parameters),
-        "tied": sum(bool(p.tied) for p in parameters),
-        "free": sum(p.calibrate for p in parameters),
-    }
+    return followers

@@ -11,7 +11,6 @@ from plant_model.machine_writer import machine_text
 from scenarios.arguments import add_json, add_output, add_parameters, add_runs
 from scenarios.outputs import MACHINE_FILE, PAGE, check_output, marked
 from scenarios.pages.calibration_page import calibration_page, page_beside
-from scenarios.pages.parameter_rows import is_determined
 from scenarios.progress import CALIBRATE, spoken
 from scenarios.version import PROGRAM, version
 from spindle_drift._inputs import as_runs
@@ -69,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
     print(f"{'RMS [K, um]':<14}{'before':>10}{'after':>10}")
     for name, before, after in found.residuals.itertuples():
         print(f"{name:<14}{before:>10.2f}{after:>10.2f}")
-    determined = list(filter(is_determined, parameters))
+    determined = [entry for entry in parameters if entry.is_determined]
     print(f"\nThe runs determine {len(determined)} of {len(parameters)} free parameters:")
     for entry in sorted(determined, key=lambda entry: -entry.prior_contraction):
         far = f"  {abs(entry.deviations):.1f} deviations: look at it" if entry.is_far else ""

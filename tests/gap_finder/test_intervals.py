@@ -36,6 +36,15 @@ def test_an_interval_holds_95_percent_of_the_posterior(jig_borer_lumps):
         assert below == pytest.approx(0.025, abs=0.005), one.name
 
 
+def test_a_number_that_left_its_range_stands_beside_the_range_of_the_file(jig_borer_lumps):
+    priors = Priors.of(jig_borer_lumps, calibrated=True)
+    at = np.full(len(priors.names), 2.5)
+    for one in intervals(jig_borer_lumps, priors, at, 0.1 * at):
+        given = jig_borer_lumps.parameters[one.name]
+        assert one.range == (given.low, given.high)
+        assert one.value != given.value
+
+
 def only_free(machine: Machine, *names: str) -> Machine:
     """Return the machine with nothing but some parameters free."""
     items = tuple(
