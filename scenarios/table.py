@@ -197,17 +197,4 @@ def percent(value: float) -> str:
 
 def as_list(groups: Sequence[Group]) -> list[dict[str, Any]]:
     """Return the table ready for JSON; an undefined figure is null."""
-    return [
-        {
-            "title": group.title,
-            "rows": [
-                {
-                    "name": row.name,
-                    "label": row.label,
-                    "axes": {axis: entry.to_dict() for axis, entry in row.axes.items()},
-                }
-                for row in group.rows
-            ],
-        }
-        for group in groups
-    ]
+    return list(json_ready([asdict(group) for group in groups]))
