@@ -107,8 +107,7 @@ def simulate(
         loop = _Loop(case, plant, compensator)
         if compensator is not None:
             loop.probe = _probing(case, loop, compensator)
-        hidden = quiet or not stderr.isatty()
-        steps = range(case.settings.steps)
+        steps, hidden = range(case.settings.steps), quiet or None  # None: if no terminal
         bar = tqdm(steps, desc=case.name, file=stderr, disable=hidden, leave=False)
         return loop.run(bar, check)
 

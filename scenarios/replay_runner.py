@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import sys
 import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -126,10 +125,9 @@ def run_replay(
         model = model_of(fmu)
         rig = rig_of_model(model, None if machine is None else read_machine(machine))
         length = model.limits.judged_tool(tool_length_mm)
-        hidden = quiet or not sys.stderr.isatty()
         replays = [
             replay(fmu, model, run, rig, length, keep_frozen=keep_frozen, probing=probing)
-            for run in tqdm(found, desc="replay", disable=hidden, leave=False)
+            for run in tqdm(found, desc="replay", disable=quiet or None, leave=False)
         ]
     groups = [group_of(entry.run.name, results_of(entry)) for entry in replays]
     if len(groups) > 1:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import json
-import sys
 import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -83,8 +82,7 @@ def run_sweep(
             initial=len(planned.jobs) - len(left),
             desc=planned.scenario.settings.name,
             unit="case",
-            file=sys.stderr,
-            disable=quiet or not sys.stderr.isatty(),
+            disable=quiet or None,
         ) as bar:
             for outcome in found:
                 store.record(outcome)

@@ -84,7 +84,7 @@ def run(args: argparse.Namespace) -> int:
         args.every_row_s = quantity("--every-row", args.every_row_s, "s", 1e-9, 1e6, "s")
     rules = parameters_of(args, import_log, *RULES)
     mapping = adjusted(read_mapping(source) if source else Mapping(), "import", **rules)
-    hidden = len(args.files) < 2 or not sys.stderr.isatty()
+    hidden = len(args.files) < 2 or None
     files = tqdm(args.files, desc="import", unit="file", disable=hidden, leave=False)
     units, axes = _units(args.units), _axes(args.axes)
     found = import_files(files, mapping, units, axes)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from pathlib import Path
 
 from tqdm import tqdm
@@ -71,10 +70,9 @@ def _draw(
 
     names = _file_names([entry.name for entry in runs])
     every = list(zip(names, runs, summaries, rigs, strict=True))
-    hidden = len(every) < 4 or not sys.stderr.isatty()
     return [
         write_atomically(folder / name, png_bytes(draw_overview(entry, table, rig)))
-        for name, entry, table, rig in tqdm(every, desc="figures", disable=hidden)
+        for name, entry, table, rig in tqdm(every, desc="figures", disable=len(every) < 4 or None)
     ]
 
 
