@@ -312,9 +312,8 @@ class Slave:
     def _log(self, status: int, text: str) -> None:
         if status >= fmi2Warning and text.strip():
             self._messages.append(text.strip())
-            word = STATUS[status] if status < len(STATUS) else str(status)
             if status == fmi2Warning:
-                self._show(f"{self.label} FMU at {self.time_s:g} s, {word}: {text.strip()}")
+                self._show(f"{self.label} FMU at {self.time_s:g} s, warning: {text.strip()}")
 
     def _cause(self) -> str:
         # The last line of a traceback names the error; the rest is for whoever fixes it.

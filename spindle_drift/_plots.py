@@ -32,7 +32,7 @@ def plot_frames(frames: Mapping[str, pd.DataFrame]) -> Figure:
             Line(
                 name,
                 frame["time_s"].to_numpy(float),
-                _of(frame, f"error_{axis}_um"),
+                frame[f"error_{axis}_um"].to_numpy(float),
                 (*LINES, *MANY)[at % (len(LINES) + len(MANY))],
             )
             for at, (name, frame) in enumerate(frames.items())
@@ -74,10 +74,6 @@ def plot_bars(table: pd.DataFrame, title: str, label: str) -> Figure:
     ax.legend(frameon=False, fontsize=9)
     figure.set_layout_engine("constrained")
     return figure
-
-
-def _of(frame: pd.DataFrame, column: str) -> np.ndarray:
-    return frame[column].to_numpy(dtype=np.float64)
 
 
 def _drawn(chart: Chart) -> Figure:

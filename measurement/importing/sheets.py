@@ -10,6 +10,8 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
+from python_calamine import CalamineWorkbook, SheetVisibleEnum
+
 from measurement.errors import BadInput, counted
 from measurement.files import read_bytes
 from measurement.importing.cells import Cell, Sheet, is_missing
@@ -65,10 +67,6 @@ def read_sheets(path: Path) -> list[Sheet]:
 
 
 def _workbook(path: Path) -> list[Sheet]:
-    try:
-        from python_calamine import CalamineWorkbook, SheetVisibleEnum
-    except ImportError:
-        raise BadInput(path, "", "needs python-calamine: pip install python-calamine") from None
     try:
         with CalamineWorkbook.from_path(str(path)) as book:
             visible = {
