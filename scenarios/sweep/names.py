@@ -13,6 +13,7 @@ from measurement.errors import BadInput, shown
 from scenarios.pages.charts import SHOWN
 from scenarios.scenario import Settings
 from scenarios.sweep.variation import OPTION, Variation
+from scenarios.wiring import range_of
 
 FIXED = ("format", "name", "title", "description", "variants", "replay", "duration_s")
 """Keys that are the same in every case; percentiles over time need one duration."""
@@ -143,13 +144,7 @@ def _common(descriptions: list[Mapping[str, Any]], causality: str) -> dict[str, 
 
 
 def _target(head: str, same: list[Any]) -> Target:
-    lows = [float(entry.min) for entry in same if entry.min is not None]
-    highs = [float(entry.max) for entry in same if entry.max is not None]
+    lows, highs = zip(*map(range_of, same), strict=True)
     start = same[0].start
     usual = float(start) if start is not None and same[0].type != "Boolean" else None
-    return Target(
-        head + same[0].name,
-        max(lows, default=-math.inf),
-        min(highs, default=math.inf),
-        usual,
-    )
+    return Target(head + same[0].name, max(lows), min(highs), usual)

@@ -7,7 +7,8 @@ import json
 import math
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -210,45 +211,39 @@ def _check(
             )
 
 
+@dataclass(frozen=True)
 class _Fmus:
-    """The FMUs of all cases, each found (or built) once."""
+    """The FMUs of all cases, each found (or built) once: SHA-256 by name, path by SHA-256."""
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        variants: Sequence[Variant],
-        fmu_dir: Path,
-        work: Path,
-        quiet: bool,
-    ) -> None:
-        self._scenario, self._variants = scenario, variants
-        self._fmu_dir, self._work, self._quiet = fmu_dir, work, quiet
-        self._known: dict[str, str] = {}
-        self.paths: dict[str, Path] = {}
+    scenario: Scenario
+    variants: Sequence[Variant]
+    fmu_dir: Path
+    work: Path
+    quiet: bool
+    known: dict[str, str] = field(default_factory=dict)
+    paths: dict[str, Path] = field(default_factory=dict)
 
     def sha256(self, name: str) -> str:
         """Return the SHA-256 of the FMU that a scenario calls *name*."""
-        if name not in self._known:
-            near = self._scenario.path.resolve().parent
+        if name not in self.known:
+            near = self.scenario.path.resolve().parent
             # One folder each, because FMUs built for this sweep share their file name.
-            work = self._work / str(len(self._known))
+            work = self.work / str(len(self.known))
             work.mkdir()
-            path = find_fmu(
-                name, self._fmu_dir, near, work, quiet=self._quiet, native=True
-            ).resolve()
-            self._known[name] = sha256_of(path)
-            self.paths[self._known[name]] = path
-        return self._known[name]
+            found = find_fmu(name, self.fmu_dir, near, work, quiet=self.quiet, native=True)
+            self.known[name] = sha256_of(found)
+            self.paths[self.known[name]] = found.resolve()
+        return self.known[name]
 
     def names(self, variations: Sequence[Variation]) -> Names:
         """Return what can vary in the FMUs of the scenario, its variants and the variations."""
         found: dict[str, list[Mapping[str, Any]]] = {PLANT: [], COMPENSATOR: []}
         for key, described in found.items():
             head, _, tail = key.partition(".")
-            usual = getattr(getattr(self._scenario.settings, head), tail)
-            names = [variant.set.get(key, usual) for variant in self._variants]
+            usual = getattr(getattr(self.scenario.settings, head), tail)
+            names = [variant.set.get(key, usual) for variant in self.variants]
             names += [value for entry in variations if entry.name == key for value in entry.values]
-            if key == COMPENSATOR and not self._scenario.settings.compensator.enabled:
+            if key == COMPENSATOR and not self.scenario.settings.compensator.enabled:
                 continue
             for name in dict.fromkeys(map(str, names)):
                 path = self.paths[self.sha256(name)]
@@ -257,25 +252,26 @@ class _Fmus:
         return Names(found[PLANT], found[COMPENSATOR])
 
 
+@dataclass(frozen=True)
 class _Builder:
     """Makes the jobs."""
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        variations: Sequence[Variation],
-        targets: Mapping[str, Target],
-        seed: int,
-        fmus: _Fmus,
-    ) -> None:
-        self._scenario, self._variations, self._targets = scenario, variations, targets
-        self._seed, self._fmus = seed, fmus
-        self._table = tomllib.loads(scenario.text)
-        for key, value in (*scenario.overrides, ("variants", [])):
-            self._table = self._with(self._table, key, value)
+    scenario: Scenario
+    variations: Sequence[Variation]
+    targets: Mapping[str, Target]
+    seed: int
+    fmus: _Fmus
+
+    @cached_property
+    def _table(self) -> dict[str, Any]:
+        """The scenario without variants, with the command line's settings."""
+        table = tomllib.loads(self.scenario.text)
+        for key, value in (*self.scenario.overrides, ("variants", [])):
+            table = self._with(table, key, value)
+        return table
 
     def _with(self, table: dict[str, Any], key: str, value: Any) -> dict[str, Any]:
-        return changed(table, key, value, self._scenario.path, OPTION)
+        return changed(table, key, value, self.scenario.path, OPTION)
 
     def job(self, number: int, variant: Variant, point: Sequence[Any], repeat: int) -> Job:
         """Return one job: a grid point in one of its repeats.
@@ -287,14 +283,14 @@ class _Builder:
         """
         values: dict[str, Any] = {}
         left, table = iter(point), self._table
-        for key, value in (*variant.set.items(), ("seed", _repeated(self._seed, repeat))):
+        for key, value in (*variant.set.items(), ("seed", _repeated(self.seed, repeat))):
             table = self._with(table, key, value)
-        for entry in self._variations:
-            target = self._targets[entry.label]
+        for entry in self.variations:
+            target = self.targets[entry.label]
             usual = self._usual(entry, target, table) if entry.relative else 1.0
             if entry.is_drawn:
                 low, high = _factors(target, usual) if entry.relative else (target.low, target.high)
-                values[entry.label] = entry.drawn(self._seed, repeat, low, high)
+                values[entry.label] = entry.drawn(self.seed, repeat, low, high)
             else:
                 values[entry.label] = next(left)
             value = values[entry.label]
@@ -302,9 +298,9 @@ class _Builder:
             table = self._with(table, target.key, value)
         case = self._case(table)
         settings = case.settings
-        other = self._fmus.sha256(settings.compensator.fmu) if settings.compensator.enabled else ""
+        other = self.fmus.sha256(settings.compensator.fmu) if settings.compensator.enabled else ""
         return Job(
-            number, variant.name, repeat, values, case, self._fmus.sha256(settings.plant.fmu), other
+            number, variant.name, repeat, values, case, self.fmus.sha256(settings.plant.fmu), other
         )
 
     def _usual(self, entry: Variation, target: Target, table: Mapping[str, Any]) -> Any:
@@ -325,10 +321,10 @@ class _Builder:
 
     def _case(self, table: dict[str, Any]) -> Case:
         try:
-            return case_from(table, "main", self._scenario.settings.title, self._scenario.path)
+            return case_from(table, "main", self.scenario.settings.title, self.scenario.path)
         except BadInput as error:
-            for entry in self._variations:
-                key = self._targets[entry.label].key
+            for entry in self.variations:
+                key = self.targets[entry.label].key
                 if error.place and (error.place.startswith(key) or key.startswith(error.place)):
                     raise BadInput(OPTION, entry.name, error.problem) from None
             raise
