@@ -8,11 +8,12 @@ differ only by how much a boundary temperature changes within a step.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from gap_finder.observations import Observations, observe
 from gap_finder.regimes import RunResiduals, by_channel, gap_of
@@ -27,23 +28,7 @@ from plant_model.trajectory import FINE_S
 from scenarios.fmu import Port, alone
 
 
-@dataclass(frozen=True)
-class Cosimulated:
-    """One FMU on one run.
-
-    Attributes
-    ----------
-    time_s : array, shape (T,)
-        Communication points [s].
-    readings : dict of str to array, shape (T,)
-        Readings of every sensor, by name [degC, um].
-    """
-
-    time_s: FloatArray
-    readings: dict[str, FloatArray]
-
-
-def cosimulate(fmu: Path, machine: Machine, run: Run) -> Cosimulated:
+def cosimulate(fmu: Path, machine: Machine, run: Run) -> pd.DataFrame:
     """Drive a plant FMU with a measured run's commands and boundary temperatures.
 
     Parameters
@@ -53,6 +38,11 @@ def cosimulate(fmu: Path, machine: Machine, run: Run) -> Cosimulated:
     machine : Machine
         Defines the input columns and the nodes' start temperatures.
     run : Run
+
+    Returns
+    -------
+    DataFrame
+        Readings of every sensor, by name [degC, um]; the index is the communication points [s].
 
     Raises
     ------
@@ -90,7 +80,7 @@ def cosimulate(fmu: Path, machine: Machine, run: Run) -> Cosimulated:
             outputs.get()
             table[k + 1] = outputs.values
             check()
-    return Cosimulated(time, dict(zip(shown, table.T, strict=True)))
+    return pd.DataFrame(table, time, shown)
 
 
 def _points(rows: FloatArray) -> FloatArray:
@@ -103,14 +93,14 @@ def _points(rows: FloatArray) -> FloatArray:
     return np.concatenate([*pieces, rows[-1:]])
 
 
-def residuals_of(found: Cosimulated, machine: Machine, observed: Observations) -> RunResiduals:
+def residuals_of(found: pd.DataFrame, machine: Machine, observed: Observations) -> RunResiduals:
     """Return co-simulation minus measurement, both averaged over the same rows."""
     run = observed.run
     frame = run.frame.copy()
     for name, zero_s in zip(observed.channels, observed.zero_s, strict=True):
         column = column_of(machine, name)
         if column in frame.columns:
-            shown = np.interp(run.time_s, found.time_s, found.readings[name])
+            shown = np.interp(run.time_s, found.index, found[name])
             compared = frame[column].notna() & (run.time_s >= zero_s)
             frame[column] = np.where(compared, shown, np.nan)
     (modelled,) = observe(machine, [replace(run, frame=frame)], channels=observed.channels)

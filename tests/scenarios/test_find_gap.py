@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from gap_finder.candidates import with_effect
@@ -111,7 +112,7 @@ def test_an_fmu_that_shows_what_was_measured_leaves_nothing(machine):
     (observed,) = observe(machine, runs_of(machine, every_s=30.0)[:1])
     frame = observed.run.frame
     shown = {n: frame[column_of(machine, n)].to_numpy() for n in observed.channels}
-    found = gap_cosimulation.Cosimulated(observed.run.time_s, shown)
+    found = pd.DataFrame(shown, observed.run.time_s)
     left = gap_cosimulation.residuals_of(found, machine, observed).values
     assert np.abs(left).max() == 0.0
 
@@ -129,8 +130,8 @@ def test_the_fmus_show_the_gap_that_the_machines_show(machine, tightening, tmp_p
     assert found["channels"]["T1"]["after"] < 0.2 < found["channels"]["T1"]["before"]
     stepped = gap_cosimulation.cosimulate(*built[1], run)
     longest = gap_cosimulation.FINE_S
-    same = simulate(tightening, run.frame, step_s=longest, at=stepped.time_s).readings
-    for name, own in stepped.readings.items():
+    same = simulate(tightening, run.frame, step_s=longest, at=stepped.index.to_numpy()).readings
+    for name, own in stepped.items():
         # Inputs are held in each step, and readings have steps of their own [K, um].
         assert np.max(np.abs(same[name][0] - own)) < 0.05, name
 
