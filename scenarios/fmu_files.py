@@ -8,14 +8,19 @@ import re
 import sys
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
+from fmu_compensator.runtime.fmi_slave import MODEL_FILE
+from fmu_packaging.native.build import TWIN_OF, Fmi, Native, native_package
+from fmu_packaging.native.compilers import CompileError, NativeError, compilers
+from fmu_packaging.package import Recipe, build
 from measurement.errors import BadInput
 from measurement.errors import near as offered
+from plant_model.fmi_slave import MACHINE_FILE
+from plant_model.machine import Machine
+from plant_model.machine_file import read_machine
+from scenarios import build_command
+from scenarios.building import compensator_recipe, native_of, plant_recipe
 from scenarios.fmu_file import member
-
-if TYPE_CHECKING:
-    from fmu_packaging.native.build import Fmi
 
 SHIPPED = ("plant", "compensator")
 
@@ -86,11 +91,9 @@ def build_shipped(kind: str, fmu_dir: Path, *, quiet: bool = False) -> Path:
     """Build ``plant.fmu`` or ``compensator.fmu`` into *fmu_dir* and return its path."""
     if not quiet:
         print(f"{fmu_dir / kind}.fmu is missing: building it", file=sys.stderr)
-    from scenarios.build_command import main
-
     # The build's output is not a result of this command.
     with contextlib.redirect_stdout(sys.stderr):
-        code = main(["--only", kind, "--out", str(fmu_dir)])
+        code = build_command.main(["--only", kind, "--out", str(fmu_dir)])
     if code != 0:
         raise BadInput(fmu_dir / f"{kind}.fmu", "", "could not be built; see python build_fmu.py")
     return fmu_dir / f"{kind}.fmu"
@@ -104,8 +107,6 @@ def build_compensator(model: Path, work: Path) -> Path:
     BadInput, ModelFileError
         If the file cannot be used.
     """
-    from scenarios.building import compensator_recipe
-
     recipe, _ = compensator_recipe(model, "compensator")
     return _written(recipe, work)
 
@@ -118,9 +119,6 @@ def build_plant(machine: str, work: Path, name: str = "plant") -> Path:
     BadInput
         If the machine cannot be used.
     """
-    from plant_model.machine_file import read_machine
-    from scenarios.building import plant_recipe
-
     recipe, _ = plant_recipe(read_machine(machine), name)
     return _written(recipe, work)
 
@@ -144,9 +142,6 @@ def native_twin(
     fmi : {2, 3}
         FMI version of the twin.
     """
-    from fmu_packaging.native.build import TWIN_OF, native_package
-    from fmu_packaging.native.compilers import CompileError, NativeError, compilers
-
     guid, name = _guid(fmu), f"{fmu.stem}_native{'_fmi3' if fmi == 3 else ''}"
     for known in (fmu.with_name(f"{name}.fmu"), work / f"{name}.fmu"):
         if guid is not None and member(known, f"documentation/{TWIN_OF}") == guid:
@@ -166,13 +161,8 @@ def native_twin(
     return path
 
 
-def _native_parts(fmu: Path, name: str, guid: str, work: Path) -> tuple[Any, Any] | None:
+def _native_parts(fmu: Path, name: str, guid: str, work: Path) -> tuple[Recipe, Native] | None:
     """Return what the twin of an FMU of this project is made from; None for any other FMU."""
-    from fmu_compensator.runtime.fmi_slave import MODEL_FILE
-    from plant_model.fmi_slave import MACHINE_FILE
-    from plant_model.machine import Machine
-    from scenarios.building import compensator_recipe, native_of, plant_recipe
-
     if (machine := member(fmu, f"resources/{MACHINE_FILE}")) is not None:
         recipe, _ = plant_recipe(Machine.from_dict(json.loads(machine)), name)
     elif (model := member(fmu, f"resources/{MODEL_FILE}")) is not None:
@@ -205,9 +195,7 @@ def _guid(fmu: Path) -> bytes | None:
     return found[1] if found else None
 
 
-def _written(recipe: Any, work: Path) -> Path:
-    from fmu_packaging.package import build
-
+def _written(recipe: Recipe, work: Path) -> Path:
     package = build(recipe)
     path = work / f"{package.name}.fmu"
     path.write_bytes(package.zipped())
