@@ -28,20 +28,20 @@ def told(kind: str, targets: Sequence[str], found: Mapping[str, Any]) -> list[st
 
 
 def _all_of(targets: Sequence[str], found: Mapping[str, Any]) -> Iterator[str]:
-    yield from _regression(found)
-    yield from _weights(found)
-    yield from _time_constants(targets, found)
-    yield from _factors(found)
-    yield from _network(found)
-    yield from _series(found)
-    for part, its in found.get("parts", {}).items():
-        yield from (f"{part}: {line}" for line in _all_of(targets, its))
-
-
-def _regression(found: Mapping[str, Any]) -> Iterator[str]:
     if "condition_number" in found:
         each = ", ".join(f"{name} {v:.1f}" for name, v in found["variance_inflation"].items())
         yield f"condition number {found['condition_number']:.1f}, variance inflation: {each}"
+    yield from _weights(found)
+    yield from _time_constants(targets, found)
+    if "factors" in found:
+        each = ", ".join(f"{name} {factor:.2f}" for name, factor in found["factors"].items())
+        yield f"factors on what the finite elements start from: {each}"
+    if "weights_and_thresholds" in found:
+        shape = "-".join(map(str, found["nodes"]))
+        yield f"network {shape}, {found['iterations']} iterations"
+    yield from _series(found)
+    for part, its in found.get("parts", {}).items():
+        yield from (f"{part}: {line}" for line in _all_of(targets, its))
 
 
 def _weights(found: Mapping[str, Any]) -> Iterator[str]:
@@ -57,18 +57,6 @@ def _time_constants(targets: Sequence[str], found: Mapping[str, Any]) -> Iterato
             pairs = zip(targets, found[key], strict=True)
             each = ", ".join(f"{target} {tau:.0f}" for target, tau in pairs)
             yield f"time constant {when} [s]: {each}"
-
-
-def _factors(found: Mapping[str, Any]) -> Iterator[str]:
-    if "factors" in found:
-        each = ", ".join(f"{name} {factor:.2f}" for name, factor in found["factors"].items())
-        yield f"factors on what the finite elements start from: {each}"
-
-
-def _network(found: Mapping[str, Any]) -> Iterator[str]:
-    if "weights_and_thresholds" in found:
-        shape = "-".join(map(str, found["nodes"]))
-        yield f"network {shape}, {found['iterations']} iterations"
 
 
 def _series(found: Mapping[str, Any]) -> Iterator[str]:
