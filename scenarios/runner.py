@@ -6,6 +6,7 @@ import platform
 import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict
+from functools import partial
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -83,17 +84,11 @@ def run_scenario(
     recordings: list[Recording] = []
     with tempfile.TemporaryDirectory(prefix="spindle-drift-built-") as work:
         near = scenario.path.resolve().parent
+        find = partial(find_fmu, fmu_dir=fmu_dir, near=near, work=Path(work), quiet=quiet)
         for case in scenario.cases:
-            settings = case.settings
-            fmus = [
-                find_fmu(given or usual, fmu_dir, near, Path(work), quiet=quiet, native=is_plant)
-                for given, usual, is_plant in (
-                    (plant, settings.plant.fmu, True),
-                    (compensator, settings.compensator.fmu, False),
-                )
-                if is_plant or settings.compensator.enabled
-            ]
-            plant_fmu, compensator_fmu = fmus[0], fmus[1] if len(fmus) > 1 else None
+            told = case.settings.compensator
+            plant_fmu = find(plant or case.settings.plant.fmu, native=True)
+            compensator_fmu = find(compensator or told.fmu) if told.enabled else None
             recordings.append(simulate(case, plant_fmu, compensator_fmu, quiet=quiet))
         rig = rig_of(plant_fmu)
         live_page = b""

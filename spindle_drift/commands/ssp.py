@@ -14,6 +14,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from fmu_packaging.native.build import Fmi
 from fmu_packaging.native.compilers import Compiler, NativeError, compilers
 from measurement.files import write_atomically
 from scenarios.arguments import add_json, add_parameters
@@ -53,20 +54,13 @@ def run(args: argparse.Namespace) -> int:
         out = args.fmu_dir / f"{settings.name}.ssp"
         check_output(out, SSP)
     with tempfile.TemporaryDirectory(prefix="spindle-drift-built-") as work:
+        fmi: Fmi = 2 if args.ssp == 1 else 3
+        names = [args.plant or settings.plant.fmu]
+        if settings.compensator.enabled:
+            names.append(args.compensator or settings.compensator.fmu)
         found = [
-            find_fmu(
-                name,
-                args.fmu_dir,
-                near,
-                Path(work),
-                native=True,
-                everywhere=True,
-                fmi=2 if args.ssp == 1 else 3,
-            )
-            for name in (
-                args.plant or settings.plant.fmu,
-                *([args.compensator or settings.compensator.fmu] * settings.compensator.enabled),
-            )
+            find_fmu(name, args.fmu_dir, near, Path(work), native=True, everywhere=True, fmi=fmi)
+            for name in names
         ]
         # The FMU that plays the signals should need no Python if the others do not.
         made = _compilers() if all(map(needs_no_host, found)) else []
