@@ -29,20 +29,12 @@ def grouped(recordings: Sequence[Recording]) -> list[list[Recording]]:
 
     One line without compensation then holds for the whole group.
     """
-    groups: list[list[Recording]] = []
+    groups: dict[bytes, list[Recording]] = {}
+    drifts = [f"drift_{axis}_um" for axis in AXES]
     for recording in recordings:
-        drift = _drift(recording.frame)
-        for group in groups:
-            if np.array_equal(drift, _drift(group[0].frame), equal_nan=True):
-                group.append(recording)
-                break
-        else:
-            groups.append([recording])
-    return groups
-
-
-def _drift(frame: pd.DataFrame) -> np.ndarray:
-    return frame[[f"drift_{axis}_um" for axis in AXES if f"drift_{axis}_um" in frame]].to_numpy()
+        drift = recording.frame.reindex(columns=drifts).to_numpy() + 0.0  # -0.0 is 0.0
+        groups.setdefault(drift.tobytes(), []).append(recording)
+    return list(groups.values())
 
 
 def group_title(group: Sequence[Recording]) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from gap_finder.regimes import RunResiduals, regimes
 from scenarios.pages.svg import mixed
@@ -54,11 +55,8 @@ def regime_map(found: Sequence[RunResiduals]) -> RegimeMap:
         kinds += present
         for kind in present:
             part = run.values[rows[kind]] / run.observed.tolerance
-            known = np.isfinite(part)
-            squares = np.where(known, part, 0.0) ** 2
-            mean = squares.sum(axis=0) / np.maximum(known.sum(axis=0), 1)
-            ratios = np.where(known.any(axis=0), np.sqrt(mean), np.nan)
-            columns.append(dict(zip(run.observed.channels, ratios.tolist(), strict=True)))
+            ratios = np.sqrt(pd.DataFrame(part**2).mean()).tolist()
+            columns.append(dict(zip(run.observed.channels, ratios, strict=True)))
     # A channel that is broken in every held-out run is left out.
     channels = dict.fromkeys(name for run in found for name in run.observed.channels)
     return RegimeMap(
