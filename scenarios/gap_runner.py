@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from gap_finder.data_faults import DataFault, need_readings, without_faults
-from gap_finder.find import FEWEST_RUNS, GapResult, answer
+from gap_finder.find import FEWEST_RUNS, answer
 from gap_finder.five_lines import five_lines
 from gap_finder.long_log import pieces_of
 from gap_finder.observations import Observations
@@ -92,10 +92,10 @@ def run_find_gap(
     faults = sorted([*faults, *more], key=lambda fault: (fault.run, fault.channel, fault.start_s))
     lacking = remarks(machine, every)
     with results_folder(out) as folder:
-        machines = (result.before.machine, result.after.machine)
-        for which, name in zip(machines, (MACHINE_BEFORE, MACHINE_AFTER), strict=True):
+        machines = {MACHINE_BEFORE: result.before.machine, MACHINE_AFTER: result.after.machine}
+        for name, which in machines.items():
             write_machine(which, source, folder / name)
-        cosimulation = _cosimulated(result, observed, folder, say) if fmu else None
+        cosimulation = _cosimulated(machines, observed, folder, say) if fmu else None
         table = report_of(judged, faults, cosimulation) | {"not_compared": lacking}
         facts = [
             ("Machine", f"{machine.title} ({machine_path(source).name})"),
@@ -248,16 +248,14 @@ def remarks(machine: Machine, runs: Sequence[Run]) -> list[str]:
 
 
 def _cosimulated(
-    result: GapResult, observed: Sequence[Observations], folder: Path, say: Callable[[str], None]
+    machines: Mapping[str, Machine],
+    observed: Sequence[Observations],
+    folder: Path,
+    say: Callable[[str], None],
 ) -> dict[str, Any]:
-    """Build the FMUs of both machines into the folder and co-simulate the held-out runs."""
+    """Build the FMUs of both machines' files in the folder, and co-simulate the held-out runs."""
     built = []
-    for name, file, which in zip(
-        FMUS,
-        (MACHINE_BEFORE, MACHINE_AFTER),
-        (result.before.machine, result.after.machine),
-        strict=True,
-    ):
+    for name, (file, which) in zip(FMUS, machines.items(), strict=True):
         say(f"co-simulating {name}.fmu")
         built.append((build_plant(str(folder / file), folder, name), which))
     return compare_fmus(built[0], built[1], observed)
