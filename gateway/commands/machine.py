@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import contextlib
 import io
-import json
 import tempfile
 import time
 from pathlib import Path
@@ -20,7 +19,7 @@ from gateway.protocols.frames import frames_of
 from gateway.replay import recorded, replay
 from measurement.errors import BadInput
 from measurement.runs import write_run
-from scenarios.arguments import add_parameters
+from scenarios.arguments import add_parameters, tell
 from scenarios.assignments import assignment
 from scenarios.fmu_files import find_fmu
 from scenarios.outputs import LOG, RUN_FILE, STATE
@@ -74,11 +73,7 @@ def run(args: argparse.Namespace) -> int:
         summary = _simulate(args, database)
         text = "{steps} steps, {answered} answered, {simulated_s:g} s in {seconds:.1f} s"
         text = text.format(**summary)
-    if args.json:
-        print(json.dumps(summary, indent=1))
-    elif not args.quiet:
-        print(text)
-    return 0
+    return tell(args, summary, text)
 
 
 def _replay(args: argparse.Namespace, database: Any) -> dict[str, Any]:

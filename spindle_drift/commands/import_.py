@@ -8,7 +8,6 @@ to the runs: correct them there and import again; later logs of the same recorde
 from __future__ import annotations
 
 import argparse
-import json
 import re
 import sys
 from collections.abc import Collection
@@ -22,7 +21,7 @@ from measurement.errors import BadInput
 from measurement.importing.log import Imported, import_files
 from measurement.importing.mapping import Mapping, adjusted, read_mapping
 from measurement.importing.quantities import checked_conversion
-from scenarios.arguments import add_json, add_output, add_parameters, parameters_of
+from scenarios.arguments import add_json, add_output, add_parameters, parameters_of, tell
 from scenarios.assignments import quantity
 from scenarios.imported import MAPPING, table_text, write_imported
 from scenarios.outputs import FOLDER_OF_RUNS
@@ -92,8 +91,7 @@ def run(args: argparse.Namespace) -> int:
     fresh = args.mapping is None and bool(source is None or args.force or units or axes)
     written = write_imported(found, args.files, args.output, with_mapping=fresh)
     if args.json:
-        print(json.dumps(_facts(found, written), indent=1, ensure_ascii=False))
-        return 0
+        return tell(args, _facts(found, written))
     print(table_text(found, written))
     new = {} if source is None else _not_in(mapping.columns, found)
     alike: dict[str, list[str]] = {}
