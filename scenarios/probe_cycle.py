@@ -82,10 +82,9 @@ class ProbeSource:
         *,
         from_start: bool,
     ) -> None:
-        self._probe, self._rig, self._from_start = probe, rig, from_start
+        self._probe, self._from_start = probe, from_start
         self._targets = list(targets)
-        if rig is None or not set(rig.sensors) <= set(outputs):
-            self._rig = None
+        self._rig = rig if rig is not None and set(rig.sensors) <= set(outputs) else None
         wanted = self._targets if self._rig is None else list(self._rig.sensors)
         lost = [name for name in wanted if name not in outputs]
         if lost:
@@ -110,7 +109,8 @@ class ProbeSource:
         half_widths : sequence of float
             The compensator's own uncertainty along X, Y and Z [um]; NaN: not known.
         """
-        due = self._due(time_s, half_widths)
+        since_s = past_rounding(time_s) - self._last_s
+        due = is_due(self._probe, since_s, half_widths, is_first=not self._any)
         if not due and self._first is not None:
             return None
         shown = self._pose(plant_values[self._take])
@@ -120,10 +120,6 @@ class ProbeSource:
             return None
         self._last_s, self._any = time_s, True
         return np.asarray(shown - self._first)
-
-    def _due(self, time_s: float, half_widths: Sequence[float]) -> bool:
-        since_s = past_rounding(time_s) - self._last_s
-        return is_due(self._probe, since_s, half_widths, is_first=not self._any)
 
     def _pose(self, readings: FloatArray) -> FloatArray:
         if self._rig is None:
