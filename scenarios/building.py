@@ -20,11 +20,7 @@ from fmu_compensator.runtime.modelfile import Model, parse_model
 from fmu_packaging.description import Identity
 from fmu_packaging.documentation import Page
 from fmu_packaging.native.build import Fmi, Native, Part, native_package
-from fmu_packaging.native.compilers import (
-    Compiler,
-    compilers,
-    compilers_for_all,
-)
+from fmu_packaging.native.compilers import Compiler, compilers, compilers_for_all
 from fmu_packaging.package import Package, Recipe, build
 from fmu_packaging.publish import Reference, publish
 from measurement.errors import BadInput
@@ -393,5 +389,4 @@ def _check_outputs(folder: Path, name: str) -> None:
     beside = [folder / f"{name}_{end}" for end in ("in.csv", "ref.csv", "ref.opt")]
     there = [path for path in beside if path.exists()]
     if there and not target.exists() and not is_forced():
-        problem = f"exists without {target.name} beside it: {OTHERWISE}"
-        raise BadInput(there[0], "", problem)
+        raise BadInput(there[0], "", f"exists without {target.name} beside it: {OTHERWISE}")

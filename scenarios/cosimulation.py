@@ -230,8 +230,7 @@ class _Loop:
         self.give = np.array(
             [self.sent.names.index(name) for name in self.wiring.offsets], dtype=int
         )
-        codes = compensator.names("output", "Integer")
-        self.codes = Port(compensator, codes, "Integer")
+        self.codes = Port(compensator, compensator.names("output", "Integer"), "Integer")
         flags = Port(compensator, compensator.names("output", "Boolean"), "Boolean")
         self.shown += [self.sent, self.codes, flags]
         self.has_text = STATUS_TEXT in compensator.names("output", "String")

@@ -83,8 +83,7 @@ def find_fmu(
             return found
         return native_twin(found, work, quiet=quiet, everywhere=everywhere, fmi=fmi)
     known = [path.name for path in fmu_dir.glob("*.fmu")] if fmu_dir.is_dir() else []
-    problem = f"there is no such file, here or in {fmu_dir}{offered(name, known)}"
-    raise BadInput(name, "", problem)
+    raise BadInput(name, "", f"there is no such file, here or in {fmu_dir}{offered(name, known)}")
 
 
 def build_shipped(kind: str, fmu_dir: Path, *, quiet: bool = False) -> Path:

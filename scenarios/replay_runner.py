@@ -35,19 +35,8 @@ from plant_model.machine_file import read_machine
 from scenarios.fmu_files import find_fmu
 from scenarios.pages.charts import SHOWN
 from scenarios.probing import Probing
-from scenarios.replay import (
-    Replay,
-    chart_of,
-    model_of,
-    replay,
-    results_of,
-    rig_of_model,
-)
-from scenarios.results import (
-    check_folder,
-    results_folder,
-    write_report,
-)
+from scenarios.replay import Replay, chart_of, model_of, replay, results_of, rig_of_model
+from scenarios.results import check_folder, results_folder, write_report
 from scenarios.runner import fmu_facts, versions
 from scenarios.table import Group, group_of, overall
 
@@ -136,9 +125,7 @@ def run_replay(
     left = cleaned(found, find_faults(found), GROSS)
     notes += advice(model, found, left, rig, length)
     with results_folder(out) as folder:
-        files = {}
         for entry, name in zip(replays, names, strict=True):
-            files[entry.run.name] = f"results_{name}.csv"
             write_run(entry.frame.round(DECIMALS), folder / f"results_{name}.csv")
         charts = [
             chart_of(entry, f"drift_{name}") for entry, name in zip(replays, names, strict=True)
@@ -146,7 +133,7 @@ def run_replay(
         told = {
             "compensator": {"name": model.name, "title": model.title},
             "fmus": [asdict(replays[0].fmu)],
-            "runs": [_run_facts(entry, files[entry.run.name]) for entry in replays],
+            "runs": list(map(_run_facts, replays, names)),
             "notes": notes,
             "versions": versions(),
         }
@@ -244,7 +231,7 @@ def _probes(entry: Replay) -> str:
     return f"{text}."
 
 
-def _run_facts(entry: Replay, file: str) -> dict[str, Any]:
+def _run_facts(entry: Replay, name: str) -> dict[str, Any]:
     return {
         "name": entry.run.name,
         "sha256": entry.run.sha256,
@@ -254,7 +241,7 @@ def _run_facts(entry: Replay, file: str) -> dict[str, Any]:
         if entry.probes is None
         else [float(entry.run.time_s[row]) for row in entry.probes],
         "faults": [fault.to_dict() for fault in entry.faults],
-        "file": file,
+        "file": f"results_{name}.csv",
         "events": [asdict(event) for event in entry.events],
     }
 

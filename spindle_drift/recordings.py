@@ -215,15 +215,11 @@ def import_log(
     doubts: dict[str, list[str]] = {}
     for column, text in found.doubts:
         doubts.setdefault(column, []).append(text)
-    pieces = pd.DataFrame(
-        {
-            "run": [piece.run.name for piece in found.pieces],
-            "starts": [piece.starts for piece in found.pieces],
-            "hours": [float(piece.run.time_s[-1]) / 3600.0 for piece in found.pieces],
-            "rested_h": [piece.rested_s / 3600.0 for piece in found.pieces],
-            "warm_start": [piece.warm for piece in found.pieces],
-        }
-    )
+    rows = [
+        (run.name, piece.starts, run.time_s[-1] / 3600.0, piece.rested_s / 3600.0, piece.warm)
+        for run, piece in zip(found.runs, found.pieces, strict=True)
+    ]
+    pieces = pd.DataFrame(rows, columns=["run", "starts", "hours", "rested_h", "warm_start"])
     return ImportedLog(
         found.runs,
         pieces,

@@ -36,8 +36,7 @@ def read_log(path: Path) -> list[Sheet]:
     try:
         return list(_tdms(path) if tdms else _mdf(path))
     except ImportError:
-        problem = f"needs {library}: pip install 'spindle-drift[{extra}]'"
-        raise BadInput(path, "", problem) from None
+        raise BadInput(path, "", f"needs {library}: pip install 'spindle-drift[{extra}]'") from None
     except BadInput:
         raise
     except Exception as error:  # a damaged log makes these libraries raise anything

@@ -46,8 +46,7 @@ def decoded(data: bytes, path: Path) -> str:
         except UnicodeDecodeError:
             text = data.decode("cp1252", "replace")
     if "\0" in text:
-        problem = "is no text and no workbook or log of a kind that can be read"
-        raise BadInput(path, "", problem)
+        raise BadInput(path, "", "is no text and no workbook or log of a kind that can be read")
     text = (
         text.replace("\N{MINUS SIGN}", "-").replace("\r\n", "\n").replace("\r", "\n").rstrip("\n ")
     )

@@ -91,8 +91,6 @@ def _cells(comparison: Comparison, row: Row) -> list[TargetCell]:
 
 
 def _coverage(row: Row) -> str:
-    if not row.coverage:
-        return ""
     return " ".join(f"{100.0 * share:.0f}" for share in row.coverage[1:])
 
 
@@ -107,15 +105,12 @@ def ranking_text(comparison: Comparison) -> str:
         f"{f'{name} [{unit}]':>38}"
         for name, unit in zip(comparison.targets, comparison.units, strict=True)
     )
-    columns = "".join(
-        f"{'unseen':>8}{'median':>8}{'eta%':>6}{'alone':>8}{'counts%':>8}"
-        for _ in comparison.targets
-    )
+    columns = f"{'unseen':>8}{'median':>8}{'eta%':>6}{'alone':>8}{'counts%':>8}"
     lines = [
         "RMSE on unseen runs (all samples), the median over the runs, and eta;",
         "the error model alone on unseen runs, and the share of it that counts beside the Gaussian",
         head,
-        f"{'':<44}{columns}  90% interval holds [%]",
+        f"{'':<44}{columns * len(comparison.targets)}  90% interval holds [%]",
     ]
     rows = table_of(comparison)
     lines += [_line(line) for line in rows if not line.row.uses_displacement]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +30,8 @@ def draw_fit(found: Found, out: Path) -> list[Path]:
     -------
     list of Path
     """
-    drawn = {name: figure for name, draw in FIGURES.items() if (figure := draw(found)) is not None}
+    figures = {"correlations": _correlations(found), "convergence": _convergence(found)}
+    drawn = {name: figure for name, figure in figures.items() if figure is not None}
     if not drawn:
         return []
     with results_folder(out) as folder:
@@ -69,10 +70,3 @@ def _convergence(found: Found) -> Figure | None:
     shape = "-".join(map(str, found["nodes"]))
     title = f"network {shape}, {found['iterations']} iterations"
     return draw_on(convergence_chart({title: found["curve"]}), Figure())
-
-
-FIGURES: Mapping[str, Callable[[Found], Figure | None]] = {
-    "correlations": _correlations,
-    "convergence": _convergence,
-}
-"""By the name of the file."""

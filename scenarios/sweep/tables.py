@@ -54,8 +54,7 @@ def case_table(plan: Plan, outcomes: Mapping[int, dict[str, Any]]) -> pd.DataFra
         last = {"valid_percent": outcome["valid_percent"], "problem": outcome["problem"]}
         for axis, figures in (outcome["axes"] or {"": {}}).items():
             rows.append(head | {"axis": axis} | figures | last)
-    head_names = list(head)
-    columns = [*head_names, "axis", *FIGURES, GAIN, "valid_percent", "problem"]
+    columns = [*head, "axis", *FIGURES, GAIN, "valid_percent", "problem"]
     frame = pd.DataFrame(rows, columns=columns)
     numbers = [*FIGURES, GAIN, "valid_percent"]
     frame[numbers] = frame[numbers].astype("float64").round(DECIMALS)
@@ -86,7 +85,7 @@ def over_time(plan: Plan, outcomes: Mapping[int, dict[str, Any]]) -> pd.DataFram
         columns: dict[str, Any] = {"variant": [variant] * len(moments), "time_s": moments}
         for name in found[0]["curves"]:
             curves = [
-                np.interp(moments, outcome["time_s"], _numbers(outcome["curves"][name]))
+                np.interp(moments, outcome["time_s"], np.array(outcome["curves"][name], float))
                 for outcome in found
             ]
             bands = np.nanpercentile(np.stack(curves), PERCENTILES, axis=0)
@@ -97,10 +96,6 @@ def over_time(plan: Plan, outcomes: Mapping[int, dict[str, Any]]) -> pd.DataFram
             }
         parts.append(pd.DataFrame(columns))
     return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
-
-
-def _numbers(values: list[float | None]) -> FloatArray:
-    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
 
 
 def summary(plan: Plan, frame: pd.DataFrame) -> dict[str, Any]:

@@ -67,8 +67,7 @@ def _replay(scenario: Scenario, replay: Replay, args: argparse.Namespace, out: P
         )
     for option in ("plant", "live"):
         if getattr(args, option):
-            problem = "has no meaning in a replay: no plant is simulated"
-            raise BadInput(f"--{option}", "", problem)
+            raise BadInput(f"--{option}", "", "has no meaning in a replay: no plant is simulated")
     return run_replay(
         args.compensator or settings.compensator.fmu,
         [_near(near, name) for name in replay.runs],
