@@ -115,15 +115,27 @@ class Package:
             Whether to add the binaries for the trial run.
         """
         files = {**self.files, **self.tried_with} if on_trial else self.files
-        stream = io.BytesIO()
-        with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
-            for path in sorted(files):
-                entry = zipfile.ZipInfo(path, PINNED_TIME)
-                entry.compress_type = zipfile.ZIP_DEFLATED
-                entry.create_system = 3  # the same on every system
-                entry.external_attr = 0o644 << 16
-                archive.writestr(entry, files[path])
-        return stream.getvalue()
+        return archived({path: files[path] for path in sorted(files)})
+
+
+def archived(files: Mapping[str, bytes]) -> bytes:
+    """Return a zip archive of files in their order; the same files give the same bytes.
+
+    Parameters
+    ----------
+    files : mapping of str to bytes
+        By path; FMUs are stored as they are, since they are compressed already.
+    """
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        for path, data in files.items():
+            entry = zipfile.ZipInfo(path, PINNED_TIME)
+            packed = zipfile.ZIP_STORED if path.endswith(".fmu") else zipfile.ZIP_DEFLATED
+            entry.compress_type = packed
+            entry.create_system = 3  # the same on every system
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, data)
+    return stream.getvalue()
 
 
 def build(recipe: Recipe) -> Package:

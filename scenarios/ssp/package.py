@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import io
-import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from fmpy import read_model_description
 
 from fmu_packaging.native.build import Fmi
 from fmu_packaging.native.compilers import Compiler
-from fmu_packaging.package import PINNED_TIME
+from fmu_packaging.package import archived
 from fmu_packaging.units import own_name
 from measurement.errors import BadInput
 from measurement.files import read_bytes
@@ -124,7 +123,8 @@ def ssp_bytes(
         settings.step_s,
         ssp,
     )
-    return _zipped(text, files)
+    fmus_inside = {f"resources/{name}.fmu": data for name, data in files.items()}
+    return archived({"SystemStructure.ssd": text, **fmus_inside})
 
 
 def _component(name: str, path: Path, ssp: Ssp) -> Component:
@@ -145,19 +145,3 @@ def _plant_starts(case: Case, plant: Variables) -> dict[str, float]:
 def _column(name: str, plant: Variables, compensator: Variables | None) -> str:
     variable = plant[name] if name in plant else (compensator or {})[name]
     return f"{name}_{own_name(variable.unit or '1')}"
-
-
-def _zipped(text: bytes, fmus: Mapping[str, bytes]) -> bytes:
-    files = {"SystemStructure.ssd": text}
-    files |= {f"resources/{name}.fmu": data for name, data in fmus.items()}
-    stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w") as archive:
-        for path, data in files.items():
-            entry = zipfile.ZipInfo(path, PINNED_TIME)
-            # An FMU is already compressed.
-            packed = path.endswith(".ssd")
-            entry.compress_type = zipfile.ZIP_DEFLATED if packed else zipfile.ZIP_STORED
-            entry.create_system = 3  # the same on every system
-            entry.external_attr = 0o644 << 16
-            archive.writestr(entry, data)
-    return stream.getvalue()
