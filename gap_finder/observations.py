@@ -173,7 +173,6 @@ def compared_channels(machine: Machine, runs: Sequence[Run]) -> tuple[str, ...]:
 def observe(
     machine: Machine,
     runs: Sequence[Run],
-    bad: dict[str, list[tuple[str, float, float]]] | None = None,
     channels: tuple[str, ...] = (),
 ) -> list[Observations]:
     """Return the observations of some runs.
@@ -183,8 +182,6 @@ def observe(
     machine : Machine
         Assigns columns to sensors.
     runs : sequence of Run
-    bad : dict of run name to list of (channel, start, end), optional
-        Spans to leave out [s].
     channels : tuple of str, optional
         Channels to use even if these runs lack some, to compare them with other runs; by default
         all that they contain.
@@ -200,7 +197,7 @@ def observe(
         If a run has fewer than three rows or cannot drive the machine, or no channel is left.
     """
     channels = channels or compared_channels(machine, runs)
-    binned = [_binned(machine, run, channels, (bad or {}).get(run.name, [])) for run in runs]
+    binned = [_binned(machine, run, channels) for run in runs]
     together = np.concatenate([values for _, values, _, _ in binned])
     span = _span(together)
     lengths = np.array([name in displacement_names(machine) for name in channels])
@@ -307,7 +304,7 @@ def _span(values: FloatArray) -> FloatArray:
 
 
 def _binned(
-    machine: Machine, run: Run, channels: tuple[str, ...], bad: list[tuple[str, float, float]]
+    machine: Machine, run: Run, channels: tuple[str, ...]
 ) -> tuple[FloatArray, FloatArray, npt.NDArray[np.int64], FloatArray]:
     """Return bin times, mean values (displacements from zero), each bin's segment, and zeros."""
     rows = run.time_s
@@ -326,10 +323,7 @@ def _binned(
         column = column_of(machine, name)
         if column not in run.frame.columns:
             continue
-        series = run.frame[column].to_numpy(dtype=np.float64).copy()
-        for channel, first, last in bad:
-            if channel == name:
-                series[(rows >= first) & (rows <= last)] = np.nan
+        series = run.frame[column].to_numpy(dtype=np.float64)
         good = np.isfinite(series)
         if not good.any():
             continue

@@ -70,7 +70,6 @@ def standing_still(machine: Machine, observed: Sequence[Observations]) -> list[D
 def calibrated(
     machine: Machine,
     runs: Sequence[Run],
-    bad: dict[str, list[tuple[str, float, float]]] | None = None,
     *,
     starts: int = 2,
     seed: int = 0,
@@ -82,8 +81,6 @@ def calibrated(
     ----------
     machine : Machine
     runs : sequence of Run
-    bad : dict of run name to list of (channel, start, end), optional
-        Spans to leave out [s].
     starts, seed, progress
         As in `calibrate`.
 
@@ -95,13 +92,11 @@ def calibrated(
     faults : list of DataFault
     """
     progress("calibrating")
-    observed = observe(machine, runs, bad)
+    observed = observe(machine, runs)
     calibration = calibrate(machine, observed, starts=starts, seed=seed, progress=progress)
     faults = standing_still(calibration.machine, observed)
     if faults:
-        observed = observe(
-            machine, [without_bad_readings(machine, run, faults) for run in runs], bad
-        )
+        observed = observe(machine, [without_bad_readings(machine, run, faults) for run in runs])
         again = [calibration.machine]
         calibration = calibrate(machine, observed, starts=1, start_from=again, progress=progress)
     return calibration, observed, faults

@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from gap_finder.calibrate import calibrate
+from gap_finder.data_faults import DataFault, without_bad_readings
 from gap_finder.descent import FIRST
 from gap_finder.linearise import residuals_of
 from gap_finder.observations import observe
@@ -78,8 +79,9 @@ def test_sampling_does_not_decide_how_much_a_run_weighs(jig_borer_lumps):
 
 
 def test_spans_that_are_bad_are_left_out(jig_borer_lumps):
-    runs = runs_of(jig_borer_lumps)
-    (one, *_) = observe(jig_borer_lumps, runs, {"down": [("T1", 600.0, 1200.0)]})
+    run = runs_of(jig_borer_lumps)[0]
+    fault = DataFault(run.name, "T1", "frozen", 600.0, 1200.0, "")
+    (one,) = observe(jig_borer_lumps, [without_bad_readings(jig_borer_lumps, run, [fault])])
     rows = (one.time_s > 660.0) & (one.time_s < 1140.0)
     t1 = one.channels.index("T1")
     assert np.all(one.weights[rows, t1] == 0.0)
