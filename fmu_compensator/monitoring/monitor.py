@@ -130,7 +130,6 @@ def monitor(
     runs: Sequence[Run],
     rig: Rig | None = None,
     *,
-    tool_length_mm: float | None = None,
     on_run: Callable[[Run], None] = lambda run: None,
 ) -> Report:
     """Check whether a compensator still fits its machine.
@@ -144,8 +143,6 @@ def monitor(
         measured in all rows, in some (probes), or not at all.
     rig : Rig, optional
         Meaning of the displacement columns; by default the rig stored in the file.
-    tool_length_mm : float, optional
-        Tool length of the comparison; by default that of the file's figures, `Limits.judged_tool`.
     on_run : callable
         Called with each run when it is done.
 
@@ -175,7 +172,7 @@ def monitor(
             "the file does not say how much runs left out of training differed: an error counts as "
             "too large if its root mean square exceeds the promised half width"
         )
-    length = model.limits.judged_tool(tool_length_mm)
+    length = model.limits.judged_tool()
     agreement, misses = Agreement(model), misses_of(figures)
     faults = find_faults(runs)
     reports = []
