@@ -85,22 +85,17 @@ def check_role(role: str, variables: Variables, path: Path) -> None:
             for name, kind in COMPENSATOR_OUTPUTS.items()
             if name not in names_of(variables, "output", kind)
         ]
-        if lost:
-            raise BadInput(path, "", f"is no compensator: it has no output {', '.join(lost)}")
-    if role != "plant":
-        return
-    inputs, outputs = names_of(variables, "input"), names_of(variables, "output")
-    moved = [axis for axis in AXES if f"d{axis}" in inputs]
-    if not moved:
-        raise BadInput(path, "", "is no plant: it has no input dX, dY or dZ")
-    lost = [
-        f"{what}_{axis}"
-        for axis in moved
-        for what in ("drift", "error")
-        if f"{what}_{axis}" not in outputs
-    ]
+    elif role == "plant":
+        inputs, outputs = names_of(variables, "input"), names_of(variables, "output")
+        moved = [axis for axis in AXES if f"d{axis}" in inputs]
+        if not moved:
+            raise BadInput(path, "", "is no plant: it has no input dX, dY or dZ")
+        needed = [f"{what}_{axis}" for axis in moved for what in ("drift", "error")]
+        lost = [name for name in needed if name not in outputs]
+    else:
+        lost = []
     if lost:
-        raise BadInput(path, "", f"is no plant: it has no output {', '.join(lost)}")
+        raise BadInput(path, "", f"is no {role}: it has no output {', '.join(lost)}")
 
 
 def parameter_kind(

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from measurement.errors import BadInput
 from measurement.resampling import FloatArray
 from measurement.units import UNITS
 
@@ -137,7 +137,7 @@ def conversion_of(unit: str, name: str = "") -> Conversion | None:
     return found
 
 
-def checked_conversion(unit: str, name: str, refuse: Callable[[str], Exception]) -> Conversion:
+def checked_conversion(unit: str, name: str, source: str, place: str = "") -> Conversion:
     """Return the conversion from a unit that a user gave.
 
     Parameters
@@ -146,15 +146,15 @@ def checked_conversion(unit: str, name: str, refuse: Callable[[str], Exception])
         As a person writes it, such as ``mm/min`` or ``°F``.
     name : str
         The header of the column, which decides if a unit has two meanings.
-    refuse : callable
-        Makes the error to raise from a text.
+    source, place : str
+        Where it was given, for the refusal.
 
     Raises
     ------
-    Exception
-        The error from *refuse*, if the unit is unknown.
+    BadInput
+        If the unit is unknown.
     """
     found = conversion_of(unit, name)
     if found is None:
-        raise refuse(f"{unit!r} is not a known unit: {KNOWN_UNITS}")
+        raise BadInput(source, place, f"{unit!r} is not a known unit: {KNOWN_UNITS}")
     return found

@@ -201,11 +201,8 @@ def _signal(sheet: Sheet, at: int, rule: ColumnRule, notes: list[str]) -> tuple[
     mark for a broken wire, and they become missing.
     """
     place = f"column {sheet.headings[at].text}"
-
-    def refuse(problem: str) -> BadInput:
-        return BadInput(sheet.where, place, problem)
-
-    kind = checked_conversion(rule.unit, f"{rule.name} {sheet.headings[at].text}", refuse)
+    named = f"{rule.name} {sheet.headings[at].text}"
+    kind = checked_conversion(rule.unit, named, sheet.where, place)
     read = numbers_of(sheet, at)
     values = rule.sign * kind(read)
     unit = UNITS[kind.suffix]

@@ -116,7 +116,7 @@ def run(args: argparse.Namespace) -> int:
 def _units(given: list[str]) -> dict[str, str]:
     units = _by_header("--unit", given, "UNIT")
     for header, unit in units.items():
-        checked_conversion(unit, header, lambda problem: BadInput("--unit", "", problem))
+        checked_conversion(unit, header, "--unit")
     return units
 
 
