@@ -198,8 +198,7 @@ class FivePointRig(SimulatedRig):
 def _less_one(slope_x: FloatArray, slope_y: FloatArray) -> FloatArray:
     """Return 1/cos(tilt) - 1, accurate even for tilts of a few microradians."""
     q = slope_x**2 + slope_y**2
-    less: FloatArray = q / (1.0 + np.sqrt(1.0 + q))
-    return less
+    return q / (1.0 + np.sqrt(1.0 + q))
 
 
 class AxisOfColumn(_Rig):

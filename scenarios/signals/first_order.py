@@ -24,7 +24,5 @@ class FirstOrder(Signal):
     def values(self, time_s: FloatArray, setting: Setting) -> FloatArray:
         """Return the value at each time."""
         elapsed = np.maximum(time_s - self.start_s, 0.0)
-        way: FloatArray = self.start - (self.end - self.start) * np.expm1(
-            -elapsed / self.time_constant_s
-        )
-        return way
+        left = np.expm1(-elapsed / self.time_constant_s)
+        return np.asarray(self.start - (self.end - self.start) * left)

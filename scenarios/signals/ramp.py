@@ -27,5 +27,4 @@ class Ramp(Signal):
 
     def values(self, time_s: FloatArray, setting: Setting) -> FloatArray:
         """Return the value at each time."""
-        line: FloatArray = np.interp(time_s, [self.start_s, self.end_s], [self.start, self.end])
-        return line
+        return np.interp(time_s, [self.start_s, self.end_s], [self.start, self.end])

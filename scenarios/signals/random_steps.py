@@ -56,5 +56,4 @@ class RandomSteps(Signal):
         if self.round_to is not None:
             levels = np.clip(np.round(levels / self.round_to) * self.round_to, self.low, self.high)
         levels = np.where(stop < self.stops, 0.0, levels)
-        found: FloatArray = levels[np.searchsorted(starts, time_s, side="right") - 1]
-        return found
+        return levels[np.searchsorted(starts, time_s, side="right") - 1]

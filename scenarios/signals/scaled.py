@@ -18,8 +18,7 @@ class Scaled(Signal):
     def values(self, time_s: FloatArray, setting: Setting) -> FloatArray:
         """Return the product at each time."""
         inside = setting.inside("signal")
-        scaled: FloatArray = self.factor * build(self.signal, inside).values(time_s, inside)
-        return scaled
+        return self.factor * build(self.signal, inside).values(time_s, inside)
 
     @classmethod
     def place(cls, setting: Setting, table: dict[str, Any]) -> None:

@@ -22,5 +22,4 @@ class Sine(Signal):
     def values(self, time_s: FloatArray, setting: Setting) -> FloatArray:
         """Return the value at each time."""
         angle = 2.0 * np.pi * time_s / self.period_s + np.radians(self.phase_deg)
-        wave: FloatArray = self.mean + self.amplitude * np.sin(angle)
-        return wave
+        return np.asarray(self.mean + self.amplitude * np.sin(angle))

@@ -44,9 +44,6 @@ class Table(Signal):
         moments, values = run.time_s[good], values[good]
         asked = run.time_s[0] + time_s
         if UNITS[split_column(self.column)[1]].switches:
-            held: FloatArray = values[
-                np.maximum(np.searchsorted(moments, past_rounding(asked), side="right") - 1, 0)
-            ]
-            return held
-        line: FloatArray = np.interp(asked, moments, values)
-        return line
+            last = np.searchsorted(moments, past_rounding(asked), side="right") - 1
+            return np.asarray(values[np.maximum(last, 0)])
+        return np.asarray(np.interp(asked, moments, values))
