@@ -147,7 +147,9 @@ def run_replay(
             description=description or f"{model.title}, driven by measured runs.",
             table_note=NOTE,
             notes=notes,
-            timelines=[_timeline(entry) for entry in replays],
+            timelines=[
+                (entry.run.name, entry.events, float(np.ptp(entry.run.time_s))) for entry in replays
+            ],
             facts=[
                 ("Compensator", f"{model.title} ({model.name}), fitted on {_fitted(model)}"),
                 *fmu_facts([replays[0].fmu]),
@@ -244,11 +246,6 @@ def _run_facts(entry: Replay, name: str) -> dict[str, Any]:
         "file": f"results_{name}.csv",
         "events": [asdict(event) for event in entry.events],
     }
-
-
-def _timeline(entry: Replay) -> tuple[str, Sequence[Any], float]:
-    time_s = entry.run.time_s
-    return entry.run.name, entry.events, float(time_s[-1] - time_s[0])
 
 
 def _file_names(names: Sequence[str]) -> list[str]:

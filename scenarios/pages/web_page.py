@@ -6,7 +6,6 @@ import base64
 import json
 import tempfile
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -35,16 +34,7 @@ ABOUT = (
 )
 
 
-@dataclass(frozen=True)
-class WebPage:
-    """A written page: its path, and the size of each FMU in it in bytes."""
-
-    path: Path
-    plant_bytes: int
-    compensator_bytes: int
-
-
-def write_web_page(machine: Machine, compensator: Path, path: Path) -> WebPage:
+def write_web_page(machine: Machine, compensator: Path, path: Path) -> dict[str, int]:
     """Write a page that simulates a machine with a compensator.
 
     Parameters
@@ -57,7 +47,8 @@ def write_web_page(machine: Machine, compensator: Path, path: Path) -> WebPage:
 
     Returns
     -------
-    WebPage
+    dict
+        ``plant_bytes`` and ``compensator_bytes``, the size of each FMU in the page.
 
     Raises
     ------
@@ -73,7 +64,7 @@ def write_web_page(machine: Machine, compensator: Path, path: Path) -> WebPage:
         raise BadInput("web", "", str(error).partition(": ")[2]) from None
 
 
-def write_page_of(plant: Path, compensator: Path, path: Path) -> WebPage:
+def write_page_of(plant: Path, compensator: Path, path: Path) -> None:
     """Write the page of two FMUs of this project, from the files that they were made from.
 
     Parameters
@@ -82,10 +73,6 @@ def write_page_of(plant: Path, compensator: Path, path: Path) -> WebPage:
         In Python or in C.
     path : Path
         Page to write.
-
-    Returns
-    -------
-    WebPage
 
     Raises
     ------
@@ -96,7 +83,7 @@ def write_page_of(plant: Path, compensator: Path, path: Path) -> WebPage:
     with tempfile.TemporaryDirectory(prefix="spindle-drift-web-") as work:
         file = Path(work) / "compensator.json"
         file.write_bytes(_inside(compensator, MODELS))
-        return write_web_page(machine, file, path)
+        write_web_page(machine, file, path)
 
 
 def _inside(fmu: Path, places: Iterable[str]) -> bytes:
@@ -105,7 +92,7 @@ def _inside(fmu: Path, places: Iterable[str]) -> bytes:
     return found
 
 
-def _written(machine: Machine, compensator: Path, path: Path) -> WebPage:
+def _written(machine: Machine, compensator: Path, path: Path) -> dict[str, int]:
     recipe, _ = plant_recipe(machine, "plant")
     other, _ = compensator_recipe(compensator, "compensator", native=True)
     model = parse_model(compensator.read_text("utf-8"), str(compensator))
@@ -132,7 +119,7 @@ def _written(machine: Machine, compensator: Path, path: Path) -> WebPage:
         plant=base64.b64encode(plant.code).decode(),
         compensator=base64.b64encode(sender.code).decode(),
     )
-    return WebPage(path, len(plant.code), len(sender.code))
+    return {"plant_bytes": len(plant.code), "compensator_bytes": len(sender.code)}
 
 
 def _wiring(plant: WebModule, compensator: WebModule, source: Path) -> Wiring:

@@ -28,11 +28,10 @@ def run(args: argparse.Namespace) -> int:
     from scenarios.pages.web_page import write_web_page
 
     check_output(args.output, PAGE)
-    page = write_web_page(read_machine(args.machine), args.compensator, args.output)
-    sizes = {"plant_bytes": page.plant_bytes, "compensator_bytes": page.compensator_bytes}
-    size = f"{page.path.stat().st_size / 1024:.0f} KiB"
+    sizes = write_web_page(read_machine(args.machine), args.compensator, args.output)
+    size = f"{args.output.stat().st_size / 1024:.0f} KiB"
     return tell(
         args,
-        {"page": str(page.path), **sizes},
-        f"wrote {page.path}: {size}, open it in a browser",
+        {"page": str(args.output), **sizes},
+        f"wrote {args.output}: {size}, open it in a browser",
     )
