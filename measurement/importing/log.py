@@ -60,13 +60,9 @@ class Imported:
 
     def mapping_text(self) -> str:
         """Return the mapping file's text, with hints and doubts as comments."""
-        remarks = dict(self.hints)
-        for column, text in self.doubts:
-            header = self.sources.get(column, "")
-            remarks.setdefault(header, f"doubtful: {text}")
-        for header, text in self.asks.items():
-            remarks.setdefault(header, text)
-        return mapping_text(self.mapping, remarks)
+        # One remark a column: why it is left out, else the first doubt, else what is asked.
+        doubtful = {self.sources.get(c, ""): f"doubtful: {text}" for c, text in self.doubts[::-1]}
+        return mapping_text(self.mapping, self.asks | doubtful | self.hints)
 
 
 def import_files(

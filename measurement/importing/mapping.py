@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import tomlkit
 from pydantic import BaseModel, ConfigDict, Field
@@ -162,16 +162,13 @@ def mapping_text(mapping: Mapping, remarks: dict[str, str]) -> str:
     document = tomlkit.document()
     for line in HEAD.splitlines():
         document.add(tomlkit.comment(line))
-    table = mapping.model_dump(exclude_none=True)
-    columns: dict[str, dict[str, Any]] = table.pop("columns")
-    for key, value in table.items():
+    for key, value in mapping.model_dump(exclude_none=True, exclude={"columns"}).items():
         document[key] = value
     place = tomlkit.table()
-    for header, rule in columns.items():
+    for header, rule in mapping.columns.items():
         entry = tomlkit.inline_table()
-        shown = {key: value for key, value in rule.items() if key in ("name", "unit")}
-        shown |= {"keep": False} if not rule["keep"] else {}
-        entry.update(shown | ({"sign": rule["sign"]} if rule["sign"] != 1 else {}))
+        told = rule.model_dump(include={"keep", "sign"}, exclude_defaults=True)
+        entry.update({"name": rule.name, "unit": rule.unit, **told})
         place[header] = entry
         if header in remarks:
             place[header].comment(remarks[header])
