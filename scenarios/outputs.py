@@ -19,6 +19,7 @@ import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from measurement.errors import BadInput
@@ -297,29 +298,22 @@ def is_marked(path: Path) -> bool:
     return text.startswith(MADE) and marked(text) == text
 
 
-def _json_kind(kind: str) -> Callable[[Path], bool]:
-    def known(path: Path) -> bool:
-        try:
-            table = json.loads(path.read_bytes())
-        except (ValueError, RecursionError):
-            return False
-        return isinstance(table, dict) and table.get("kind") == kind
-
-    return known
+def _is_json(kind: str, path: Path) -> bool:
+    try:
+        table = json.loads(path.read_bytes())
+    except (ValueError, RecursionError):
+        return False
+    return isinstance(table, dict) and table.get("kind") == kind
 
 
-def _zip_with(name: str) -> Callable[[Path], bool]:
-    """Return a check for an archive whose description says that this program made it."""
-
-    def known(path: Path) -> bool:
-        try:
-            with zipfile.ZipFile(path) as archive:
-                text = archive.read(name).decode("utf-8", "replace")
-        except (zipfile.BadZipFile, KeyError, ValueError):
-            return False
-        return 'generationTool="spindle-drift' in text
-
-    return known
+def _is_archive(name: str, path: Path) -> bool:
+    """Return whether a file is an archive whose description says that this program made it."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            text = archive.read(name).decode("utf-8", "replace")
+    except (zipfile.BadZipFile, KeyError, ValueError):
+        return False
+    return 'generationTool="spindle-drift' in text
 
 
 def _never(path: Path) -> bool:
@@ -374,11 +368,11 @@ RUN_FILE, LOG, PAGE, PROGRAM = "run file", "log of frames", "page", "program"
 COMPENSATOR_FILE, MACHINE_FILE = "compensator file", "machine file"
 SSP, FMU = "scenario package (.ssp)", "FMU"
 KINDS: dict[str, Callable[[Path], bool]] = {
-    COMPENSATOR_FILE: _json_kind("spindle-drift compensator"),
+    COMPENSATOR_FILE: partial(_is_json, "spindle-drift compensator"),
     MACHINE_FILE: is_marked,
     STATE: _is_state,
-    SSP: _zip_with("SystemStructure.ssd"),
-    FMU: _zip_with("modelDescription.xml"),
+    SSP: partial(_is_archive, "SystemStructure.ssd"),
+    FMU: partial(_is_archive, "modelDescription.xml"),
     PAGE: _is_page,
     PROGRAM: _is_program,
     # A simulated run looks like a measured one.
