@@ -197,9 +197,6 @@ def _ranking(models: Sequence[Mapping[str, Any]], targets: Sequence[str]) -> pd.
     return pd.DataFrame.from_dict(rows, orient="index")
 
 
-__all__ = ["Comparison", "compare"]
-
-
 def _contestants(
     models: Sequence[str] | None,
     given: Preset | None,

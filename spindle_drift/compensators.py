@@ -380,6 +380,3 @@ def _rig(run: Run, machine: MachineLike | None) -> tuple[Rig, list[str] | None]:
     given = as_machine(machine)
     sensors = [sensor.name for sensor in given.model.sensors if sensor.unit == "degC"]
     return rig_from_table(given.model.rig, str(given.source)), sensors
-
-
-__all__ = ["Compensator", "fit"]
