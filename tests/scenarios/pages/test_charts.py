@@ -1,4 +1,4 @@
-"""Thinning of curves, and the table's figures and titles."""
+"""Thinning of curves, and the titles of figures."""
 
 from types import SimpleNamespace
 
@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 
 from scenarios.pages.charts import Chart, Line, Panel, kept, kept_steps
 from scenarios.pages.figures import draw_on
-from scenarios.table import as_list, as_text, group_of, overall
 from scenarios.views import group_title, minute_means
 
 SERIES = arrays(
@@ -63,42 +62,3 @@ def test_minute_means_leave_gaps_and_make_no_last_minute_of_one_sample():
 def test_a_title_names_the_range_of_tools_however_many_there_are(lengths):
     group = [SimpleNamespace(frame=pd.DataFrame({"tool_length_mm": lengths}))]
     assert group_title(group) == "Tools of 60 to 220 mm"
-
-
-def frame(before: list[float], after: list[float]) -> pd.DataFrame:
-    return pd.DataFrame({"drift_X_um": before, "error_X_um": after})
-
-
-def test_a_group_has_the_line_without_compensation_on_top():
-    group = group_of("Tool", [("a", "A", frame([10.0, -20.0], [1.0, -3.0]))])
-    reference, row = group.rows
-    assert reference.is_reference
-    assert reference.axes["X"].after_max_um == 20.0
-    assert reference.axes["X"].after_mean_um == 15.0
-    assert row.axes["X"].after_max_um == 3.0
-    assert row.axes["X"].improvement_percent == pytest.approx(100 * (1 - 2 / 15))
-
-
-def test_all_runs_together_weigh_every_sample_the_same():
-    groups = [
-        group_of("one", [("1", "C", frame([10.0] * 3, [1.0] * 3))]),
-        group_of("two", [("2", "C", frame([30.0], [5.0]))]),
-    ]
-    row = overall(groups, "all").rows[1].axes["X"]
-    assert (row.before_mean_um, row.after_mean_um) == (15.0, 2.0)
-    assert (row.before_max_um, row.after_max_um) == (30.0, 5.0)
-    assert row.improvement_percent == pytest.approx(100 * (1 - 2 / 15))
-
-
-def test_the_text_table_shows_the_figures_under_their_axes():
-    text = as_text([group_of("Tool", [("a", "A", frame([10.0, -20.0], [1.0, -3.0]))])])
-    lines = text.splitlines()
-    assert "X [um]" in lines[0]
-    assert lines[3].split() == ["No", "compensation", "20.0", "15.0"]
-    assert lines[4].split() == ["A", "3.0", "2.0", "87", "%"]
-
-
-def test_a_figure_that_is_not_defined_is_null_in_json():
-    group = group_of("Tool", [("a", "A", frame([0.0], [0.0]))])
-    assert as_list([group])[0]["rows"][1]["axes"]["X"]["improvement_percent"] is None
-    assert as_text([group]).splitlines()[-1].split() == ["A", "0.0", "0.0", "-"]
