@@ -216,11 +216,10 @@ def _tilt(recording: Recording, rig: FivePointRig | None) -> list[Chart]:
 def _offsets(recording: Recording) -> list[Chart]:
     frame = recording.frame
     time_s = _floats(frame, "time_s")
-    columns = [f"offset_{axis}_um" for axis in AXES]
     lines = tuple(
-        Line(axis, time_s, frame[column].to_numpy(), LINES[number], thin=True)
-        for number, (axis, column) in enumerate(zip(AXES, columns, strict=True))
-        if column in frame
+        Line(axis, time_s, frame[f"offset_{axis}_um"].to_numpy(), colour, thin=True)
+        for axis, colour in zip(AXES, LINES, strict=False)
+        if f"offset_{axis}_um" in frame
     )
     title = f"Axis offsets in force: {lowered(full_label_of(recording))}"
     note = "What the control makes of the offsets sent: slew limit, saturation, resolution."

@@ -247,7 +247,7 @@ class Compensator:
         runs: RunLike | Sequence[RunLike],
         *,
         machine: MachineLike | None = None,
-        on_run: Callable[[Run], None] = lambda run: None,
+        on_run: Callable[[Run], object] = lambda run: None,
     ) -> Report:
         """Return whether the compensator still fits, from logs of the machine.
 

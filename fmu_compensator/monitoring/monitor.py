@@ -130,7 +130,7 @@ def monitor(
     runs: Sequence[Run],
     rig: Rig | None = None,
     *,
-    on_run: Callable[[Run], None] = lambda run: None,
+    on_run: Callable[[Run], object] = lambda run: None,
 ) -> Report:
     """Check whether a compensator still fits its machine.
 

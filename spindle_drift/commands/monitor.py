@@ -14,7 +14,6 @@ from tqdm import tqdm
 from fmu_compensator.fit.installed import COVERAGE
 from fmu_compensator.monitoring import Report
 from measurement.files import json_ready
-from measurement.runs import Run
 from scenarios.arguments import add_json, add_parameters, add_results, add_runs
 from scenarios.outputs import FOLDER
 from scenarios.results import write_findings
@@ -47,11 +46,9 @@ def run(args: argparse.Namespace) -> int:
 
     compensator = Compensator.load(args.compensator)
     with tqdm(total=len(args.runs), unit="run", disable=args.quiet or None, leave=False) as bar:
-
-        def count(run: Run) -> None:
-            bar.update()
-
-        report = compensator.monitor(args.runs, machine=args.machine, on_run=count)
+        report = compensator.monitor(
+            args.runs, machine=args.machine, on_run=lambda run: bar.update()
+        )
     text = json.dumps(json_ready(asdict(report), 6), indent=1, ensure_ascii=False, allow_nan=False)
     if args.out is not None:
         write_findings(args.out, "monitor", text, partial(draw_monitor, report))
