@@ -66,7 +66,7 @@ def plugged_classes(
         return {}
     from measurement.plugins import by_name, lacking, loaded
 
-    every = (found for plugin in loaded(GROUP) for found in _in_files(plugin, base, half))
+    every = (pair for plugin in loaded(GROUP) for pair in _in_files(plugin, base, half))
     return by_name(every, shipped, lambda plugin: lacking(plugin.thing))
 
 

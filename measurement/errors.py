@@ -87,8 +87,8 @@ def checked(kind: type[M], table: dict[str, Any], source: str | Path, within: st
     place = ".".join([within] * bool(within) + _steps(table, first))
     message = first["msg"].removeprefix("Value error, ")
     problem = f"{shown(first['input'])} is not allowed: {message[0].lower()}{message[1:]}"
-    told = {"missing": "is missing", "extra_forbidden": "is not a known field"}
-    problem = told.get(first["type"], problem)
+    problems = {"missing": "is missing", "extra_forbidden": "is not a known field"}
+    problem = problems.get(first["type"], problem)
     beside = [
         str(other["loc"][-1])
         for other in others

@@ -22,16 +22,16 @@ def distinct(names: Sequence[str], folders: Sequence[str]) -> list[str]:
         Folder of each; empty if there is none.
     """
     shared = Counter(map(str.casefold, names))
-    found = [
+    distinct_names = [
         f"{folder}_{name}" if shared[name.casefold()] > 1 and folder else name
         for folder, name in zip(folders, names, strict=True)
     ]
-    shared, given = Counter(map(str.casefold, found)), Counter[str]()
-    for place, name in enumerate(found):
+    shared, given = Counter(map(str.casefold, distinct_names)), Counter[str]()
+    for place, name in enumerate(distinct_names):
         if shared[name.casefold()] > 1:
             given[name.casefold()] += 1
-            found[place] = f"{name}_{given[name.casefold()]}"
-    return found
+            distinct_names[place] = f"{name}_{given[name.casefold()]}"
+    return distinct_names
 
 
 def lowered(text: str) -> str:

@@ -278,12 +278,12 @@ class DirectRig(SimulatedRig):
             If a column is missing.
         """
         self._need(frame)
-        found = {entry.axis: (name, entry.sign) for name, entry in self.axes.items()}
+        sources = {entry.axis: (name, entry.sign) for name, entry in self.axes.items()}
         return pd.DataFrame(
             {
-                f"drift_{axis}_um": found[axis][1] * frame[column(found[axis][0], "um")]
+                f"drift_{axis}_um": sources[axis][1] * frame[column(sources[axis][0], "um")]
                 for axis in AXES
-                if axis in found
+                if axis in sources
             }
         )
 
@@ -345,10 +345,10 @@ def default_rig(run: Run, machine_rig: dict[str, Any] | Rig | None = None) -> Ri
     owner: dict[str, str] = {}
     for name in run.displacements:
         signal = split_column(name)[0]
-        found = axis_of(signal)
-        if found is None or _NOT_DRIFT & _words(signal):
+        axis_and_sign = axis_of(signal)
+        if axis_and_sign is None or _NOT_DRIFT & _words(signal):
             continue
-        axis, sign = found
+        axis, sign = axis_and_sign
         if axis in owner:
             problem = f"columns {owner[axis]} and {name} both stand for axis {axis}"
             raise BadInput(run.path or run.name, "", f"{problem}; {_HELP}")

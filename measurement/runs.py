@@ -137,8 +137,8 @@ class Run:
         """
         names = sorted(map(str, self.frame.columns[1:]))
         if temperatures is not None:
-            known = {*map("{}_degC".format, temperatures), *self.displacements}
-            names = [name for name in names if name in known]
+            columns = {*map("{}_degC".format, temperatures), *self.displacements}
+            names = [name for name in names if name in columns]
         # Single precision: a spreadsheet that writes fifteen digits does not make another run.
         values = self.frame[[TIME, *names]].to_numpy("<f4") + 0.0
         return hashlib.sha256(",".join(names).encode("utf-8") + values.tobytes()).hexdigest()
@@ -336,8 +336,8 @@ def _number(cell: str, row: int, name: str, path: Path) -> float:
 def _check_width(cells: int, wanted: int, row: int, path: Path) -> None:
     if cells == wanted:
         return
-    found = f"has {cells} {'cell' if cells == 1 else 'cells'}" if cells else "is blank"
-    problem = f"{found}; the header names {wanted} {'column' if wanted == 1 else 'columns'}"
+    what = f"has {cells} {'cell' if cells == 1 else 'cells'}" if cells else "is blank"
+    problem = f"{what}; the header names {wanted} {'column' if wanted == 1 else 'columns'}"
     raise BadInput(path, f"row {row}", problem)
 
 

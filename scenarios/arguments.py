@@ -100,13 +100,13 @@ def defaults(function: Callable[..., Any]) -> dict[str, Any]:
 
 def entries(function: Callable[..., Any]) -> dict[str, tuple[str, str]]:
     """Return each parameter's type and help text, by name."""
-    found = {}
+    options = {}
     for names, kind, text in ENTRY.findall(inspect.getdoc(function) or ""):
         words = re.sub(r"``|`|\*(\w+)\*", r"\1", " ".join(text.split()))
         shown = lowered(words).rstrip(".").replace("%", "%%")
         for name in names.split(", "):
-            found[name] = (kind, shown)
-    return found
+            options[name] = (kind, shown)
+    return options
 
 
 def add_runs(parser: argparse.ArgumentParser, text: str = "run file (CSV)") -> None:

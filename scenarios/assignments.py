@@ -80,9 +80,9 @@ def quantity(
     BadInput
         If it is no such number, or out of range.
     """
-    found = re.fullmatch(r"\s*([0-9]*\.?[0-9]+(?:e[+-]?[0-9]+)?)\s*([a-z]*)\s*", text)
-    kind = conversion_of(found[2] or usual) if found else None
-    value = kind.factor * float(found[1]) if found and kind and kind.suffix == suffix else -1.0
+    match = re.fullmatch(r"\s*([0-9]*\.?[0-9]+(?:e[+-]?[0-9]+)?)\s*([a-z]*)\s*", text)
+    kind = conversion_of(match[2] or usual) if match else None
+    value = kind.factor * float(match[1]) if match and kind and kind.suffix == suffix else -1.0
     if not low <= value <= high:
         allowed = f"a number with its unit, {low:g} to {high:g} {suffix}"
         raise BadInput(option, "", f"{shown(text)} is not allowed: {allowed}")

@@ -319,16 +319,16 @@ def job_for(
         reference = replace(reference, profiles={})
     if form.arrays:
         reference = with_array(reference, recipe)
-    native, found = None, list[Compiler]()
+    native, usable = None, list[Compiler]()
     if form.in_c:
-        found = compilers_for_all() if form.all_platforms else compilers()
+        usable = compilers_for_all() if form.all_platforms else compilers()
         native = native_of(recipe, *([] if isinstance(source, Machine) else [source]))
     if native is not None and form.can:
         if on_bus is None or isinstance(source, Machine):
             raise BadInput("--can", "", "only the compensator of build_fmu.py has a CAN terminal")
         native = on_bus(recipe, native, form.dbc, form.can == "high")
     _check_outputs(folder, recipe.identity.name)
-    return Job(recipe, reference, native, found, form, folder)
+    return Job(recipe, reference, native, usable, form, folder)
 
 
 def native_of(recipe: Recipe, model: Path = DEFAULT_MODEL, *, twin_of: str | None = None) -> Native:

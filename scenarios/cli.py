@@ -151,7 +151,7 @@ def _is_termination(error: BaseException | None) -> bool:
 
 
 def _run(argv: list[str]) -> int:
-    known = commands()
+    shipped = commands()
     parser = _Parser(
         PROGRAM,
         description=DESCRIPTION,
@@ -160,17 +160,17 @@ def _run(argv: list[str]) -> int:
     )
     parser.add_argument("--version", action="version", version=f"{PROGRAM} {version()}")
     inner = parser.add_subparsers(dest="command", metavar="COMMAND", title="commands")
-    for name, (_, text) in known.items():
+    for name, (_, text) in shipped.items():
         command = inner.add_parser(name, help=text)
         if argv and argv[0] == name:
-            module, chosen = import_module(known[name][0]), command
+            module, chosen = import_module(shipped[name][0]), command
             _declare(module, command)
     if not argv:
         parser.print_help()
         return 0
     args, unknown = parser.parse_known_args(argv)
     if not args.command:
-        raise UsageError(f"a command is needed: {', '.join(known)} (see '{PROGRAM} --help')")
+        raise UsageError(f"a command is needed: {', '.join(shipped)} (see '{PROGRAM} --help')")
     if unknown:  # refused by the command, whose help lists its arguments
         chosen.error(f"unrecognized arguments: {' '.join(unknown)}")
     return _guarded(module, args)
@@ -206,7 +206,7 @@ def _guarded(module: ModuleType, args: argparse.Namespace) -> int:
 @cache
 def commands() -> dict[str, tuple[str, str]]:
     """Return every command's module and one line of help, without importing it."""
-    found = {}
+    by_name = {}
     for room, path in _files():
         constants = {
             statement.targets[0].id: ast.literal_eval(statement.value)
@@ -215,14 +215,14 @@ def commands() -> dict[str, tuple[str, str]]:
             and isinstance(statement.targets[0], ast.Name)
             and statement.targets[0].id in ("NAME", "HELP")
         }
-        found[constants["NAME"]] = (f"{room}.commands.{path.stem}", constants["HELP"])
-    return found
+        by_name[constants["NAME"]] = (f"{room}.commands.{path.stem}", constants["HELP"])
+    return by_name
 
 
 def _files() -> list[tuple[str, Path]]:
     top = Path(__file__).parents[1]
-    found = [(room, path) for room in ROOMS for path in (top / room / "commands").glob("[a-z]*.py")]
-    return sorted(found, key=lambda entry: entry[1].stem)
+    paths = [(room, path) for room in ROOMS for path in (top / room / "commands").glob("[a-z]*.py")]
+    return sorted(paths, key=lambda entry: entry[1].stem)
 
 
 def _is_full(error: OSError) -> bool:

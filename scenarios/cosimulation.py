@@ -133,13 +133,13 @@ def signals_over(
         the plant's input.
     """
     check_signals(plant, compensator, case.signals, case.setting.source)
-    found = {
+    signals = {
         name: signal.values(time_s, case.setting.inside(name))
         for name, signal in case.signals.items()
     }
-    check_ranges(plant, found, time_s, case.setting.source)
-    unsaid = shared_starts(plant, compensator, found)
-    return found | {name: np.full(len(time_s), value) for name, value in unsaid.items()}
+    check_ranges(plant, signals, time_s, case.setting.source)
+    unsaid = shared_starts(plant, compensator, signals)
+    return signals | {name: np.full(len(time_s), value) for name, value in unsaid.items()}
 
 
 def plant_parameters(case: Case, plant: Variables) -> dict[str, float]:
@@ -152,10 +152,10 @@ def plant_parameters(case: Case, plant: Variables) -> dict[str, float]:
         The plant FMU's variables.
     """
     settings = case.settings
-    found = dict(settings.plant.parameters)
-    if NOISE_SEED in plant and NOISE_SEED not in found:
-        found[NOISE_SEED] = max(settings.seed, 1) if settings.plant.noise else 0
-    return found
+    parameters = dict(settings.plant.parameters)
+    if NOISE_SEED in plant and NOISE_SEED not in parameters:
+        parameters[NOISE_SEED] = max(settings.seed, 1) if settings.plant.noise else 0
+    return parameters
 
 
 def _probing(case: Case, loop: _Loop, compensator: Slave) -> Callable[[float], bool] | None:
@@ -216,15 +216,15 @@ class _Loop:
         return rows
 
     def _connect_compensator(self, compensator: Slave) -> None:
-        measured, driven = self.wiring.measured, self.wiring.told
+        measured, driven = self.wiring.measured, self.wiring.by_signals
         self.seen_in = Port(compensator, [*measured, *driven])
         self.seen_rows = self._rows(driven)
-        told = self.case.settings.compensator.tool_length_mm
-        if told is not None:
+        length = self.case.settings.compensator.tool_length_mm
+        if length is not None:
             if TOOL_LENGTH not in driven:
                 place = "compensator.tool_length_mm"
                 raise BadInput(self.case.setting.source, place, f"there is no signal {TOOL_LENGTH}")
-            self.seen_rows[:, driven.index(TOOL_LENGTH)] = told
+            self.seen_rows[:, driven.index(TOOL_LENGTH)] = length
         self.take = np.array([self.plant_out.names.index(name) for name in measured], dtype=int)
         self.sent = Port(compensator, compensator.names("output"))
         self.give = np.array(

@@ -11,7 +11,7 @@ from tqdm import tqdm
 
 from fmu_compensator.fit.fitting import USUAL_MODEL
 from measurement.errors import counted
-from scenarios.fit_found import told
+from scenarios.fit_details import details_text
 
 
 @contextmanager
@@ -47,7 +47,7 @@ def report(table: dict[str, Any], path: Path) -> list[str]:
         lines.append(f"hardly moving: {', '.join(choice['hardly_moving'])}")
     lines.append(f"temperatures used: {', '.join(table['chosen'])}")
     model = table["error_model"]
-    lines += told(model["kind"], model["targets"], figures["fit"])
+    lines += details_text(model["kind"], model["targets"], figures["fit"])
     if model["kind"] != USUAL_MODEL and "mean_share" in table["gaussian"]:
         shares = zip(model["targets"], table["gaussian"]["mean_share"], strict=True)
         counted = ", ".join(f"{name} {100 * share:.0f} %" for name, share in shares)

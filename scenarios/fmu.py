@@ -293,8 +293,8 @@ class Slave:
             A string variable.
         """
         reference = int(self.variables[name].valueReference)
-        found: list[bytes | None] = self._fmu.getString([reference])
-        return (found[0] or b"").decode("utf-8", "replace")
+        values: list[bytes | None] = self._fmu.getString([reference])
+        return (values[0] or b"").decode("utf-8", "replace")
 
     # What it says
 

@@ -67,23 +67,23 @@ def find_fmu(
     """
     candidates = [near / Path(name).expanduser(), Path(name).expanduser(), fmu_dir / name]
     try:
-        found = next((path for path in candidates if path.is_file()), None)
+        file = next((path for path in candidates if path.is_file()), None)
     except (OSError, ValueError) as error:
         raise BadInput(name, "", f"is not a path: {error}") from None
     is_shipped = Path(name).name == name and Path(name).stem in SHIPPED and name.endswith(".fmu")
-    if found is None and is_shipped:
-        found = build_shipped(Path(name).stem, fmu_dir, quiet=quiet)
-    if found is not None:
-        means_itself = found in candidates[:2] or not is_shipped
-        if found.suffix == ".json":
-            found, means_itself = build_compensator(found, work), False
-        elif found.suffix == ".toml":
-            found, means_itself = build_plant(str(found), work), False
+    if file is None and is_shipped:
+        file = build_shipped(Path(name).stem, fmu_dir, quiet=quiet)
+    if file is not None:
+        means_itself = file in candidates[:2] or not is_shipped
+        if file.suffix == ".json":
+            file, means_itself = build_compensator(file, work), False
+        elif file.suffix == ".toml":
+            file, means_itself = build_plant(str(file), work), False
         if not native or means_itself:
-            return found
-        return native_twin(found, work, quiet=quiet, everywhere=everywhere, fmi=fmi)
-    known = [path.name for path in fmu_dir.glob("*.fmu")] if fmu_dir.is_dir() else []
-    raise BadInput(name, "", f"there is no such file, here or in {fmu_dir}{offered(name, known)}")
+            return file
+        return native_twin(file, work, quiet=quiet, everywhere=everywhere, fmi=fmi)
+    names = [path.name for path in fmu_dir.glob("*.fmu")] if fmu_dir.is_dir() else []
+    raise BadInput(name, "", f"there is no such file, here or in {fmu_dir}{offered(name, names)}")
 
 
 def build_shipped(kind: str, fmu_dir: Path, *, quiet: bool = False) -> Path:
@@ -142,9 +142,9 @@ def native_twin(
         FMI version of the twin.
     """
     guid, name = _guid(fmu), f"{fmu.stem}_native{'_fmi3' if fmi == 3 else ''}"
-    for known in (fmu.with_name(f"{name}.fmu"), work / f"{name}.fmu"):
-        if guid is not None and member(known, f"documentation/{TWIN_OF}") == guid:
-            return known
+    for twin in (fmu.with_name(f"{name}.fmu"), work / f"{name}.fmu"):
+        if guid is not None and member(twin, f"documentation/{TWIN_OF}") == guid:
+            return twin
     try:
         made = _native_parts(fmu, name, (guid or b"").decode(), work)
         if made is None:
@@ -190,8 +190,8 @@ def _say_once(line: str) -> None:
 
 def _guid(fmu: Path) -> bytes | None:
     text = member(fmu, "modelDescription.xml")
-    found = re.search(rb'guid="([^"]+)"', text or b"")
-    return found[1] if found else None
+    match = re.search(rb'guid="([^"]+)"', text or b"")
+    return match[1] if match else None
 
 
 def _written(recipe: Recipe, work: Path) -> Path:

@@ -93,14 +93,14 @@ def _points(rows: FloatArray) -> FloatArray:
     return np.concatenate([*pieces, rows[-1:]])
 
 
-def residuals_of(found: pd.DataFrame, machine: Machine, observed: Observations) -> RunResiduals:
+def residuals_of(simulated: pd.DataFrame, machine: Machine, observed: Observations) -> RunResiduals:
     """Return co-simulation minus measurement, both averaged over the same rows."""
     run = observed.run
     frame = run.frame.copy()
     for name, zero_s in zip(observed.channels, observed.zero_s, strict=True):
         column = column_of(machine, name)
         if column in frame.columns:
-            shown = np.interp(run.time_s, found.index, found[name])
+            shown = np.interp(run.time_s, simulated.index, simulated[name])
             compared = frame[column].notna() & (run.time_s >= zero_s)
             frame[column] = np.where(compared, shown, np.nan)
     (modelled,) = observe(machine, [replace(run, frame=frame)], channels=observed.channels)
@@ -127,7 +127,7 @@ def compare_fmus(
     """
     machine = before[1]
     left = [
-        [residuals_of(cosimulate(fmu, which, one.run), which, one) for one in observed]
+        [residuals_of(cosimulate(fmu, which, seen.run), which, seen) for seen in observed]
         for fmu, which in (before, after)
     ]
     lengths = displacement_names(machine)

@@ -136,13 +136,13 @@ def _kept_back(
             problem = f"{len(used)} given; {FEWEST_RUNS + 1} or more are needed without --holdout"
             raise BadInput("--runs", "", problem)
         kept_back = [used.pop()]
-    known: dict[str, Run] = {}
+    by_content: dict[str, Run] = {}
     for run in (*used, *kept_back):
-        same = known.setdefault(run.fingerprint(), run)
+        same = by_content.setdefault(run.fingerprint(), run)
         if same is not run:
             problem = f"is the same run as {same.path or same.name}"
             raise BadInput(run.path or run.name, "", problem)
-    names = [run.name for run in known.values()]
+    names = [run.name for run in by_content.values()]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise BadInput("--runs", "", f"{twice[0]} stands for more than one run")

@@ -47,7 +47,7 @@ def write_imported(
     BadInput
         If a file is in the way; nothing is written then.
     """
-    known = _manifest(folder)
+    listed = _manifest(folder)
     targets = [folder / f"{run.name}.csv" for run in imported.runs]
     sources = [{"file": path.name, "sha256": sha256_of(path)} for path in paths]
     files: dict[Path, str | bytes] = {}
@@ -56,15 +56,15 @@ def write_imported(
         sha256 = hashlib.sha256(data).hexdigest()
         # What an import that was cut off has left is not in the way of its repetition.
         if not (target.is_file() and not is_input(target) and sha256_of(target) == sha256):
-            _check(target, known, piece, sources)
+            _check(target, listed, piece, sources)
         files[target] = data
-        known[target.name] = {
+        listed[target.name] = {
             "sha256": sha256,
             "starts": piece.starts,
             "warm_start": piece.warm,
             "sources": sources,
         }
-    table = {"kind": KIND, "format": 1, "runs": known}
+    table = {"kind": KIND, "format": 1, "runs": listed}
     files[folder / MANIFEST] = json.dumps(table, indent=1, sort_keys=True) + "\n"
     if with_mapping:
         files[folder / MAPPING] = imported.mapping_text()
@@ -73,13 +73,13 @@ def write_imported(
 
 
 def _check(
-    target: Path, known: dict[str, Any], piece: Piece, sources: Sequence[dict[str, str]]
+    target: Path, listed: dict[str, Any], piece: Piece, sources: Sequence[dict[str, str]]
 ) -> None:
     if is_forced() or not target.exists():
         return
     if is_input(target):
         raise BadInput(target, "", f"is an input of this command: {OTHERWISE}")
-    entry = known.get(target.name)
+    entry = listed.get(target.name)
     if not isinstance(entry, dict) or entry.get("sha256") != sha256_of(target):
         why = "and was changed since it was imported" if entry else "and was not imported"
         raise BadInput(target, "", f"exists {why}: {OTHERWISE}")

@@ -255,12 +255,12 @@ def is_forced() -> bool:
 
 def is_input(path: Path) -> bool:
     """Return whether the running command reads a file."""
-    return any(_same(path, known) for known in _GUARD.get().inputs)
+    return any(_same(path, given) for given in _GUARD.get().inputs)
 
 
 def _input_inside(folder: Path) -> Path | None:
     target = folder.resolve()
-    return next((known for known in _GUARD.get().inputs if target in known.resolve().parents), None)
+    return next((given for given in _GUARD.get().inputs if target in given.resolve().parents), None)
 
 
 def _is_there(path: Path) -> bool:

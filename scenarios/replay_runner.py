@@ -107,8 +107,8 @@ def run_replay(
     if Path(compensator).suffix == ".toml":
         problem = "is a machine file; a replay takes a compensator, its FMU or its .json file"
         raise BadInput(compensator, "", problem)
-    found = looked_over([read_run(path) for path in runs])
-    names = _file_names([run.name for run in found])
+    recorded = looked_over([read_run(path) for path in runs])
+    names = _file_names([run.name for run in recorded])
     with tempfile.TemporaryDirectory(prefix="spindle-drift-built-") as work:
         fmu = find_fmu(compensator, fmu_dir, near, Path(work), quiet=quiet)
         model = model_of(fmu)
@@ -116,21 +116,21 @@ def run_replay(
         length = model.limits.judged_tool(tool_length_mm)
         replays = [
             replay(fmu, model, run, rig, length, keep_frozen=keep_frozen, probing=probing)
-            for run in tqdm(found, desc="replay", disable=quiet or None, leave=False)
+            for run in tqdm(recorded, desc="replay", disable=quiet or None, leave=False)
         ]
     groups = [group_of(entry.run.name, results_of(entry)) for entry in replays]
     if len(groups) > 1:
         groups.insert(0, overall(groups, ALL))
     notes = _notes(replays)
-    left = cleaned(found, find_faults(found), GROSS)
-    notes += advice(model, found, left, rig, length)
+    left = cleaned(recorded, find_faults(recorded), GROSS)
+    notes += advice(model, recorded, left, rig, length)
     with results_folder(out) as folder:
         for entry, name in zip(replays, names, strict=True):
             write_run(entry.frame.round(DECIMALS), folder / f"results_{name}.csv")
         charts = [
             chart_of(entry, f"drift_{name}") for entry, name in zip(replays, names, strict=True)
         ]
-        told = {
+        facts = {
             "compensator": {"name": model.name, "title": model.title},
             "fmus": [asdict(replays[0].fmu)],
             "runs": list(map(_run_facts, replays, names)),
@@ -140,7 +140,7 @@ def run_replay(
         table = write_report(
             folder,
             groups,
-            told,
+            facts,
             charts,
             title=title,
             kicker="spindle-drift replay",
@@ -153,7 +153,7 @@ def run_replay(
             facts=[
                 ("Compensator", f"{model.title} ({model.name}), fitted on {_fitted(model)}"),
                 *fmu_facts([replays[0].fmu]),
-                *(("Run", f"{run.name}: SHA-256 {run.sha256}") for run in found),
+                *(("Run", f"{run.name}: SHA-256 {run.sha256}") for run in recorded),
             ],
         )
     return table, groups, notes
@@ -186,9 +186,9 @@ def _notes(replays: Sequence[Replay]) -> list[str]:
     notes += [note for entry in replays for note in _without_offsets(entry)]
     notes += [_probes(entry) for entry in replays if entry.probes is not None]
     faults = [fault for entry in replays for fault in entry.faults]
-    told = [group for group in by_column(faults) if group[0].is_gross or group[0].kind in LEVELS]
-    notes += [group_line(group) for group in told]
-    if any(split_column(group[0].column)[1] == "degC" for group in told):
+    gross = [group for group in by_column(faults) if group[0].is_gross or group[0].kind in LEVELS]
+    notes += [group_line(group) for group in gross]
+    if any(split_column(group[0].column)[1] == "degC" for group in gross):
         notes.append("The compensator was given all thermometer readings unchanged.")
     return notes
 

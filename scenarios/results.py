@@ -203,7 +203,7 @@ def write_scenario(scenario: Scenario, folder: Path) -> None:
 def write_report(
     folder: Path,
     groups: Sequence[Group],
-    told: dict[str, Any],
+    details: dict[str, Any],
     charts: Sequence[Chart],
     *,
     timelines: Sequence[tuple[str, Sequence[Event], float]],
@@ -216,7 +216,7 @@ def write_report(
     folder : Path
     groups : sequence of Group
         The headline table.
-    told : dict
+    details : dict
         Other entries of ``table.json``.
     charts : sequence of Chart
         Each becomes a figure, and all are in the report.
@@ -248,4 +248,4 @@ def write_report(
         files=sorted({*(path.name for path in folder.iterdir()), TABLE}),
         **values,
     )
-    return write_table(groups, told, folder)
+    return write_table(groups, details, folder)

@@ -86,9 +86,9 @@ def run_scenario(
         near = scenario.path.resolve().parent
         find = partial(find_fmu, fmu_dir=fmu_dir, near=near, work=Path(work), quiet=quiet)
         for case in scenario.cases:
-            told = case.settings.compensator
+            settings = case.settings.compensator
             plant_fmu = find(plant or case.settings.plant.fmu, native=True)
-            compensator_fmu = find(compensator or told.fmu) if told.enabled else None
+            compensator_fmu = find(compensator or settings.fmu) if settings.enabled else None
             recordings.append(simulate(case, plant_fmu, compensator_fmu, quiet=quiet))
         rig = rig_of(plant_fmu)
         live_page = b""
@@ -126,8 +126,8 @@ def run_scenario(
 
 def versions() -> dict[str, str]:
     """Return the versions of the software that computed the results."""
-    found = {PROGRAM: version(), "Python": platform.python_version()}
-    return found | {name: metadata.version(name) for name in ("fmpy", "numpy")}
+    by_name = {PROGRAM: version(), "Python": platform.python_version()}
+    return by_name | {name: metadata.version(name) for name in ("fmpy", "numpy")}
 
 
 def _facts(

@@ -215,17 +215,17 @@ def scenario_path(name_or_path: str | Path) -> Path:
         If there is neither such a file nor such a scenario; the nearest name is suggested.
     """
     text = str(name_or_path)
-    known = {path.stem: path for path in library()}
-    if text in known:
-        return known[text]
+    names = {path.stem: path for path in library()}
+    if text in names:
+        return names[text]
     try:
         path = Path(text).expanduser()
         if path.is_file():
             return path
     except (OSError, ValueError, RuntimeError) as error:
         raise BadInput(text, "", f"is not a path: {error}") from None
-    hint = near(text.removesuffix(".toml"), known)
-    raise BadInput(text, "", f"is neither a file nor one of the scenarios {', '.join(known)}{hint}")
+    hint = near(text.removesuffix(".toml"), names)
+    raise BadInput(text, "", f"is neither a file nor one of the scenarios {', '.join(names)}{hint}")
 
 
 def read_scenario(name_or_path: str | Path, overrides: Sequence[tuple[str, Any]] = ()) -> Scenario:
@@ -326,9 +326,9 @@ def changed(
     BadInput
         If the key leads into something that is not a table.
     """
-    found = dict(table)
+    changes = dict(table)
     *parents, last = key.split(".", 2 if key.startswith("plant.parameters.") else -1)
-    inner: Any = found
+    inner: Any = changes
     for step in parents:
         # A plain number may be a constant signal, which has no keys inside.
         place_in: Any = step if isinstance(inner, dict) else None
@@ -337,13 +337,13 @@ def changed(
         if place_in is None:
             inner = None
             break
-        known = inner.get(step, {}) if isinstance(inner, dict) else inner[place_in]
-        inner[place_in] = copy.copy(known)
+        before = inner.get(step, {}) if isinstance(inner, dict) else inner[place_in]
+        inner[place_in] = copy.copy(before)
         inner = inner[place_in]
     if not isinstance(inner, dict) or not key.strip():
         raise BadInput(source, place, f"{shown(key)} does not name a key of the scenario")
     inner[last] = value
-    return found
+    return changes
 
 
 def _check_replay(table: dict[str, Any], settings: Settings, path: Path) -> None:

@@ -114,13 +114,13 @@ def overall(groups: Sequence[Group], title: str) -> Group:
     reference: dict[str, CompensationRow] = {}
     lines = []
     for place, label in enumerate([row.label for row in groups[0].rows][1:], 1):
-        found: dict[str, CompensationRow] = {}
+        after: dict[str, CompensationRow] = {}
         for axis in axes:
             rows = [group.rows[place].axes.get(axis) for group in groups]
             counted = [row for row in rows if row is not None and row.samples]
             if counted:
-                reference[axis], found[axis] = _taken_together(counted)
-        lines.append(Row("overall" if place == 1 else f"overall_{place}", label, found))
+                reference[axis], after[axis] = _taken_together(counted)
+        lines.append(Row("overall" if place == 1 else f"overall_{place}", label, after))
     return Group(title, (Row("", NO_COMPENSATION, reference), *lines))
 
 
@@ -173,8 +173,8 @@ def as_text(groups: Sequence[Group]) -> str:
     for group in groups:
         lines.append(group.title)
         for row in group.rows:
-            found = "".join(_cells(row.axes.get(axis), row.is_reference) for axis in axes)
-            lines.append(f"  {row.label}".ljust(width) + found)
+            values = "".join(_cells(row.axes.get(axis), row.is_reference) for axis in axes)
+            lines.append(f"  {row.label}".ljust(width) + values)
     return "\n".join(line.rstrip() for line in lines)
 
 

@@ -85,10 +85,10 @@ def rig_of(plant_fmu: Path) -> FivePointRig | None:
     """
     try:
         machine = json.loads(member(plant_fmu, *MACHINES) or b"{}")
-        found = rig_from_table(machine["rig"], plant_fmu)
+        rig = rig_from_table(machine["rig"], plant_fmu)
     except (KeyError, TypeError, ValueError, AttributeError):  # BadInput is a ValueError
         return None
-    return found if isinstance(found, FivePointRig) else None
+    return rig if isinstance(rig, FivePointRig) else None
 
 
 def charts_of(recordings: Sequence[Recording], rig: FivePointRig | None) -> list[Chart]:

@@ -40,7 +40,7 @@ class Wiring:
     ----------
     driven : tuple of str
         Inputs of the plant that a signal drives.
-    told : tuple of str
+    by_signals : tuple of str
         Inputs of the compensator that a signal drives.
     measured : tuple of str
         Inputs of the compensator that are outputs of the plant.
@@ -49,7 +49,7 @@ class Wiring:
     """
 
     driven: tuple[str, ...]
-    told: tuple[str, ...] = ()
+    by_signals: tuple[str, ...] = ()
     measured: tuple[str, ...] = ()
     offsets: tuple[str, ...] = ()
 
@@ -134,8 +134,8 @@ def parameter_kind(
     """
     variable = variables.get(name)
     if variable is None or variable.causality != "parameter" or variable.type == "String":
-        known = [entry for entry, found in variables.items() if found.causality == "parameter"]
-        problem = f"the {role} FMU has no such parameter{near(name, known)}"
+        parameters = [key for key, v in variables.items() if v.causality == "parameter"]
+        problem = f"the {role} FMU has no such parameter{near(name, parameters)}"
         raise BadInput(source, f"{place}.{name}", problem)
     if _outside(variable, value):
         raise BadInput(source, f"{place}.{name}", _refused(role, variable, shown(value)))
@@ -215,9 +215,9 @@ def check_signals(
         For a signal that neither FMU takes.
     """
     inputs = names_of(plant, "input")
-    known = {*inputs, *(names_of(compensator, "input") if compensator else ())}
+    variables = {*inputs, *(names_of(compensator, "input") if compensator else ())}
     for name in signals:
-        if name not in known:
+        if name not in variables:
             raise BadInput(
                 source,
                 f"signals.{name}",
@@ -264,9 +264,9 @@ def wire(
             )
     readings = names_of(plant, "output")
     needed = names_of(compensator, "input")
-    told = tuple(name for name in needed if name in signals)
-    measured = tuple(name for name in needed if name in readings and name not in told)
-    connected = {*told, *measured}
+    by_signals = tuple(name for name in needed if name in signals)
+    measured = tuple(name for name in needed if name in readings and name not in by_signals)
+    connected = {*by_signals, *measured}
     lost = [name for name in needed if name not in connected and not name.startswith(PROBED)]
     if lost:
         raise BadInput(
@@ -276,7 +276,7 @@ def wire(
         )
     _same_units(measured, ("plant", plant), ("compensator", compensator), source)
     _same_units(offsets, ("compensator", compensator), ("plant", plant), source)
-    return Wiring(driven, told, measured, offsets)
+    return Wiring(driven, by_signals, measured, offsets)
 
 
 def _same_units(

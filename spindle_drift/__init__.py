@@ -72,13 +72,13 @@ if not TYPE_CHECKING:  # with it, a type checker would accept any name
         if name == "__version__":
             from scenarios.version import version
 
-            found = version()
+            value = version()
         elif name in _HOME:
-            found = getattr(import_module(_HOME[name]), name)
+            value = getattr(import_module(_HOME[name]), name)
         else:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        globals()[name] = found
-        return found
+        globals()[name] = value
+        return value
 
 
 def __dir__() -> list[str]:

@@ -81,10 +81,10 @@ def refuse_options(
         Names the first such option.
     """
     parameters = inspect.signature(function).parameters.values()
-    known = [entry.name for entry in parameters if entry.kind is entry.KEYWORD_ONLY]
+    allowed = [entry.name for entry in parameters if entry.kind is entry.KEYWORD_ONLY]
     if not rest:
-        refuse_unknown(name, {key: options[key] for key in options if key not in known}, known)
-    _refuse_types(function, {key: options[key] for key in options if key in known}, name)
+        refuse_unknown(name, {key: options[key] for key in options if key not in allowed}, allowed)
+    _refuse_types(function, {key: options[key] for key in options if key in allowed}, name)
 
 
 def _refuse_types(function: Callable[..., Any], given: abc.Mapping[str, Any], name: str) -> None:
@@ -106,8 +106,8 @@ def parameter_types(function: Callable[..., Any]) -> dict[str, Any]:
         for entry in parameters
         if entry.annotation is not entry.empty and entry.kind is not entry.VAR_KEYWORD
     }
-    told = types.SimpleNamespace(__annotations__=said)
-    return get_type_hints(told, inspect.unwrap(function).__globals__, {"Machine": Machine})
+    annotated = types.SimpleNamespace(__annotations__=said)
+    return get_type_hints(annotated, inspect.unwrap(function).__globals__, {"Machine": Machine})
 
 
 def _is(value: object, hint: Any) -> bool:

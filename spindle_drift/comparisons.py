@@ -167,18 +167,20 @@ def compare(
     else:
         splits = leave_out(every, by)
     steps = len(splits) * len(entrants)
-    found = comparison.compare(splits, rig, entrants, on_step=lambda label: on_step(label, steps))
+    compared = comparison.compare(
+        splits, rig, entrants, on_step=lambda label: on_step(label, steps)
+    )
     runs = sorted({run.fingerprint(): run for run in every}.values(), key=lambda run: run.name)
     faults = find_faults(runs)
-    details = found.to_dict() | {"data": [fault.to_dict() for fault in faults]}
+    details = compared.to_dict() | {"data": [fault.to_dict() for fault in faults]}
     return Comparison(
-        _ranking(details["models"], found.targets),
-        dict(found.left_out),
-        list(found.notes),
+        _ranking(details["models"], compared.targets),
+        dict(compared.left_out),
+        list(compared.notes),
         details,
         faults,
         doubt_lines(runs),
-        found,
+        compared,
     )
 
 

@@ -103,8 +103,8 @@ class Compensator:
         ``like`` leaves out runs that resemble the rest, ``unlike`` whole conditions; NaN if the
         file states none. All are remaining errors of the compensator as installed.
         """
-        told = self.model.provenance["figures"]
-        unseen = told.get("unseen") or {}
+        given = self.model.provenance["figures"]
+        unseen = given.get("unseen") or {}
         rows = {
             axis: {
                 "no_model": row["no_model"],
@@ -114,7 +114,7 @@ class Compensator:
                     for kind in ("like", "unlike", "promised")
                 },
             }
-            for axis, row in told.get("training", {}).items()
+            for axis, row in given.get("training", {}).items()
         }
         return pd.DataFrame.from_dict(rows, orient="index")
 
@@ -171,9 +171,9 @@ class Compensator:
         ]
         offsets = [f"d{axis}{what}_um" for what in ("", "_uncertainty") for axis in "XYZ"]
         names = [*offsets, "valid_1", "status_1"]
-        found = pd.DataFrame(sent, columns=names)
-        found.insert(0, "time_s", recorded.time_s)
-        return found
+        predicted = pd.DataFrame(sent, columns=names)
+        predicted.insert(0, "time_s", recorded.time_s)
+        return predicted
 
     def __repr__(self) -> str:
         """Return a summary in one line."""

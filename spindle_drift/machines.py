@@ -190,16 +190,16 @@ def simulate(
         case, name, source = case_to_simulate(scenario), scenario.settings.name, str(scenario.path)
         frame = inputs_of(case, model, every_s)
         # The FMU quotes names with a hyphen, as structured naming requires; both forms work here.
-        told = case.settings.plant.parameters.items()
-        values = {key.replace("'", ""): value for key, value in told} | values
+        given = case.settings.plant.parameters.items()
+        values = {key.replace("'", ""): value for key, value in given} | values
     else:
         frame = inputs if isinstance(inputs, pd.DataFrame) else inputs.frame
     try:
         check_ranges(model, frame)
-        found = plant.simulate(model, frame, values, noise_seed=noise_seed)
+        simulated = plant.simulate(model, frame, values, noise_seed=noise_seed)
     except (DriveError, ParameterError) as error:
         raise BadInput(source, "", str(error)) from None
-    return Run(name, found.run_frame())
+    return Run(name, simulated.run_frame())
 
 
 def case_to_simulate(scenario: ReadScenario) -> Case:
@@ -295,25 +295,25 @@ def calibrate(
 
     given, recorded = as_machine(machine), as_runs(runs)
     used, _, faults = usable_runs(given.model, recorded)
-    found, observed, stood = calibrated(
+    fitted, observed, stood = calibrated(
         given.model, used, starts=starts, seed=seed, progress=progress
     )
     faults += stood
     before, after = (
-        [residuals(model, run) for run in observed] for model in (given.model, found.machine)
+        [residuals(model, run) for run in observed] for model in (given.model, fitted.machine)
     )
     channels = {
         "before": by_channel(given.model, before),
-        "after": by_channel(found.machine, after),
+        "after": by_channel(fitted.machine, after),
     }
-    table = pd.DataFrame([asdict(entry) for entry in found.parameters])
+    table = pd.DataFrame([asdict(entry) for entry in fitted.parameters])
     return Calibration(
-        replace(given, model=found.machine),
+        replace(given, model=fitted.machine),
         table.set_index("name"),
         pd.DataFrame(channels),
         [fault.text for fault in faults] + remarks(given.model, recorded),
         faults,
-        advice(found.machine, after, found.parameters),
-        found,
+        advice(fitted.machine, after, fitted.parameters),
+        fitted,
         observed,
     )

@@ -211,23 +211,23 @@ def import_log(
         every_s=every_s,
         **rules,
     )
-    found = import_files(paths, given, units, axes)
+    imported = import_files(paths, given, units, axes)
     doubts: dict[str, list[str]] = {}
-    for column, text in found.doubts:
+    for column, text in imported.doubts:
         doubts.setdefault(column, []).append(text)
     rows = [
         (run.name, piece.starts, run.time_s[-1] / 3600.0, piece.rested_s / 3600.0, piece.warm)
-        for run, piece in zip(found.runs, found.pieces, strict=True)
+        for run, piece in zip(imported.runs, imported.pieces, strict=True)
     ]
     pieces = pd.DataFrame(rows, columns=["run", "starts", "hours", "rested_h", "warm_start"])
     return ImportedLog(
-        found.runs,
+        imported.runs,
         pieces,
-        dict(found.hints),
+        dict(imported.hints),
         doubts,
-        list(found.notes),
-        dict(found.asks),
-        found,
+        list(imported.notes),
+        dict(imported.asks),
+        imported,
         tuple(paths),
     )
 

@@ -95,15 +95,15 @@ def points(
         given = preset(study, recorded, options.get("grouping"))
         options = {**given.grey, "grouping": given.points, **options}
     surveyed = survey(recorded, rig, **options)
-    found = surveyed.to_dict()
-    names = found["sensors"]
-    scores = pd.DataFrame({key: found[key] for key in ("pearson", "relational")}).loc[names]
+    table = surveyed.to_dict()
+    names = table["sensors"]
+    scores = pd.DataFrame({key: table[key] for key in ("pearson", "relational")}).loc[names]
     return Points(
-        found["points"],
-        found["groups"],
-        pd.DataFrame(found["degree"], index=names, columns=names),
+        table["points"],
+        table["groups"],
+        pd.DataFrame(table["degree"], index=names, columns=names),
         scores,
-        pd.DataFrame(found["subsets"]),
-        found,
+        pd.DataFrame(table["subsets"]),
+        table,
         surveyed,
     )

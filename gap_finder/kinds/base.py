@@ -199,11 +199,13 @@ class Change(ABC):
         except IntegrationError:
             shown = np.repeat(base, ends[-1], axis=0)
         answers = (shown - base) * run.observed.weights
-        found = np.split(answers.reshape(int(ends[-1]), -1), ends[:-1])
+        by_change = np.split(answers.reshape(int(ends[-1]), -1), ends[:-1])
         if not cls.in_proportion:
-            return found
+            return by_change
         sizes = [[point[cls.amplitude] for point in tried] for tried in points]
-        return [np.outer(size, answer / size[0]) for size, answer in zip(sizes, found, strict=True)]
+        return [
+            np.outer(size, answer / size[0]) for size, answer in zip(sizes, by_change, strict=True)
+        ]
 
 
 class PathChange(Change):

@@ -30,8 +30,8 @@ def doubts(runs: Sequence[Run]) -> list[Doubt]:
     if not runs:
         return []
     warm = [warming(run) for run in runs]
-    found = [*unlikely_units(runs, warm), *swapped(runs), *doubted_signs(runs, warm)]
-    return [Doubt(column, text) for column, text in found]
+    pairs = [*unlikely_units(runs, warm), *swapped(runs), *doubted_signs(runs, warm)]
+    return [Doubt(column, text) for column, text in pairs]
 
 
 def doubt_lines(runs: Sequence[Run]) -> list[str]:
@@ -39,10 +39,10 @@ def doubt_lines(runs: Sequence[Run]) -> list[str]:
     return [f"doubtful: {doubt.column} {doubt.text}" for doubt in together(doubts(runs))]
 
 
-def together(found: Sequence[Doubt]) -> list[Doubt]:
+def together(doubts: Sequence[Doubt]) -> list[Doubt]:
     """Return doubts as given, those whose texts differ only in numbers merged into one."""
     alike: dict[str, list[Doubt]] = {}
-    for doubt in found:
+    for doubt in doubts:
         alike.setdefault(re.sub(r"\b\d[\d.]*\b", "", doubt.text), []).append(doubt)
     return [
         Doubt(first.column, f"{first.text}; so is {', '.join(other.column for other in others)}")

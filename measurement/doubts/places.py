@@ -24,25 +24,26 @@ def swapped(runs: Sequence[Run]) -> list[tuple[str, str]]:
     if len(runs) < FEWEST_LIKE_RUNS or len(names) < 3:
         return []
     moments = [_moments(run, names) for run in runs]
-    found: dict[tuple[int, int], list[str]] = {}
+    runs_of: dict[tuple[int, int], list[str]] = {}
     for place, run in enumerate(runs):
         if moments[place].span_k < WARMS_K:
             continue
         others = [entry for at, entry in enumerate(moments) if at != place]
         missed = _missed(moments[place], others)
         usual = [
-            np.diag(_missed(one, [other for other in others if other is not one])) for one in others
+            np.diag(_missed(here, [other for other in others if other is not here]))
+            for here in others
         ]
         pair = _swap(missed, np.array(usual))
         if pair:
-            found.setdefault(pair, []).append(run.name)
+            runs_of.setdefault(pair, []).append(run.name)
     return [
         (
             names[first],
             f"behaves like {names[second]} of the other runs, and that one like it, in "
             f"{', '.join(where)}: swapped there?",
         )
-        for (first, second), where in found.items()
+        for (first, second), where in runs_of.items()
     ]
 
 

@@ -170,8 +170,8 @@ def _lengths(runs: Sequence[Run], warm: Sequence[FloatArray]) -> Iterator[tuple[
 
 
 def _axis(name: str) -> str | None:
-    found = axis_of(split_column(name)[0])
-    return found[0] if found else None
+    axis = axis_of(split_column(name)[0])
+    return axis[0] if axis else None
 
 
 def _spans(

@@ -25,17 +25,17 @@ def doubted_signs(runs: Sequence[Run], warm: Sequence[FloatArray]) -> list[tuple
 
     *warm* is each run's `warming` [K].
     """
-    found = []
+    doubts = []
     for name in runs[0].displacements:
         present = [(run, rise) for run, rise in zip(runs, warm, strict=True) if name in run.frame]
         if _GROWTH.search(name) and _falls(present, name):
             text = "falls while warming, but growth should rise: flipped? then set sign = -1"
-            found.append((name, text))
+            doubts.append((name, text))
         odd = flipped([run for run, _ in present], name)
         if odd:
             text = f"has the opposite sign in {', '.join(odd)} from the other runs: flipped there?"
-            found.append((name, text))
-    return found
+            doubts.append((name, text))
+    return doubts
 
 
 def _falls(present: Sequence[tuple[Run, FloatArray]], name: str) -> bool:

@@ -43,7 +43,7 @@ class Witnesses:
             for _, table in self._grids
         ]
 
-    def told(self, place: int, column: str, start_s: float, end_s: float) -> float:
+    def moved(self, place: int, column: str, start_s: float, end_s: float) -> float:
         """Return by how much a thermometer moved in a span of a run, predicted by the others [K].
 
         A ridge regression of its changes over half an hour on those of all others, fitted outside

@@ -124,9 +124,9 @@ def _columns(sheet: Sheet, rule: TimeRule) -> tuple[int, ...]:
     if days and hours:
         return days[0], hours[0]
     dated = [i for i, cells in enumerate(sheet.columns) if _all(cells, is_date)]
-    for found in (dated, hours, named):
-        if found:
-            return ((found[0]),)
+    for columns in (dated, hours, named):
+        if columns:
+            return ((columns[0]),)
     first = conversion_of(sheet.headings[0].unit) if sheet.headings[0].unit else None
     if first is not None and first.suffix == "s":
         return (0,)
@@ -162,7 +162,7 @@ def _zero_s(value: float, unit: str) -> float | None:
     """Return how long before 1970 a clock's zero is [s]; None if it counts from its start."""
     kind = conversion_of(unit)
     seconds = float(kind(np.array([value]))[0]) if kind else math.nan
-    zeros = next((found for each, found in ZEROS_S.items() if conversion_of(each) == kind), ())
+    zeros = next((zeros_s for each, zeros_s in ZEROS_S.items() if conversion_of(each) == kind), ())
     return next((z for z in zeros if RECORDED_S[0] < seconds - z < RECORDED_S[1]), None)
 
 

@@ -72,12 +72,12 @@ def _heading(text: str, second: str) -> Heading:
         said = bracketed["unit"].strip()
         return Heading(text, bracketed["name"], said if conversion_of(said) else "", said)
     for pattern in (_SEPARATED, _QUOTIENT, _LAST_WORD):
-        found = pattern.match(text)
-        if pattern is _QUOTIENT and found and any(map(conversion_of, (text, found["name"]))):
+        match = pattern.match(text)
+        if pattern is _QUOTIENT and match and any(map(conversion_of, (text, match["name"]))):
             continue  # "mm/min" is a unit, and "m/s" is not a name and a unit
         # "Temp C" and "Temp K" have a unit; "Spindle 1" and "Bearing s" have none.
-        if found and _is_surely_a_unit(found["unit"], pattern is not _LAST_WORD):
-            return Heading(text, found["name"], found["unit"], found["unit"])
+        if match and _is_surely_a_unit(match["unit"], pattern is not _LAST_WORD):
+            return Heading(text, match["name"], match["unit"], match["unit"])
     word = re.search(r"\b(rpm|krpm)\b", text, re.IGNORECASE)
     return Heading(text, text, word[1] if word else "", word[1] if word else "")
 
@@ -99,16 +99,16 @@ def headings(texts: Sequence[str], seconds: Sequence[str]) -> list[Heading]:
     >>> [entry.unit for entry in headings(["Sensor B", "Sensor C"], ["", ""])]
     ['', '']
     """
-    found = [_heading(text, second) for text, second in zip(texts, seconds, strict=True)]
+    parts = [_heading(text, second) for text, second in zip(texts, seconds, strict=True)]
     ends = [
-        re.fullmatch(r"(.+)[\s_]([CF])", entry.text) if not entry.unit else None for entry in found
+        re.fullmatch(r"(.+)[\s_]([CF])", entry.text) if not entry.unit else None for entry in parts
     ]
     shared = Counter(end[2] for end in ends if end)
     return [
         replace(entry, name=end[1], unit=end[2], said=end[2])
         if end and shared[end[2]] > 1
         else entry
-        for entry, end in zip(found, ends, strict=True)
+        for entry, end in zip(parts, ends, strict=True)
     ]
 
 

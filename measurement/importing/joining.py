@@ -162,9 +162,9 @@ def _chains(tables: Sequence[Table]) -> list[list[Table]]:
     return chains
 
 
-def _same_columns(one: Mapping[str, str], other: Mapping[str, str]) -> bool:
+def _same_columns(first: Mapping[str, str], second: Mapping[str, str]) -> bool:
     """Return whether both have most of their columns in common."""
-    return 2 * len(one.keys() & other.keys()) > max(len(one), len(other))
+    return 2 * len(first.keys() & second.keys()) > max(len(first), len(second))
 
 
 def _on_one_clock(chains: Sequence[Sequence[Table]]) -> list[list[Table]]:
@@ -176,18 +176,18 @@ def _on_one_clock(chains: Sequence[Sequence[Table]]) -> list[list[Table]]:
         If only some of them get dates.
     """
     named = [list(zip(_keys(chain), chain, strict=True)) for chain in chains]
-    dated = {key: one for pairs in named for key, one in pairs if one.clock.absolute}
+    dated = {key: table for pairs in named for key, table in pairs if table.clock.absolute}
     only = next(iter(dated.values())) if len(dated) == 1 else None
-    found = []
+    joined = []
     for pairs in named:
         other = only if len(pairs) == 1 else None
-        found.append([_on_its_day(table, dated.get(key, other)) for key, table in pairs])
-    counting = [table for chain in found for table in chain if not table.clock.absolute]
+        joined.append([_on_its_day(table, dated.get(key, other)) for key, table in pairs])
+    counting = [table for chain in joined for table in chain if not table.clock.absolute]
     if dated and counting:
         where = next(iter(dated.values())).where
         problem = f"counts from an unknown start, while {where} has dates"
         raise BadInput(counting[0].where, "", problem + ": they cannot be put on one clock")
-    return found
+    return joined
 
 
 def _on_its_day(table: Table, dated: Table | None) -> Table:

@@ -30,11 +30,11 @@ def read_json(path: Path, text: str) -> list[Sheet]:
     else:
         lines = enumerate(text.splitlines(), 1)
         objects = [_parsed(path, f"row {row}", line) for row, line in lines if line.strip()]
-    odd = next((row for row, one in enumerate(objects, 1) if not isinstance(one, dict)), None)
+    odd = next((row for row, item in enumerate(objects, 1) if not isinstance(item, dict)), None)
     if odd is not None:
         raise BadInput(path, f"row {odd}", "is no JSON object with names")
     try:
-        rows = [_flat(path, row, one) for row, one in enumerate(objects, 1)]
+        rows = [_flat(path, row, item) for row, item in enumerate(objects, 1)]
     except RecursionError:
         raise BadInput(path, "", "holds objects within objects, too deep for a row") from None
     names = dict.fromkeys(name for row in rows for name in row)
@@ -44,12 +44,12 @@ def read_json(path: Path, text: str) -> list[Sheet]:
 
 def _flat(path: Path, row: int, value: dict[str, Any]) -> dict[str, Any]:
     """Return the values of an object and its nested objects, by their joined names."""
-    found: dict[str, Any] = {}
+    cells: dict[str, Any] = {}
     for name, cell in _leaves("", value):
-        if name in found:
+        if name in cells:
             raise BadInput(path, f"row {row}", f"holds {name!r} twice (apart from blanks)")
-        found[name] = cell
-    return found
+        cells[name] = cell
+    return cells
 
 
 def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:

@@ -117,10 +117,10 @@ def import_files(
     folders: list[str] = []
     notes = [f"{table.where}: {note}" for table in tables for note in _said(table)] + lonely
     for log in logs:
-        found, left_out = split(log, mapping)
-        pieces += found
-        folders += len(found) * [log.paths[0].resolve().parent.name]
-        notes += [*left_out, *_sparse(log, found, mapping)]
+        split_off, left_out = split(log, mapping)
+        pieces += split_off
+        folders += len(split_off) * [log.paths[0].resolve().parent.name]
+        notes += [*left_out, *_sparse(log, split_off, mapping)]
     notes += _speeds(sources)
     placed = {header for table in tables for header in table.rules.keys() - table.hints.keys()}
     hints: dict[str, str] = {}

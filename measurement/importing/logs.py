@@ -51,24 +51,24 @@ def _tdms(path: Path) -> Iterable[Sheet]:
         with_clock = [channel for channel in channels if "wf_increment" in channel.properties]
         if not channels:
             continue
-        found = [clock(_waveform(with_clock[0]))] if with_clock else []
+        columns = [clock(_waveform(with_clock[0]))] if with_clock else []
         for channel in with_clock or channels:
             unit = str(channel.properties.get("unit_string", ""))
-            found.append((channel.name, unit, cells_of_values(channel[:])))
-        lengths = {len(cells) for _, _, cells in found}
+            columns.append((channel.name, unit, cells_of_values(channel[:])))
+        lengths = {len(cells) for _, _, cells in columns}
         if len(lengths) > 1:
             problem = f"has channels of {min(lengths)} and of {max(lengths)} values"
             raise BadInput(path, group.name, problem)
-        yield sheet_of(path, group.name, found)
+        yield sheet_of(path, group.name, columns)
 
 
 def _waveform(channel: Any) -> FloatArray:
     """Return the times of a waveform's samples [s], since 1970 if its start is known."""
-    told = channel.properties
-    start = told.get("wf_start_time")
+    properties = channel.properties
+    start = properties.get("wf_start_time")
     zero = 0.0 if start is None else pd.Timestamp(start).timestamp()
-    step = float(told["wf_increment"])
-    offset = float(told.get("wf_start_offset", 0.0))
+    step = float(properties["wf_increment"])
+    offset = float(properties.get("wf_start_offset", 0.0))
     return np.asarray(zero + offset + step * np.arange(len(channel)))
 
 
@@ -84,17 +84,17 @@ def _mdf(path: Path) -> Iterable[Sheet]:
                 if not len(signal.samples) or signal.samples.ndim != 1:
                     continue
                 times = np.asarray(signal.timestamps, dtype=np.float64)
-                found = by_clock.setdefault(times.tobytes(), [clock(zero + times)])
+                columns = by_clock.setdefault(times.tobytes(), [clock(zero + times)])
                 cells = cells_of_values(signal.samples)
-                found.append((signal.name, signal.unit or "", cells))
-    for number, found in enumerate(by_clock.values(), 1):
-        yield sheet_of(path, f"group {number}", found)
+                columns.append((signal.name, signal.unit or "", cells))
+    for number, columns in enumerate(by_clock.values(), 1):
+        yield sheet_of(path, f"group {number}", columns)
 
 
 def _places(log: Any, group: int) -> list[tuple[None, int, int]]:
     """Return the places of a group's channels, except its clock."""
-    found = log.included_channels(group)[group]
-    return [(None, part, channel) for part, channels in found.items() for channel in channels]
+    by_part = log.included_channels(group)[group]
+    return [(None, part, channel) for part, channels in by_part.items() for channel in channels]
 
 
 def cells_of_values(values: Any) -> list[Any]:

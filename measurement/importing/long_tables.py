@@ -47,8 +47,8 @@ def by_signal(sheet: Sheet) -> list[Sheet]:
         rows.setdefault(str(name).strip(), []).append(row)
     said = [str(sheet.columns[units[0]][kept[0]] or "") if units else "" for kept in rows.values()]
     named = headings(list(rows), [unit or sheet.headings[values[0]].unit for unit in said])
-    found: list[Sheet] = []
+    sheets: list[Sheet] = []
     for (name, kept), value in zip(rows.items(), named, strict=True):
-        part = sheet.part(name, (*clock, values[0]), kept, first=not found)
-        found.append(replace(part, headings=(*part.headings[:-1], value)))
-    return found
+        part = sheet.part(name, (*clock, values[0]), kept, first=not sheets)
+        sheets.append(replace(part, headings=(*part.headings[:-1], value)))
+    return sheets

@@ -38,17 +38,17 @@ def read_lvm(path: Path, text: str) -> list[Sheet]:
     file_facts = _facts(head, mark)
     if len(rest) < 2:
         raise BadInput(path, "", "holds no segment with a header and rows")
-    found: list[Sheet] = []
-    told = rest[0]
+    sheets: list[Sheet] = []
+    heading = rest[0]
     for number, block in enumerate(rest[1:], 1):
         title = f"segment {number}"
         body, _, following = block.partition("\nChannels" + mark)
         try:
-            found += _segment(path, title, body, file_facts | _facts(told, mark), mark)
+            sheets += _segment(path, title, body, file_facts | _facts(heading, mark), mark)
         except ValueError as error:
             raise BadInput(path, title, f"its clock cannot be read: {error}") from None
-        told = "Channels" + mark + following
-    return found
+        heading = "Channels" + mark + following
+    return sheets
 
 
 def _facts(head: str, mark: str) -> Facts:
@@ -77,14 +77,14 @@ def _segment(path: Path, title: str, body: str, facts: Facts, mark: str) -> Iter
     times = np.arange(len(lines), dtype=np.float64)
     for name, cells in zip(names, columns, strict=True):
         if name.strip() == CLOCK_NAME:
-            told = [at for at, cell in enumerate(cells) if cell is not None]
+            filled = [at for at, cell in enumerate(cells) if cell is not None]
             # Channels may end early; a time missing before that is refused as usual.
-            rows = list(range(told[-1] + 1 if told else len(lines)))
+            rows = list(range(filled[-1] + 1 if filled else len(lines)))
             step = float(_of(facts, "Delta_X", channel, "1").replace(decimal, "."))
             first = float(_of(facts, "X0", channel, "0").replace(decimal, "."))
             counted = [at * step + first for at in rows]
             shown = [np.nan if cells[at] is None else cells[at] for at in rows]
-            times = np.array(shown if told else counted, dtype=np.float64)
+            times = np.array(shown if filled else counted, dtype=np.float64)
             continue
         if name.strip() == COMMENT:
             continue

@@ -167,8 +167,8 @@ def mapping_text(mapping: Mapping, remarks: dict[str, str]) -> str:
     place = tomlkit.table()
     for header, rule in mapping.columns.items():
         entry = tomlkit.inline_table()
-        told = rule.model_dump(include={"keep", "sign"}, exclude_defaults=True)
-        entry.update({"name": rule.name, "unit": rule.unit, **told})
+        more = rule.model_dump(include={"keep", "sign"}, exclude_defaults=True)
+        entry.update({"name": rule.name, "unit": rule.unit, **more})
         place[header] = entry
         if header in remarks:
             place[header].comment(remarks[header])

@@ -123,18 +123,20 @@ def conversion_of(unit: str, name: str = "") -> Conversion | None:
     if text in _EXACT:
         return _EXACT[text]
     if text in UNITS:
-        found: Conversion | None = Conversion(text)
+        conversion: Conversion | None = Conversion(text)
     else:
         plain = text.casefold().replace("μ", "µ").replace(" ", "").replace("·", "*").rstrip(".")
         plain = plain.replace("deg.", "deg").replace("degrees", "degree")
-        found = _BY_SPELLING.get(plain)
-        many = _MULTIPLE.fullmatch(text) if found is None else None
-        if many and (one := conversion_of(many["unit"], name)):
+        conversion = _BY_SPELLING.get(plain)
+        many = _MULTIPLE.fullmatch(text) if conversion is None else None
+        if many and (inner := conversion_of(many["unit"], name)):
             count = float(many["over"] or many["count"].replace(",", "."))
-            return replace(one, factor=one.factor / count if many["over"] else one.factor * count)
-    if found and found.suffix == "mm" and not LENGTH.search(name):
-        return Conversion("um", 1000.0 * found.factor)
-    return found
+            return replace(
+                inner, factor=inner.factor / count if many["over"] else inner.factor * count
+            )
+    if conversion and conversion.suffix == "mm" and not LENGTH.search(name):
+        return Conversion("um", 1000.0 * conversion.factor)
+    return conversion
 
 
 def checked_conversion(unit: str, name: str, source: str, place: str = "") -> Conversion:
@@ -154,7 +156,7 @@ def checked_conversion(unit: str, name: str, source: str, place: str = "") -> Co
     BadInput
         If the unit is unknown.
     """
-    found = conversion_of(unit, name)
-    if found is None:
+    conversion = conversion_of(unit, name)
+    if conversion is None:
         raise BadInput(source, place, f"{unit!r} is not a known unit: {KNOWN_UNITS}")
-    return found
+    return conversion

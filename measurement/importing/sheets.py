@@ -47,23 +47,23 @@ def read_sheets(path: Path) -> list[Sheet]:
     ending = path.suffix.lower()
     data = read_bytes(path)
     if (plugged := read_plugged(path)) is not None:
-        found = plugged
+        sheets = plugged
     elif ending in EXCEL:
-        found = _workbook(path)
+        sheets = _workbook(path)
     elif ending in LOGS or data[:8].startswith(b"MDF     "):
-        found = read_log(path)
+        sheets = read_log(path)
     else:
         text = decoded(data, path)
         if text.startswith(BEGIN):
-            found = read_lvm(path, text)
+            sheets = read_lvm(path, text)
         elif is_json(text):
-            found = read_json(path, text)
+            sheets = read_json(path, text)
         else:
             rows: list[list[Cell]] = [list(row) for row in with_plain_header(cells_of(text, path))]
-            found = [_sheet(path, "", rows)]
-    if not found:
+            sheets = [_sheet(path, "", rows)]
+    if not sheets:
         raise BadInput(path, "", "holds no table with a header and data rows")
-    return [part for sheet in found for part in by_signal(sheet)]
+    return [part for sheet in sheets for part in by_signal(sheet)]
 
 
 def _workbook(path: Path) -> list[Sheet]:
@@ -192,9 +192,9 @@ def _names_and_units(lines: list[list[str]], filled: int) -> tuple[list[str], li
         if len(lines[at]) != len(lines[last]):
             break
         if is_unit_line(lines[at]) and sum(map(bool, lines[at - 1])) >= min(2, filled):
-            found = (lines[at - 1], lines[at], at - 1)
-            if at == last or (_names_a_time(*found[:2]) and not _names_a_time(*plain[:2])):
-                return found
+            stacked = (lines[at - 1], lines[at], at - 1)
+            if at == last or (_names_a_time(*stacked[:2]) and not _names_a_time(*plain[:2])):
+                return stacked
     return plain
 
 
@@ -203,9 +203,9 @@ def _padded(texts: list[str], width: int) -> list[str]:
 
 
 def _names_a_time(names: list[str], units: list[str]) -> bool:
-    found = headings(_padded(names, len(units)), units)
-    kinds = [conversion_of(entry.unit) for entry in found if entry.unit]
-    return any(entry.is_time for entry in found) or Conversion("s") in kinds
+    headers = headings(_padded(names, len(units)), units)
+    kinds = [conversion_of(entry.unit) for entry in headers if entry.unit]
+    return any(entry.is_time for entry in headers) or Conversion("s") in kinds
 
 
 def _check_widths(

@@ -178,18 +178,18 @@ def warm_starts(
     list of bool or None
         For each run; None if unknown.
     """
-    found: list[bool | None] = []
+    warm: list[bool | None] = []
     warmed = False
     for part, rest in zip(parts, rests, strict=True):
         if rest >= cold_after_s:
-            found.append(False)
+            warm.append(False)
             warmed = False
-        elif not found:
-            found.append(None)
+        elif not warm:
+            warm.append(None)
         else:
-            found.append(True if warmed else found[-1])
+            warm.append(True if warmed else warm[-1])
         warmed = warmed or _warms(frame.iloc[part])
-    return found
+    return warm
 
 
 def _warms(rows: pd.DataFrame) -> bool:

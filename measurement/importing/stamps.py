@@ -36,15 +36,15 @@ def seconds_of_day(cell: Cell) -> float | None:
         return cell.total_seconds()
     if isinstance(cell, dt.time):
         return cell.hour * 3600.0 + cell.minute * 60.0 + cell.second + cell.microsecond / 1e6
-    found = _OF_DAY.fullmatch(cell.strip()) if isinstance(cell, str) else None
-    if not found:
+    match = _OF_DAY.fullmatch(cell.strip()) if isinstance(cell, str) else None
+    if not match:
         return None
-    hour = int(found["h"])
-    if found["half"]:
-        hour = hour % 12 + (12 if found["half"].lower() == "pm" else 0)
-    part = float(f"0.{found['part']}") if found["part"] else 0.0
-    whole = int(found["d"] or 0) * DAY_S + hour * 3600.0 + int(found["m"]) * 60.0
-    return whole + int(found["s"] or 0) + part
+    hour = int(match["h"])
+    if match["half"]:
+        hour = hour % 12 + (12 if match["half"].lower() == "pm" else 0)
+    part = float(f"0.{match['part']}") if match["part"] else 0.0
+    whole = int(match["d"] or 0) * DAY_S + hour * 3600.0 + int(match["m"]) * 60.0
+    return whole + int(match["s"] or 0) + part
 
 
 def seconds_of_date(text: str, day_first: bool) -> float | None:
@@ -56,11 +56,11 @@ def seconds_of_date(text: str, day_first: bool) -> float | None:
     (2678400.0, 0.0)
     """
     text = text.strip()
-    found = _DATE.match(text) or _WORDED.match(text)
-    day = _day(found, day_first) if found else None
-    if found is None or day is None:
+    match = _DATE.match(text) or _WORDED.match(text)
+    day = _day(match, day_first) if match else None
+    if match is None or day is None:
         return None
-    rest = text[found.end() :].lstrip(" T,_")
+    rest = text[match.end() :].lstrip(" T,_")
     zone = _ZONE.search(rest) if rest else None
     ahead = 0.0
     if zone:
@@ -78,12 +78,12 @@ def has_zone(text: str) -> bool:
     >>> has_zone("2024-06-01T20:00Z"), has_zone("2024-06-01")
     (True, False)
     """
-    found = _DATE.match(text.strip()) or _WORDED.match(text.strip())
-    return bool(found and _ZONE.search(text.strip()[found.end() :]))
+    match = _DATE.match(text.strip()) or _WORDED.match(text.strip())
+    return bool(match and _ZONE.search(text.strip()[match.end() :]))
 
 
-def _day(found: re.Match[str], day_first: bool) -> dt.datetime | None:
-    first, middle, last = found["a"], found["b"], found["c"]
+def _day(match: re.Match[str], day_first: bool) -> dt.datetime | None:
+    first, middle, last = match["a"], match["b"], match["c"]
     if not middle.isdigit():
         year, month, day = int(last), _MONTHS.get(middle.lower(), 0), int(first)
     elif len(first) == 4:
@@ -104,10 +104,10 @@ def day_comes_first(texts: Sequence[str]) -> bool | None:
 
     Dates that begin with the year, or name the month, give True: they are unambiguous.
     """
-    dates = [found for text in texts if (found := _DATE.match(text.strip()))]
-    if not dates or any(len(found["a"]) == 4 for found in dates) or dates[0]["mark"] == ".":
+    dates = [match for text in texts if (match := _DATE.match(text.strip()))]
+    if not dates or any(len(match["a"]) == 4 for match in dates) or dates[0]["mark"] == ".":
         return True
-    first, second = ({int(found[key]) for found in dates} for key in "ab")
+    first, second = ({int(match[key]) for match in dates} for key in "ab")
     if max(first) > 12:
         return True
     if max(second) > 12:

@@ -161,8 +161,8 @@ def _rules(
 
 def _may_be(rule: ColumnRule, unit: str) -> bool:
     """Return whether a unit for many columns applies to this one: same or unknown quantity."""
-    known, asked = conversion_of(rule.unit, rule.name), conversion_of(unit, rule.name)
-    return known is None or (asked is not None and asked.suffix == known.suffix)
+    given, asked = conversion_of(rule.unit, rule.name), conversion_of(unit, rule.name)
+    return given is None or (asked is not None and asked.suffix == given.suffix)
 
 
 def _hint(sheet: Sheet, at: int, entry: Heading, rule: ColumnRule) -> str:
@@ -228,13 +228,13 @@ def _signal(sheet: Sheet, at: int, rule: ColumnRule, notes: list[str]) -> tuple[
 def _name_the_speed(rules: dict[str, ColumnRule], hints: Mapped[str, str]) -> None:
     """Rename the only rotational speed ``speed`` and the only feed ``feed``, as commands expect."""
     for suffix, name in (("rpm", "speed"), ("mm_min", "feed")):
-        found = [
+        unnamed = [
             header
             for header, rule in rules.items()
             if header not in hints and (kind := conversion_of(rule.unit)) and kind.suffix == suffix
         ]
-        if len(found) == 1:
-            rules[found[0]] = rules[found[0]].model_copy(update={"name": name})
+        if len(unnamed) == 1:
+            rules[unnamed[0]] = rules[unnamed[0]].model_copy(update={"name": name})
 
 
 def _name_the_axes(rules: dict[str, ColumnRule], axes: Mapped[str, str]) -> None:

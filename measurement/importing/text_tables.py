@@ -137,9 +137,9 @@ def decimal_mark(columns: Iterable[Sequence[str]], path: Path) -> str:
                 apart.setdefault(grouped[0], cell)
             elif marks:
                 either.setdefault(marks[0], cell)
-    told = sure or apart or either or {".": ""}
-    if len(told) == 2:
-        commas, points = shown(told[","]), shown(told["."])
+    candidates = sure or apart or either or {".": ""}
+    if len(candidates) == 2:
+        commas, points = shown(candidates[","]), shown(candidates["."])
         problem = f"both {commas} and {points} stand in it: one decimal mark is needed"
         raise BadInput(path, "", problem)
-    return next(iter(told))
+    return next(iter(candidates))

@@ -32,9 +32,9 @@ def numbers_of(sheet: Sheet, at: int) -> FloatArray:
     plain = _plain(sheet.columns[at], sheet.decimal)
     if plain is not None:
         return plain
-    found = read_cells(sheet, at, sheet.columns[at], lambda cell: number_of(cell, sheet), "number")
-    found[~np.isfinite(found)] = np.nan
-    return found
+    values = read_cells(sheet, at, sheet.columns[at], lambda cell: number_of(cell, sheet), "number")
+    values[~np.isfinite(values)] = np.nan
+    return values
 
 
 def read_cells(
@@ -47,14 +47,14 @@ def read_cells(
     BadInput
         For the first refused cell, which is not of that *kind*.
     """
-    found = np.full(len(sheet.rows), np.nan)
+    values = np.full(len(sheet.rows), np.nan)
     for row, cell in enumerate(cells):
         value = read(cell)
         if value is None:
             place = f"row {sheet.rows[row]}, column {sheet.headings[at].text}"
             raise BadInput(sheet.where, place, f"{shown(cell)} is not a {kind}")
-        found[row] = value
-    return found
+        values[row] = value
+    return values
 
 
 def _plain(cells: list[Cell], decimal: str) -> FloatArray | None:
@@ -62,11 +62,11 @@ def _plain(cells: list[Cell], decimal: str) -> FloatArray | None:
     if decimal != "." and any(isinstance(cell, str) for cell in cells):
         return None
     try:
-        found = np.array([float(cell) for cell in cells])  # type: ignore[arg-type]
+        values = np.array([float(cell) for cell in cells])  # type: ignore[arg-type]
     except (TypeError, ValueError, OverflowError):
         return None
     odd = any("_" in cell for cell in cells if isinstance(cell, str))
-    return None if odd or not np.isfinite(found).all() else found
+    return None if odd or not np.isfinite(values).all() else values
 
 
 def number_of(cell: Cell, sheet: Sheet) -> float | None:

@@ -84,13 +84,13 @@ def calibration_page(
 
 def summary_lines(calibration: Calibration, gap: dict[str, float], runs: int) -> list[str]:
     """Return the page's first lines: the residual, and how little that may mean."""
-    told = sum(entry.is_determined for entry in calibration.parameters)
+    determined = sum(entry.is_determined for entry in calibration.parameters)
     several = f"{runs} runs" if runs > 1 else "one run"
     lines = [
         f"On the {several} used for calibration the model error is {gap['after']:.2g} times the "
         f"sensor noise ({gap['before']:.2g} before; noise alone gives {gap['floor']:.2g}). "
         "This does not show how well the model predicts other runs.",
-        f"The runs determine {told} of {len(calibration.parameters)} free parameters.",
+        f"The runs determine {determined} of {len(calibration.parameters)} free parameters.",
     ]
     far = [parameter for parameter in calibration.parameters if parameter.is_far]
     far.sort(key=lambda parameter: -abs(parameter.deviations))

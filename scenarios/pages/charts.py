@@ -75,11 +75,11 @@ def interval(time_s: FloatArray, half_width: FloatArray) -> list[Line]:
     time_s, half_width : array (samples,)
         [s], [um]; a half-width below 0 is unknown.
     """
-    known = np.where(half_width >= 0.0, half_width, np.nan)
-    if not np.isfinite(known).any():
+    width = np.where(half_width >= 0.0, half_width, np.nan)
+    if not np.isfinite(width).any():
         return []
     label = "interval of the remaining error"
-    return [Line(label, time_s, sign * known, INTERVAL, thin=True, rank=0) for sign in (1.0, -1.0)]
+    return [Line(label, time_s, sign * width, INTERVAL, thin=True, rank=0) for sign in (1.0, -1.0)]
 
 
 @dataclass(frozen=True)
@@ -185,8 +185,8 @@ def kept(values: FloatArray, most: int = CHART_WIDTH) -> npt.NDArray[np.intp]:
         (missing.argmax(axis=1) + starts)[missing.any(axis=1)],
         np.array([0, count - 1]),
     ]
-    found = np.unique(np.concatenate(picked))
-    return found[found < count]
+    chosen = np.unique(np.concatenate(picked))
+    return chosen[chosen < count]
 
 
 def kept_steps(values: FloatArray) -> npt.NDArray[np.intp]:

@@ -64,10 +64,10 @@ def table_of(comparison: Comparison) -> list[TableRow]:
     """Return the ranking as lines; models that use displacement have no rank."""
     lines, rank = [], 0
     for row in comparison.rows:
-        known = row.name in ("no_model", "persistence") or row.uses_displacement
-        rank += not known
+        unranked = row.name in ("no_model", "persistence") or row.uses_displacement
+        rank += not unranked
         lines.append(
-            TableRow("" if known else str(rank), row, _cells(comparison, row), _coverage(row))
+            TableRow("" if unranked else str(rank), row, _cells(comparison, row), _coverage(row))
         )
     return lines
 

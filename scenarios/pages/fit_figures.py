@@ -13,15 +13,15 @@ from scenarios.pages.charts import LINES, convergence_chart
 from scenarios.pages.figures import draw_on, saved
 from scenarios.results import results_folder, write_table
 
-Found = Mapping[str, Any]
+Details = Mapping[str, Any]
 
 
-def draw_fit(found: Found, out: Path) -> list[Path]:
+def draw_fit(details: Details, out: Path) -> list[Path]:
     """Write the figures that a fit has.
 
     Parameters
     ----------
-    found : mapping
+    details : mapping
         The error model's report on its fit.
     out : Path
         Folder to write to; untouched if there is no figure.
@@ -30,7 +30,7 @@ def draw_fit(found: Found, out: Path) -> list[Path]:
     -------
     list of Path
     """
-    figures = {"correlations": _correlations(found), "convergence": _convergence(found)}
+    figures = {"correlations": _correlations(details), "convergence": _convergence(details)}
     drawn = {name: figure for name, figure in figures.items() if figure is not None}
     if not drawn:
         return []
@@ -41,9 +41,9 @@ def draw_fit(found: Found, out: Path) -> list[Path]:
     return [out / f"{name}.png" for name in drawn]
 
 
-def _correlations(found: Found) -> Figure | None:
+def _correlations(details: Details) -> Figure | None:
     """Return the ACF and PACF of every series, with the band of white noise."""
-    targets = found.get("targets")
+    targets = details.get("targets")
     series = targets if isinstance(targets, Mapping) else {}
     shown = {name: arma for name, arma in series.items() if "acf" in arma}
     if not shown:
@@ -59,14 +59,14 @@ def _correlations(found: Found) -> Figure | None:
             ax.set_title(f"{key.upper()} of {name}, differenced {arma['order'][1]} times", size=9)
             ax.spines[["top", "right"]].set_visible(False)
     for ax in axes[-1]:
-        ax.set_xlabel(f"lag [steps of {found['step_s']:g} s]")
+        ax.set_xlabel(f"lag [steps of {details['step_s']:g} s]")
     return figure
 
 
-def _convergence(found: Found) -> Figure | None:
+def _convergence(details: Details) -> Figure | None:
     """Return the mean squared error of a network over the iterations of its training."""
-    if "curve" not in found:
+    if "curve" not in details:
         return None
-    shape = "-".join(map(str, found["nodes"]))
-    title = f"network {shape}, {found['iterations']} iterations"
-    return draw_on(convergence_chart({title: found["curve"]}), Figure())
+    shape = "-".join(map(str, details["nodes"]))
+    title = f"network {shape}, {details['iterations']} iterations"
+    return draw_on(convergence_chart({title: details["curve"]}), Figure())

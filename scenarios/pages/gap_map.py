@@ -41,11 +41,11 @@ class RegimeMap:
     rows: tuple[tuple[str, tuple[Cell, ...]], ...]
 
 
-def regime_map(found: Sequence[RunResiduals]) -> RegimeMap:
+def regime_map(residuals: Sequence[RunResiduals]) -> RegimeMap:
     """Return RMS residuals in tolerances, by channel, run and regime; blank if not measured."""
     runs, kinds = [], []
     columns: list[dict[str, float]] = []
-    for run in found:
+    for run in residuals:
         time = run.observed.time_s
         rows = {kind: np.zeros(len(time), dtype=bool) for kind in KINDS}
         for start, end, regime in regimes(run.observed):
@@ -58,7 +58,7 @@ def regime_map(found: Sequence[RunResiduals]) -> RegimeMap:
             ratios = np.sqrt(pd.DataFrame(part**2).mean()).tolist()
             columns.append(dict(zip(run.observed.channels, ratios, strict=True)))
     # A channel that is broken in every held-out run is left out.
-    channels = dict.fromkeys(name for run in found for name in run.observed.channels)
+    channels = dict.fromkeys(name for run in residuals for name in run.observed.channels)
     return RegimeMap(
         tuple(runs),
         tuple(kinds),

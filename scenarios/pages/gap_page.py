@@ -82,10 +82,10 @@ def bars(channels: Mapping[str, Mapping[str, float]]) -> dict[str, Any]:
 
 def _maps(judged: Judged) -> list[tuple[str, RegimeMap]]:
     """Return the regime maps of the calibrated machine, without and with what was added."""
-    known, unseen = judged.used, judged.unseen
-    maps = [("calibrated as given", regime_map([*known.before, *unseen.before]))]
+    used, unseen = judged.used, judged.unseen
+    maps = [("calibrated as given", regime_map([*used.before, *unseen.before]))]
     if judged.result.keys:
-        maps.append(("with what was added", regime_map([*known.after, *unseen.after])))
+        maps.append(("with what was added", regime_map([*used.after, *unseen.after])))
     return maps
 
 

@@ -70,12 +70,12 @@ def _used(name: str, links: dict[tuple[str, str], float]) -> bool:
 
 
 def _kinds(machine: Machine) -> dict[tuple[str, str], str]:
-    found: dict[tuple[str, str], str] = {}
+    kinds: dict[tuple[str, str], str] = {}
     for item in machine.items:
         if item.family == "links":
             a, b = (part_of(name) for name in item.refs["between"])
-            found.setdefault((a, b), KINDS.get(item.kind, "wall"))
-    return found
+            kinds.setdefault((a, b), KINDS.get(item.kind, "wall"))
+    return kinds
 
 
 def _placed(

@@ -84,8 +84,8 @@ def draw_overview(
         _mark_first_hour(axes, run, summary, named=axes is every[0])
     every[-1].set_xlabel("time [min]")
     every[-1].set_xlim(run.time_s[0] / 60.0, max(run.time_s[-1], run.time_s[0] + 1) / 60.0)
-    known = any(segment.state != "unknown" for segment in summary.segments)
-    figure.suptitle(f"{run.name}: {summary.test}" if known else run.name, fontsize=12)
+    classified = any(segment.state != "unknown" for segment in summary.segments)
+    figure.suptitle(f"{run.name}: {summary.test}" if classified else run.name, fontsize=12)
     return figure
 
 
@@ -128,7 +128,7 @@ def _temperatures(run: Run) -> list[Curve]:
 
 
 def _displacements(run: Run, summary: Summary) -> list[Curve]:
-    spare, found = cycle(_OTHER_COLOURS), []
+    spare, curves = cycle(_OTHER_COLOURS), []
     for name in run.displacements:
         signal, place = split_column(name)[0], summary.places.get(name, "")
         axis = _axis(signal, place)
@@ -138,8 +138,8 @@ def _displacements(run: Run, summary: Summary) -> list[Curve]:
             "linestyle": ":" if signal.startswith("offset") else style,
             "label": f"{signal} ({place})" if place else signal,
         }
-        found.append(_curve(run, name, linewidth=1.3, **look))
-    return found
+        curves.append(_curve(run, name, linewidth=1.3, **look))
+    return curves
 
 
 def _tilt(run: Run, rig: Rig | None) -> list[Curve]:
@@ -154,11 +154,11 @@ def _tilt(run: Run, rig: Rig | None) -> list[Curve]:
 
 
 def _others(run: Run) -> list[Curve]:
-    found = []
+    curves = []
     for name, colour in zip(map(str, run.frame.columns[1:]), _OTHER_COLOURS, strict=False):
         signal, unit = split_column(name)
-        found.append(_curve(run, name, color=colour, label=f"{signal} [{UNITS[unit].label}]"))
-    return found
+        curves.append(_curve(run, name, color=colour, label=f"{signal} [{UNITS[unit].label}]"))
+    return curves
 
 
 def _curve(run: Run, name: str, **look: Any) -> Curve:
@@ -171,8 +171,8 @@ def _axis(signal: str, place: str) -> str:
         return "Z"
     if place[-1:] in AXIS_COLOURS:
         return place[-1]
-    found = axis_of(signal)
-    return found[0] if found else ""
+    axis = axis_of(signal)
+    return axis[0] if axis else ""
 
 
 def _suspect(summary: Summary) -> list[tuple[float, float]]:

@@ -87,9 +87,9 @@ def write_page_of(plant: Path, compensator: Path, path: Path) -> None:
 
 
 def _inside(fmu: Path, places: Iterable[str]) -> bytes:
-    if (found := member(fmu, *places)) is None:
+    if (data := member(fmu, *places)) is None:
         raise BadInput(fmu, "", "does not carry the file that it was made from")
-    return found
+    return data
 
 
 def _written(machine: Machine, compensator: Path, path: Path) -> dict[str, int]:

@@ -31,11 +31,11 @@ class Table(Signal):
         path = setting.folder / Path(self.file).expanduser()
         run = read_run(path)
         if self.column not in run.frame.columns or self.column == "time_s":
-            known = ", ".join(name for name in run.frame.columns if name != "time_s")
+            columns = ", ".join(name for name in run.frame.columns if name != "time_s")
             raise BadInput(
                 setting.source,
                 f"{setting.place}.column",
-                f"{self.column!r} is not a column of {path}: {known}",
+                f"{self.column!r} is not a column of {path}: {columns}",
             )
         values = run.frame[self.column].to_numpy(dtype=float)
         good = np.isfinite(values)

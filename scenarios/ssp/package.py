@@ -94,13 +94,13 @@ def ssp_bytes(
     signals = signals_over(case, time_s, plant, others)
     wiring = wire(plant, others, signals, source)
     parts["plant"] = replace(parts["plant"], starts=_plant_starts(case, plant))
-    told = wiring.told
+    driven = wiring.by_signals
     blind = case.settings.compensator.tool_length_mm
     if others is not None and blind is not None:
-        if TOOL_LENGTH not in told:
+        if TOOL_LENGTH not in driven:
             place = "compensator.tool_length_mm"
             raise BadInput(source, place, f"there is no signal {TOOL_LENGTH}")
-        told = tuple(name for name in told if name != TOOL_LENGTH)
+        driven = tuple(name for name in driven if name != TOOL_LENGTH)
         parts["compensator"] = replace(parts["compensator"], starts={TOOL_LENGTH: blind})
     if signals:
         columns = {_column(name, plant, others): values for name, values in signals.items()}
@@ -112,7 +112,7 @@ def ssp_bytes(
         Connection("plant", "compensator", wiring.measured),
         Connection("compensator", "plant", wiring.offsets),
         Connection("signals", "plant", wiring.driven),
-        Connection("signals", "compensator", told),
+        Connection("signals", "compensator", driven),
     ]
     settings = case.settings
     text = structure(
@@ -134,12 +134,12 @@ def _component(name: str, path: Path, ssp: Ssp) -> Component:
 
 
 def _plant_starts(case: Case, plant: Variables) -> dict[str, float]:
-    found: dict[str, float] = {}
+    starts: dict[str, float] = {}
     for name, value in plant_parameters(case, plant).items():
         source = case.setting.source
         kind = parameter_kind("plant", plant, name, value, source, "plant.parameters")
-        found[name] = value if kind == "Real" else bool(value) if kind == "Boolean" else int(value)
-    return found
+        starts[name] = value if kind == "Real" else bool(value) if kind == "Boolean" else int(value)
+    return starts
 
 
 def _column(name: str, plant: Variables, compensator: Variables | None) -> str:

@@ -147,15 +147,15 @@ def _text(value: float) -> str:
 
 
 def _units(root: ET.Element, components: Iterable[Component]) -> None:
-    known = {
+    used = {
         unit.name: unit
         for component in components
         for unit in component.description.unitDefinitions
         if unit.baseUnit is not None
     }
     units = _inside(root, "ssd:Units")
-    for name in sorted(known):
-        base = known[name].baseUnit
+    for name in sorted(used):
+        base = used[name].baseUnit
         powers = {key: str(getattr(base, key)) for key in BASES if getattr(base, key)}
         unit = _inside(units, "ssc:Unit", name=name)
         _inside(unit, "ssc:BaseUnit", **powers, factor=repr(base.factor), offset=repr(base.offset))

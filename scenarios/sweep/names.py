@@ -101,16 +101,16 @@ class Names:
         if not set("*?") & set(variation.name):
             return [variation]
         pattern = variation.name.replace("'", "").removeprefix(PARAMETERS)
-        found = fnmatch.filter(self._parameters, pattern)
-        if not found:
+        names = fnmatch.filter(self._parameters, pattern)
+        if not names:
             raise self._unknown(variation.name, pattern.replace("*", ""))
-        return [replace(variation, name=name) for name in found]
+        return [replace(variation, name=name) for name in names]
 
     def _unknown(self, name: str, wanted: str) -> BadInput:
-        known = [*self._inputs, *self._parameters, *(set(Settings.model_fields) - {*FIXED})]
+        names = [*self._inputs, *self._parameters, *(set(Settings.model_fields) - {*FIXED})]
         wanted = wanted.removeprefix(SIGNALS)
-        near = difflib.get_close_matches(wanted, known, SHOWN, 0.5)
-        near += [entry for entry in known if wanted.lower() in entry.lower() and entry not in near]
+        near = difflib.get_close_matches(wanted, names, SHOWN, 0.5)
+        near += [entry for entry in names if wanted.lower() in entry.lower() and entry not in near]
         hint = f"did you mean {', '.join(near[:SHOWN])}?"
         if not near:
             hint = f"the inputs are {', '.join(self._inputs)}"
@@ -135,12 +135,12 @@ def check_range(variation: Variation, target: Target) -> None:
 
 def _common(descriptions: list[Mapping[str, Any]], causality: str) -> dict[str, list[Any]]:
     """Return the numeric variables of a causality that all FMUs have, by name without quotes."""
-    found: dict[str, list[Any]] = {}
+    by_name: dict[str, list[Any]] = {}
     for variables in descriptions:
         for variable in variables.values():
             if variable.causality == causality and variable.type != "String":
-                found.setdefault(variable.name.replace("'", ""), []).append(variable)
-    return {name: same for name, same in found.items() if len(same) == len(descriptions)}
+                by_name.setdefault(variable.name.replace("'", ""), []).append(variable)
+    return {name: same for name, same in by_name.items() if len(same) == len(descriptions)}
 
 
 def _target(head: str, same: list[Any]) -> Target:

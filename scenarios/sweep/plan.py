@@ -181,13 +181,13 @@ def _seed(request: Request, scenario: Scenario) -> int:
 
 
 def _chosen(scenario: Scenario, wanted: Sequence[str]) -> list[Variant]:
-    known = {variant.name: variant for variant in scenario.settings.variants}
-    if not known:
-        known = {"main": Variant(name="main", title=scenario.settings.title)}
+    variants = {variant.name: variant for variant in scenario.settings.variants}
+    if not variants:
+        variants = {"main": Variant(name="main", title=scenario.settings.title)}
     for name in wanted:
-        if name not in known:
-            raise BadInput("--variant", "", f"{shown(name)} is not allowed: {', '.join(known)}")
-    return [variant for name, variant in known.items() if name in wanted or not wanted]
+        if name not in variants:
+            raise BadInput("--variant", "", f"{shown(name)} is not allowed: {', '.join(variants)}")
+    return [variant for name, variant in variants.items() if name in wanted or not wanted]
 
 
 def _check(
@@ -203,11 +203,11 @@ def _check(
         check_range(entry, target)
         said = [variant.set.get(target.key) for variant in variants]
         if any(value != said[0] for value in said):
-            known = ", ".join(variant.name for variant in variants)
+            names = ", ".join(variant.name for variant in variants)
             raise BadInput(
                 OPTION,
                 entry.name,
-                f"is what the variants differ in: choose one with --variant: {known}",
+                f"is what the variants differ in: choose one with --variant: {names}",
             )
 
 
@@ -230,15 +230,15 @@ class _Fmus:
             # One folder each, because FMUs built for this sweep share their file name.
             work = self.work / str(len(self.known))
             work.mkdir()
-            found = find_fmu(name, self.fmu_dir, near, work, quiet=self.quiet, native=True)
-            self.known[name] = sha256_of(found)
-            self.paths[self.known[name]] = found.resolve()
+            path = find_fmu(name, self.fmu_dir, near, work, quiet=self.quiet, native=True)
+            self.known[name] = sha256_of(path)
+            self.paths[self.known[name]] = path.resolve()
         return self.known[name]
 
     def names(self, variations: Sequence[Variation]) -> Names:
         """Return what can vary in the FMUs of the scenario, its variants and the variations."""
-        found: dict[str, list[Mapping[str, Any]]] = {PLANT: [], COMPENSATOR: []}
-        for key, described in found.items():
+        descriptions: dict[str, list[Mapping[str, Any]]] = {PLANT: [], COMPENSATOR: []}
+        for key, described in descriptions.items():
             head, _, tail = key.partition(".")
             usual = getattr(getattr(self.scenario.settings, head), tail)
             names = [variant.set.get(key, usual) for variant in self.variants]
@@ -249,7 +249,7 @@ class _Fmus:
                 path = self.paths[self.sha256(name)]
                 variables = read_description(path).modelVariables
                 described.append({variable.name: variable for variable in variables})
-        return Names(found[PLANT], found[COMPENSATOR])
+        return Names(descriptions[PLANT], descriptions[COMPENSATOR])
 
 
 @dataclass(frozen=True)

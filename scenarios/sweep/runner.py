@@ -69,14 +69,14 @@ def run_sweep(
         done = store.outcomes()
         # Failed cases are run again: the cause may be a full disk, not the case.
         left = [job for job in planned.jobs if done.get(job.number, {"problem": "?"})["problem"]]
-        found: Iterator[dict[str, Any]] = iter(())
+        outcomes: Iterator[dict[str, Any]] = iter(())
         if left and cluster:
             from scenarios.sweep.cluster import on_cluster
 
-            found = on_cluster(left, planned.fmus, cluster, store.digest)
+            outcomes = on_cluster(left, planned.fmus, cluster, store.digest)
         elif left:
             count = min(workers or cores(), len(left))
-            found = on_cores(left, planned.fmus, count)
+            outcomes = on_cores(left, planned.fmus, count)
         with tqdm(
             total=len(planned.jobs),
             initial=len(planned.jobs) - len(left),
@@ -84,7 +84,7 @@ def run_sweep(
             unit="case",
             disable=quiet or None,
         ) as bar:
-            for outcome in found:
+            for outcome in outcomes:
                 store.record(outcome)
                 bar.update()
     return _written(planned, store.outcomes(), out)

@@ -41,12 +41,12 @@ class Store:
         text = json.dumps(plan.identity, sort_keys=True)
         self.digest = hashlib.sha256(text.encode()).hexdigest()
         try:
-            known = folder.is_dir() and any(folder.iterdir())
+            begun = folder.is_dir() and any(folder.iterdir())
             if folder.exists() and not folder.is_dir():
                 raise BadInput(folder, "", "is a file; a folder for the results is needed")
         except OSError as error:
             raise BadInput(folder, "", f"cannot be used: {error.strerror}") from None
-        if known:
+        if begun:
             self._check_same(plan.identity)
             return
         head = {"kind": KIND, "format": 1, "digest": self.digest, "identity": plan.identity}
@@ -81,12 +81,12 @@ class Store:
 
     def outcomes(self) -> dict[int, dict[str, Any]]:
         """Return the outcomes so far, by number; unreadable ones count as missing."""
-        found = {}
+        by_number = {}
         for number in range(self._count):
             try:
                 entry = json.loads(self._path(number).read_text(encoding="utf-8"))
                 if entry["sweep"] == self.digest and entry["number"] == number:
-                    found[number] = entry
+                    by_number[number] = entry
             except (OSError, ValueError, KeyError, TypeError):
                 continue
-        return found
+        return by_number

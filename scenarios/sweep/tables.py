@@ -77,16 +77,16 @@ def over_time(plan: Plan, outcomes: Mapping[int, dict[str, Any]]) -> pd.DataFram
     """
     parts = []
     for variant in plan.titles:
-        found = [outcomes[job.number] for job in plan.jobs if job.variant == variant]
-        found = [outcome for outcome in found if outcome["curves"]]
-        if not found:
+        here = [outcomes[job.number] for job in plan.jobs if job.variant == variant]
+        here = [outcome for outcome in here if outcome["curves"]]
+        if not here:
             continue
-        moments: FloatArray = np.array(found[0]["time_s"], dtype=np.float64)
+        moments: FloatArray = np.array(here[0]["time_s"], dtype=np.float64)
         columns: dict[str, Any] = {"variant": [variant] * len(moments), "time_s": moments}
-        for name in found[0]["curves"]:
+        for name in here[0]["curves"]:
             curves = [
                 np.interp(moments, outcome["time_s"], np.array(outcome["curves"][name], float))
-                for outcome in found
+                for outcome in here
             ]
             bands = np.nanpercentile(np.stack(curves), PERCENTILES, axis=0)
             stem = name.removesuffix("_um")
@@ -110,7 +110,7 @@ def summary(plan: Plan, frame: pd.DataFrame) -> dict[str, Any]:
         what varies.
     """
     bad = frame[frame["problem"] != ""]
-    found: dict[str, Any] = {
+    table: dict[str, Any] = {
         "cases": len(plan.jobs),
         "failed": len(bad),
         "problems": bad["problem"].unique()[:5].tolist(),
@@ -120,11 +120,11 @@ def summary(plan: Plan, frame: pd.DataFrame) -> dict[str, Any]:
     }
     good = frame[frame["problem"] == ""]
     for (variant, axis), rows in good.groupby(["variant", "axis"], sort=False):
-        entry = found["variants"].setdefault(
+        entry = table["variants"].setdefault(
             str(variant), {"title": plan.titles[str(variant)], "axes": {}}
         )
         entry["axes"][str(axis)] = _of_axis(plan, rows)
-    return found
+    return table
 
 
 def _of_axis(plan: Plan, rows: pd.DataFrame) -> dict[str, Any]:
@@ -158,7 +158,7 @@ def _correlations(rows: pd.DataFrame, labels: Mapping[str, bool]) -> dict[str, f
     """
     left = rows["after_mean_um"]
     chance = float(-ndtri(WRONG / 2.0 / max(len(labels), 1)))
-    found = {}
+    by_label = {}
     for label, drawn in labels.items():
         column = rows[label]
         count = rows["repeat"].nunique() if drawn else len(rows)
@@ -167,19 +167,19 @@ def _correlations(rows: pd.DataFrame, labels: Mapping[str, bool]) -> dict[str, f
         if pd.api.types.is_numeric_dtype(column):
             value = float(column.astype(float).corr(left, method="spearman"))
             if abs(value) >= chance / math.sqrt(count - 1):
-                found[label] = round(value, 3)
-    return dict(sorted(found.items(), key=lambda entry: -abs(entry[1])))
+                by_label[label] = round(value, 3)
+    return dict(sorted(by_label.items(), key=lambda entry: -abs(entry[1])))
 
 
-def as_text(found: Mapping[str, Any]) -> str:
+def as_text(table: Mapping[str, Any]) -> str:
     """Return a summary as fixed-width text.
 
     Parameters
     ----------
-    found : mapping
+    table : mapping
         The content of ``summary.json``.
     """
-    wide = max([len(name) for name in found["variants"]] + [7]) + 2
+    wide = max([len(name) for name in table["variants"]] + [7]) + 2
     lines = [
         " " * wide + "         before, largest [um]      after, largest [um]    mean better by [%]",
         " " * wide + "axis  " + "".join(f"{p:>7} %" for p in PERCENTILES) + "  "
@@ -187,14 +187,14 @@ def as_text(found: Mapping[str, Any]) -> str:
         + "".join(f"{p:>6} %" for p in PERCENTILES),
     ]  # fmt: skip
     notes = []
-    for variant, entry in found["variants"].items():
-        for axis, told in entry["axes"].items():
-            figures = told["percentiles"]
+    for variant, entry in table["variants"].items():
+        for axis, row in entry["axes"].items():
+            figures = row["percentiles"]
             cells = "".join(f"{v:>9.1f}" for v in figures["before_max_um"]) + "  "
             cells += "".join(f"{v:>9.1f}" for v in figures["after_max_um"]) + "  "
             cells += "".join(f"{v:>8.0f}" for v in figures.get(GAIN, ()))
             lines.append(f"{variant:<{wide}}{axis:<6}{cells}")
-            strong = list(told["rank_correlation"].items())[:SHOWN]
+            strong = list(row["rank_correlation"].items())[:SHOWN]
             if strong:
                 cells = ", ".join(f"{label} {value:+.2f}" for label, value in strong)
                 notes.append(f"{variant:<{wide}}{axis:<6}{cells}")

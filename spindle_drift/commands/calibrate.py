@@ -38,35 +38,35 @@ def run(args: argparse.Namespace) -> int:
     check_output(page, PAGE)
     machine, runs = Machine(args.machine), as_runs(args.runs)
     with spoken(args.quiet, CALIBRATE) as say:
-        found = calibrate(machine, runs, starts=args.starts, seed=args.seed, progress=say)
-    parameters, lacking = found.found.parameters, found.left_out[len(found.faults) :]
+        result = calibrate(machine, runs, starts=args.starts, seed=args.seed, progress=say)
+    parameters, lacking = result.found.parameters, result.left_out[len(result.faults) :]
     facts = [
         ("machine", f"{args.machine} -> {path}"),
         *((run.name, f"SHA-256 {run.sha256}") for run in runs),
         ("made by", f"{PROGRAM} {version()}"),
     ]
     text = calibration_page(
-        machine.model, found.found, found.observed, found.advice, found.left_out, facts
+        machine.model, result.found, result.observed, result.advice, result.left_out, facts
     )
     # Together, because a page that shows another machine file would mislead.
-    write_together({page: text, path: marked(machine_text(found.machine.model, args.machine))})
+    write_together({page: text, path: marked(machine_text(result.machine.model, args.machine))})
     if args.json:
         table = {
             "machine": str(path),
             "page": str(page),
-            "channels": found.residuals.to_dict(),
+            "channels": result.residuals.to_dict(),
             "parameters": [asdict(entry) for entry in parameters],
-            "data_faults": [asdict(fault) for fault in found.faults],
+            "data_faults": [asdict(fault) for fault in result.faults],
             "not_compared": lacking,
-            "advice": [asdict(entry) for entry in found.advice],
+            "advice": [asdict(entry) for entry in result.advice],
         }
         print(json.dumps(table, indent=1))
         return 0
-    for fault in found.faults:
+    for fault in result.faults:
         print(f"{'put back' if fault.kind == 'probe_step' else 'left out'}: {fault.text}")
     print(*lacking, sep="\n", end="\n" if lacking else "")
     print(f"{'RMS [K, um]':<14}{'before':>10}{'after':>10}")
-    for name, before, after in found.residuals.itertuples():
+    for name, before, after in result.residuals.itertuples():
         print(f"{name:<14}{before:>10.2f}{after:>10.2f}")
     determined = [entry for entry in parameters if entry.is_determined]
     print(f"\nThe runs determine {len(determined)} of {len(parameters)} free parameters:")
@@ -77,8 +77,8 @@ def run(args: argparse.Namespace) -> int:
             f"({entry.low:.4g} to {entry.high:.4g}) {entry.unit}{far}"
         )
     print("the others stay near the machine file's values")
-    if found.advice:
+    if result.advice:
         print("\nWhat the machine file may lack ('spindle-drift find-gap' tries it):")
-        print(*(f"  {entry.text}" for entry in found.advice), sep="\n")
+        print(*(f"  {entry.text}" for entry in result.advice), sep="\n")
     print(f"wrote {path}, and {page} with the figures")
     return 0

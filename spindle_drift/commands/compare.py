@@ -82,7 +82,7 @@ def run(args: argparse.Namespace) -> int:
             bar.set_description(label, refresh=False)
             bar.update()
 
-        found = compare(
+        comparison = compare(
             args.runs or args.train,
             args.validate or (),
             models=names,
@@ -91,18 +91,18 @@ def run(args: argparse.Namespace) -> int:
             options=_options(args),
             on_step=tell,
         )
-    text = json.dumps(found.details, indent=1, allow_nan=False)
-    lines = ["What is wrong with the data", faults_text(found.faults)]
-    lines += [*(f"  {line}" for line in found.doubts), "", *_noted(found.results)]
-    lines += ["", ranking_text(found.results)]
+    text = json.dumps(comparison.details, indent=1, allow_nan=False)
+    lines = ["What is wrong with the data", faults_text(comparison.faults)]
+    lines += [*(f"  {line}" for line in comparison.doubts), "", *_noted(comparison.results)]
+    lines += ["", ranking_text(comparison.results)]
     if args.out is not None:
         written = write_findings(
             args.out,
             "comparison",
             text,
             lambda folder: [
-                write_comparison(found.results, found.faults, folder / "report.html"),
-                *write_figures(found.results, folder),
+                write_comparison(comparison.results, comparison.faults, folder / "report.html"),
+                *write_figures(comparison.results, folder),
             ],
         )
         lines += ["", "wrote " + ", ".join(map(str, written))]
@@ -112,14 +112,14 @@ def run(args: argparse.Namespace) -> int:
 
 def _options(args: argparse.Namespace) -> dict[str, dict[str, Any]]:
     """Return the options of the models by name."""
-    found: dict[str, dict[str, Any]] = {}
+    by_model: dict[str, dict[str, Any]] = {}
     form = "MODEL.NAME=VALUE"
     for name, value in options_of(args.option, form).items():
         model, dot, option = name.partition(".")
         if not dot:
             raise BadInput("--option", "", f"{name!r} is not of the form {form}")
-        found.setdefault(model, {})[option] = value
-    return found
+        by_model.setdefault(model, {})[option] = value
+    return by_model
 
 
 def _noted(comparison: Comparison) -> list[str]:

@@ -48,10 +48,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Find the gap, write the folder, and print what was found."""
     with spoken(args.quiet, FIND_GAP) as say:
-        found = find_gap(
+        gap = find_gap(
             **parameters_of(args, find_gap) | {"holdout": args.holdout or ()},
             fmu=not args.no_fmu,
             progress=say,
         )
-    print(json.dumps(found.table, indent=1) if args.json else found.text)
+    print(json.dumps(gap.table, indent=1) if args.json else gap.text)
     return 0

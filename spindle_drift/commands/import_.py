@@ -86,25 +86,25 @@ def run(args: argparse.Namespace) -> int:
     hidden = len(args.files) < 2 or None
     files = tqdm(args.files, desc="import", unit="file", disable=hidden, leave=False)
     units, axes = _units(args.units), _axes(args.axes)
-    found = import_files(files, mapping, units, axes)
+    imported = import_files(files, mapping, units, axes)
     # Keep what was given now for the next import.
     fresh = args.mapping is None and bool(source is None or args.force or units or axes)
-    written = write_imported(found, args.files, args.output, with_mapping=fresh)
+    written = write_imported(imported, args.files, args.output, with_mapping=fresh)
     if args.json:
-        return tell(args, _facts(found, written))
-    print(table_text(found, written))
-    new = {} if source is None else _not_in(mapping.columns, found)
+        return tell(args, _facts(imported, written))
+    print(table_text(imported, written))
+    new = {} if source is None else _not_in(mapping.columns, imported)
     alike: dict[str, list[str]] = {}
-    for header, text in found.hints.items():
+    for header, text in imported.hints.items():
         alike.setdefault(text.replace(header, "NAME"), []).append(header)
     for text, headers in alike.items():
-        said = text if len(headers) > 1 else found.hints[headers[0]]
+        said = text if len(headers) > 1 else imported.hints[headers[0]]
         print(f"left out: {', '.join(headers)}: {said}", file=sys.stderr)
-    for header, text in found.asks.items():
+    for header, text in imported.asks.items():
         print(f"asked: {header}: {text}", file=sys.stderr)
-    for column, text in together(found.doubts):
+    for column, text in together(imported.doubts):
         print(f"doubtful: {column} {text}", file=sys.stderr)
-    for note in (*found.notes, *new):
+    for note in (*imported.notes, *new):
         print(f"note: {note}", file=sys.stderr)
     if fresh:
         print(f"what was decided: {beside}; change it there and import again")
@@ -140,16 +140,16 @@ def _by_header(option: str, given: list[str], what: str) -> dict[str, str]:
     return table
 
 
-def _not_in(known: Collection[str], found: Imported) -> list[str]:
+def _not_in(listed: Collection[str], imported: Imported) -> list[str]:
     """Return a line for each column that the mapping file does not name."""
     return [
         f"{header} is new to the mapping file and was read as {rule.name} in {rule.unit}"
-        for header, rule in found.mapping.columns.items()
-        if header not in known and rule.unit
+        for header, rule in imported.mapping.columns.items()
+        if header not in listed and rule.unit
     ]
 
 
-def _facts(found: Imported, written: list[Path]) -> dict[str, Any]:
+def _facts(imported: Imported, written: list[Path]) -> dict[str, Any]:
     return {
         "runs": [
             {
@@ -160,10 +160,10 @@ def _facts(found: Imported, written: list[Path]) -> dict[str, Any]:
                 "warm_start": piece.warm,
                 "columns": [str(name) for name in piece.run.frame.columns],
             }
-            for piece, file in zip(found.pieces, written, strict=True)
+            for piece, file in zip(imported.pieces, written, strict=True)
         ],
-        "left_out": found.hints,
-        "asked": found.asks,
-        "doubtful": [{"column": column, "why": text} for column, text in found.doubts],
-        "notes": list(found.notes),
+        "left_out": imported.hints,
+        "asked": imported.asks,
+        "doubtful": [{"column": column, "why": text} for column, text in imported.doubts],
+        "notes": list(imported.notes),
     }

@@ -21,7 +21,7 @@ def run(args: argparse.Namespace) -> int:
     """Print every scenario's name and title."""
     from scenarios.scenario import library, read_scenario
 
-    found = [read_scenario(path).settings for path in library()]
+    scenarios = [read_scenario(path).settings for path in library()]
     table = [
         {
             "name": entry.name,
@@ -30,7 +30,7 @@ def run(args: argparse.Namespace) -> int:
             "duration_s": None if entry.replay else entry.duration_s,
             "variants": [variant.name for variant in entry.variants],
         }
-        for entry in found
+        for entry in scenarios
     ]
-    width = max(len(entry.name) for entry in found)
-    return tell(args, table, *(f"{entry.name:<{width}}  {entry.title}" for entry in found))
+    width = max(len(entry.name) for entry in scenarios)
+    return tell(args, table, *(f"{entry.name:<{width}}  {entry.title}" for entry in scenarios))

@@ -154,15 +154,15 @@ def _asked(key: str, given: object) -> str:
 
 def _bearing(text: str) -> Bearing:
     """Return the bearing with a designation, or of series 70 with a bore [mm]."""
-    found = by_designation(text)
-    if found is None:
+    bearing = by_designation(text)
+    if bearing is None:
         sizes = {f"{5 * code:g}": f"70{code:02d}" for code in SERIES["70"][1] if code >= 4}
-        found = by_designation(sizes.get(text.removesuffix("mm").strip(), ""))
-    if found is None:
+        bearing = by_designation(sizes.get(text.removesuffix("mm").strip(), ""))
+    if bearing is None:
         raise BadInput(
             "--bearing", "", f"{text!r} is not known; known are {known_designations()}, or a bore"
         )
-    return found
+    return bearing
 
 
 def _first_look(sheet: MachineFacts) -> list[str]:

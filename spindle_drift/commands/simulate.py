@@ -32,15 +32,15 @@ def run(args: argparse.Namespace) -> int:
     machine, scenario = Machine(args.machine), read_scenario(args.scenario)
     settings = case_to_simulate(scenario).settings
     seed = settings.seed if args.seed is None else args.seed
-    found = simulate(
+    simulated = simulate(
         machine,
         args.scenario,
         every_s=args.every_s,
         noise_seed=None if args.exact or not settings.plant.noise else seed,
     )
-    path = write_run(found.frame, args.output)
+    path = write_run(simulated.frame, args.output)
     print(
-        f"wrote {path}: {len(found.frame)} rows, {settings.duration_s / 3600.0:g} h of "
+        f"wrote {path}: {len(simulated.frame)} rows, {settings.duration_s / 3600.0:g} h of "
         f"{machine.model.title}"
     )
     return 0

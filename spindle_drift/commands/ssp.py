@@ -58,13 +58,13 @@ def run(args: argparse.Namespace) -> int:
         names = [args.plant or settings.plant.fmu]
         if settings.compensator.enabled:
             names.append(args.compensator or settings.compensator.fmu)
-        found = [
+        fmus = [
             find_fmu(name, args.fmu_dir, near, Path(work), native=True, everywhere=True, fmi=fmi)
             for name in names
         ]
         # The FMU that plays the signals should need no Python if the others do not.
-        made = _compilers() if all(map(needs_no_host, found)) else []
-        data = ssp_bytes(case, found[0], found[1] if len(found) > 1 else None, made, args.ssp)
+        made = _compilers() if all(map(needs_no_host, fmus)) else []
+        data = ssp_bytes(case, fmus[0], fmus[1] if len(fmus) > 1 else None, made, args.ssp)
     write_atomically(out, data)
     if args.json:
         print(json.dumps(_facts(out, case.name, settings, data)))

@@ -58,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
         name = read_scenario(args.scenario, request.overrides).settings.name
         out = Path("results") / f"sweep_{name}"
     try:
-        found = run_sweep(
+        done = run_sweep(
             request,
             out,
             args.fmu_dir,
@@ -69,10 +69,10 @@ def run(args: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         print(f"{PROGRAM}: interrupted; the same command goes on from {out}", file=sys.stderr)
         return 130
-    where = f"results in {out}: {', '.join(found['files'])}"
-    tell(args, found, f"{found['title']}: {found['cases']} cases", "", as_text(found), "", where)
-    if found["failed"]:
-        count = f"{found['failed']} of {found['cases']} cases failed"
-        print(f"{PROGRAM}: error: {count}: {found['problems'][0]}", file=sys.stderr)
+    where = f"results in {out}: {', '.join(done['files'])}"
+    tell(args, done, f"{done['title']}: {done['cases']} cases", "", as_text(done), "", where)
+    if done["failed"]:
+        count = f"{done['failed']} of {done['cases']} cases failed"
+        print(f"{PROGRAM}: error: {count}: {done['problems'][0]}", file=sys.stderr)
         return 1
     return 0

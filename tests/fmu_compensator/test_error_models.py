@@ -16,7 +16,7 @@ from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields
 from measurement.faults import looked_over
 from measurement.runs import Run
-from scenarios.fit_found import told
+from scenarios.fit_details import details_text
 from tests.fmu_compensator.conftest import DIRECT_RIG, make_run
 from tests.refusing import refusal
 
@@ -66,7 +66,7 @@ def fitted(kind: str, form: str) -> FittedModel:
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_a_fit_reports_can_be_told(kind):
     found = fitted(kind, "rise")
-    lines = told(kind, TARGETS, found.report())
+    lines = details_text(kind, TARGETS, found.report())
     assert all(line and "\n" not in line for line in lines)
     assert json.dumps(found.report())
 

@@ -31,22 +31,22 @@ class Levels(Check):
         first = runs[0].temperatures if runs else []
         columns = [name for name in first if all(name in run.frame for run in runs)]
         tables = [_Distances(run, columns) for run in runs]
-        found: dict[tuple[int, str], Fault] = {}
+        faults: dict[tuple[int, str], Fault] = {}
         for column, name in enumerate(columns):
             for place, off in _level_jumps(tables, column):
                 text = f"reads {off:+.0f} K compared with its level in the other runs"
                 fault = Fault.between(runs[place], name, "level_jump", 0, -1, text, place)
-                found[place, name] = fault
+                faults[place, name] = fault
         for place, run in enumerate(runs):
             known = columns == run.temperatures
             own = tables[place] if known else _Distances(run, run.temperatures)
             for column, name in enumerate(run.temperatures):
                 off = own.never_right(column)
-                if off and (place, name) not in found:
+                if off and (place, name) not in faults:
                     text = f"reads {off:+.0f} K compared with all others, whatever the machine does"
                     fault = Fault.between(run, name, "never_right", 0, -1, text, place)
-                    found[place, name] = fault
-        yield from found.values()
+                    faults[place, name] = fault
+        yield from faults.values()
 
 
 class _Distances:

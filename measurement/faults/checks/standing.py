@@ -88,7 +88,7 @@ def _thermometers(runs: Sequence[Run]) -> Iterator[Fault]:
             # Its resolution may be coarser in this run than in the others.
             finest = max(resolution, resolution_of([run], column))
             coarse = 0.0 < span < UNUSUALLY * resolution
-            asked = partial(witnesses.told, place, column)
+            asked = partial(witnesses.moved, place, column)
             for fault in _stands(run, column, finest, math.inf if coarse else usual_s, asked):
                 yield replace(fault, place=place)
 
@@ -130,9 +130,9 @@ def _stands(
             if moved >= enough:
                 why = f"while half of the others moved by {moved:.1f} K or more"
         if not why and rest.size and length > UNUSUALLY * float(np.median(rest)):
-            told = told_by_others(float(time[first]), float(time[last]))
-            if told >= enough:
-                why = f"while the others suggest that it moved by {told:.1f} K"
+            by_others = told_by_others(float(time[first]), float(time[last]))
+            if by_others >= enough:
+                why = f"while the others suggest that it moved by {by_others:.1f} K"
         if why:
             dead = last == len(values) - 1 and (first == 0 or dropped)
             text = f"exactly {values[first]:g} degC {why}"
@@ -155,8 +155,8 @@ def _lengths(run: Run, column: str) -> FloatArray:
     if not values.size:
         return np.zeros(0)
     firsts, lasts = stretches(values)
-    found = run.time_s[rows[lasts]] - run.time_s[rows[firsts]]
-    return np.asarray(found[lasts > firsts])
+    lengths = run.time_s[rows[lasts]] - run.time_s[rows[firsts]]
+    return np.asarray(lengths[lasts > firsts])
 
 
 def _dropped(time: FloatArray, values: FloatArray, first: int) -> float:

@@ -9,7 +9,7 @@ from fmu_compensator.fit.error_models import fitted_models
 from scenarios.pages.charts import SHOWN
 
 
-def told(kind: str, targets: Sequence[str], found: Mapping[str, Any]) -> list[str]:
+def details_text(kind: str, targets: Sequence[str], details: Mapping[str, Any]) -> list[str]:
     """Return the error model's report on its fit as lines.
 
     Parameters
@@ -18,49 +18,49 @@ def told(kind: str, targets: Sequence[str], found: Mapping[str, Any]) -> list[st
         Kind of error model.
     targets : sequence of str
         What it predicts.
-    found : mapping
+    details : mapping
         Its report.
     """
     lines = []
     if not fitted_models()[kind].by_temperature:
         lines.append(f"of them {kind}, the mean function, uses none; the Gaussian on it does")
-    return [*lines, *_all_of(targets, found)]
+    return [*lines, *_all_of(targets, details)]
 
 
-def _all_of(targets: Sequence[str], found: Mapping[str, Any]) -> Iterator[str]:
-    if "condition_number" in found:
-        each = ", ".join(f"{name} {v:.1f}" for name, v in found["variance_inflation"].items())
-        yield f"condition number {found['condition_number']:.1f}, variance inflation: {each}"
-    yield from _weights(found)
-    yield from _time_constants(targets, found)
-    if "factors" in found:
-        each = ", ".join(f"{name} {factor:.2f}" for name, factor in found["factors"].items())
+def _all_of(targets: Sequence[str], details: Mapping[str, Any]) -> Iterator[str]:
+    if "condition_number" in details:
+        each = ", ".join(f"{name} {v:.1f}" for name, v in details["variance_inflation"].items())
+        yield f"condition number {details['condition_number']:.1f}, variance inflation: {each}"
+    yield from _weights(details)
+    yield from _time_constants(targets, details)
+    if "factors" in details:
+        each = ", ".join(f"{name} {factor:.2f}" for name, factor in details["factors"].items())
         yield f"factors on what the finite elements start from: {each}"
-    if "weights_and_thresholds" in found:
-        shape = "-".join(map(str, found["nodes"]))
-        yield f"network {shape}, {found['iterations']} iterations"
-    yield from _series(found)
-    for part, its in found.get("parts", {}).items():
+    if "weights_and_thresholds" in details:
+        shape = "-".join(map(str, details["nodes"]))
+        yield f"network {shape}, {details['iterations']} iterations"
+    yield from _series(details)
+    for part, its in details.get("parts", {}).items():
         yield from (f"{part}: {line}" for line in _all_of(targets, its))
 
 
-def _weights(found: Mapping[str, Any]) -> Iterator[str]:
-    for condition, rows in found.get("weights", {}).items():
+def _weights(details: Mapping[str, Any]) -> Iterator[str]:
+    for condition, rows in details.get("weights", {}).items():
         for target, row in rows.items():
             each = ", ".join(f"{name} {weight:.2f}" for name, weight in row.items())
             yield f"weights, {condition}, {target}: {each}"
 
 
-def _time_constants(targets: Sequence[str], found: Mapping[str, Any]) -> Iterator[str]:
+def _time_constants(targets: Sequence[str], details: Mapping[str, Any]) -> Iterator[str]:
     for key, when in (("tau_s", "turning"), ("tau_stopped_s", "standing")):
-        if key in found:
-            pairs = zip(targets, found[key], strict=True)
+        if key in details:
+            pairs = zip(targets, details[key], strict=True)
             each = ", ".join(f"{target} {tau:.0f}" for target, tau in pairs)
             yield f"time constant {when} [s]: {each}"
 
 
-def _series(found: Mapping[str, Any]) -> Iterator[str]:
-    series = found.get("targets")
+def _series(details: Mapping[str, Any]) -> Iterator[str]:
+    series = details.get("targets")
     for target, arma in (series if isinstance(series, Mapping) else {}).items():
         if "adf_p" in arma:
             p, d, q = arma["order"]
