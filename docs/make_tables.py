@@ -107,8 +107,8 @@ def kinds() -> str:
                 refs = [f"{code(role)}: {_form(form)}" for role, form in spec.refs.items()]
                 numbers = [_number(key, number) for key, number in spec.numbers.items()]
                 cells = [code(family), code(kind), "; ".join(refs), "; ".join(numbers)]
-                rows.append([*cells, code(effect)])
-    head = ("Table", "`kind`", "What it joins", "Numbers", "Effect that must be in force")
+                rows.append([*cells, spec.law, code(effect)])
+    head = ("Table", "`kind`", "What it joins", "Numbers", "Law", "Effect that must be in force")
     return table(head, rows)
 
 

@@ -26,10 +26,13 @@ class ItemSpec:
         ``node|boundary``; a trailing ``*`` allows a list.
     numbers : dict of str to NumberSpec
         Its parameters; those with a default may be left out.
+    law : str
+        What it does, in a line of the documentation.
     only_one : str
         Error message for a machine with more than one; empty if it may have many.
     """
 
     refs: dict[str, str]
     numbers: dict[str, NumberSpec] = field(default_factory=dict)
+    law: str = ""
     only_one: str = ""

@@ -384,7 +384,8 @@ class ThermometerForm(Form):
     name: Name
     part: str
     """``housing``, ``shaft``, ``rotor``, ``stator``, ``tool``, ``enclosure``, ``front.outer`` (a
-    bearing's ring, or its ``sleeve``), ``jacket.front``, a carrier, an input."""
+    bearing's ring, or its ``sleeve``), ``jacket.front``, a carrier, an input.
+    In the bore beside a bearing it reads the ring: the wall may be 10 K colder further out."""
     at: Place | None = None
     side: Side | None = None
     noise: Number = Field(default=0.05, ge=0.0, le=10.0)

@@ -52,6 +52,7 @@ class AirGap(Effect):
                 "radius": NumberSpec("mm", 1.0, 1e3),
                 "gap": NumberSpec("mm", 0.05, 20.0),
             },
+            law="air between rotor and stator: Q = Nu k area / (2 gap) (Tb - Ta), Nu with speed",
         )
     }
     conductance_inputs = ("speed",)

@@ -80,6 +80,8 @@ class BearingFriction(Effect):
                 "viscosity_at": NumberSpec("degC", -60.0, 200.0, 25.0),
                 "inner_share": NumberSpec("1", 0.0, 1.0, 0.5),
             },
+            law="H = 1.047e-4 n count (M0 + M1), M1 = f1 preload mean_diameter; inner_share of it "
+            "enters the inner node",
         )
     }
 

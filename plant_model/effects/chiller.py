@@ -32,6 +32,7 @@ class Chiller(Effect):
                 "on_above": NumberSpec("degC", -60.0, 200.0),
                 "dead_band": NumberSpec("K", 0.1, 50.0),
             },
+            law="takes its power from the tank `cools` while `watches` is too warm",
             only_one="only one chiller can be in a machine",
         )
     }

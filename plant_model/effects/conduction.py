@@ -9,6 +9,7 @@ from plant_model.item_forms import ItemSpec, NumberSpec
 _FORM = ItemSpec(
     refs={"between": "node,node"},
     numbers={"conductance": NumberSpec("W/K", 0.0, 1e5)},
+    law="Q = conductance (Tb - Ta): `conduction` within a part, `contact` through a joint",
 )
 
 

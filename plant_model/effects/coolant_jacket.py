@@ -108,10 +108,12 @@ class CoolantJacket(Effect):
                 "flow": NumberSpec("l/min", 0.0, 1e3),
                 "heat_capacity": NumberSpec("J/(l K)", 100.0, 5000.0),
             },
+            law="coolant flows into the first from the second: the inlet, or the jacket before it",
         ),
         ("links", "coolant_wall"): ItemSpec(
             refs={"between": "node,node"},
             numbers={"conductance": NumberSpec("W/K", 0.0, 1e5)},
+            law="Q = conductance (Tb - Ta) between a wall and the jacket on it",
         ),
     }
 

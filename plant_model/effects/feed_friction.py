@@ -19,6 +19,7 @@ class FeedFriction(Effect):
         ("sources", "feed_axis"): ItemSpec(
             refs={"node": "node", "driven_by": "input"},
             numbers={"loss": NumberSpec("W/(m/min)", 0.0, 1e4)},
+            law="loss times feed",
         )
     }
 

@@ -32,6 +32,8 @@ class HousingBending(Effect):
                 "yaw": NumberSpec("1", -1.0, 1.0, 0.0),
                 "pitch": NumberSpec("1", -1.0, 1.0, 0.0),
             },
+            law="tilts by expansion length / width (T_towards - T_away), towards the positive axis "
+            "while `towards` is warmer, and moves the nose by tilt times lever",
         )
     }
 

@@ -26,6 +26,7 @@ class MotorLoss(Effect):
                 "loss": NumberSpec("W/(1000 r/min)", 0.0, 1e4),
                 "rotor_share": NumberSpec("1", 0.0, 1.0, 0.33),
             },
+            law="loss times speed, without load; rotor_share of it enters the rotor",
         )
     }
 

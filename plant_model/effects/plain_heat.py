@@ -24,7 +24,9 @@ class PlainHeat(Effect):
     parameters = {"scale": amplitude(1.0, 0.0, 3.0, "factor on all of it, 1 as given")}
     handles = {
         ("sources", "steady_heat"): ItemSpec(
-            refs={"node": "node"}, numbers={"power": NumberSpec("W", 0.0, 1e5)}
+            refs={"node": "node"},
+            numbers={"power": NumberSpec("W", 0.0, 1e5)},
+            law="on whenever the machine is on",
         ),
         ("sources", "driven_heat"): ItemSpec(
             refs={"node": "node", "driven_by": "input"},
@@ -32,6 +34,7 @@ class PlainHeat(Effect):
                 "power": NumberSpec("W", 0.0, 1e5),
                 "exponent": NumberSpec("1", 0.5, 3.0, 1.0),
             },
+            law="power (|u| / u_high)^exponent, u_high the largest value of its range",
         ),
     }
 

@@ -40,6 +40,8 @@ class StirredFilm(Effect):
         ("links", "stirred"): ItemSpec(
             refs={"between": "node,node|boundary", "driven_by": "input"},
             numbers={"conductance": NumberSpec("W/K", 0.0, 1e5)},
+            law="Q = conductance (|u| / u_high)^0.7 (Tb - Ta), u_high the largest value of its "
+            "range; in addition to the link at rest",
         )
     }
 

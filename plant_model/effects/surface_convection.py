@@ -80,6 +80,7 @@ class SurfaceConvection(Effect):
                 "area": NumberSpec("m2", 0.0, 1e3),
                 "coefficient": NumberSpec("W/(m2 K)", 0.0, 1e4),
             },
+            law="Q = coefficient area (Tb - Ta): a film, radiation included",
         )
     }
 

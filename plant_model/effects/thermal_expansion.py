@@ -16,6 +16,8 @@ _SEGMENT = ItemSpec(
         "end": NumberSpec("mm", -1e4, 1e4),
         "expansion": NumberSpec("1e-6/K", 0.0, 40.0),
     },
+    law="grows in length: the housing counts from its face to the locating bearing, the shaft from "
+    "there to the gauge line",
 )
 
 
@@ -37,6 +39,7 @@ class ThermalExpansion(Effect):
         ("structure", "located"): ItemSpec(
             refs={},
             numbers={"at": NumberSpec("mm", -1e4, 1e4), "gauge_line": NumberSpec("mm", -1e4, 1e4)},
+            law="where the bearing sits that holds the shaft; from the housing's face",
             only_one="only one bearing can locate the shaft",
         ),
         ("structure", "member"): ItemSpec(
@@ -48,9 +51,12 @@ class ThermalExpansion(Effect):
                 "y": NumberSpec("1", -1.0, 1.0, 0.0),
                 "elongation": NumberSpec("1", -1.0, 1.0, 0.0),
             },
+            law="moves the nose by expansion length along x, y and elongation, each its share",
         ),
         ("structure", "tool"): ItemSpec(
-            refs={"nodes": "node*"}, numbers={"expansion": NumberSpec("1e-6/K", 0.0, 40.0)}
+            refs={"nodes": "node*"},
+            numbers={"expansion": NumberSpec("1e-6/K", 0.0, 40.0)},
+            law="grows beyond the gauge line, by its length in use",
         ),
     }
 

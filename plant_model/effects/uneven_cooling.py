@@ -53,6 +53,7 @@ class UnevenCooling(Effect):
         ("links", "coolant_unevenness"): ItemSpec(
             refs={"between": "node,node"},
             numbers={"difference": NumberSpec("W/K", -1e4, 1e4)},
+            law="what a sector's wall conducts more than the mean; they add up to 0 around a ring",
         )
     }
 
