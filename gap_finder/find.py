@@ -11,10 +11,10 @@ from gap_finder.calibrate import Progress, quiet
 from gap_finder.comparison import GapComparison
 from gap_finder.data_faults import DataFault, without_bad_readings
 from gap_finder.design import all_sensitivities
-from gap_finder.forward_backward import LAW, Searching, SearchResult
+from gap_finder.forward_backward import Searching, SearchResult
 from gap_finder.observations import Observations, observe
 from gap_finder.reference import ReferenceModel
-from gap_finder.score import Fit, scored
+from gap_finder.score import LAW, Fit, scored
 from gap_finder.search import USUAL, Search
 from gap_finder.standing import calibrated, standing_still
 from measurement.errors import BadInput

@@ -14,7 +14,7 @@ from gap_finder.design import RunSensitivities, all_sensitivities
 from gap_finder.hypotheses import AddedEffect, Addition, Listed, all_additions
 from gap_finder.keys import effect_of
 from gap_finder.proposals import LEADERS, PLACES_TRIED, is_far_from_linear, screened
-from gap_finder.score import Fit, fit
+from gap_finder.score import Fit, fit, units_for
 from gap_finder.search import Search
 from plant_model.effect_names import name_of
 from plant_model.integrate import IntegrationError
@@ -28,11 +28,6 @@ the ninth and eleventh split: in 44 searches absent effects lower the score by n
 by 8, 10, 14, 14, 15, 20 and more, except imitators of a law that is on no list. Its use for the
 calibration runs was set on those of the thirteenth and the fourteenth's jig borer 0000, where an
 absent law gains 7.7 on left-out runs and 0.3 on these."""
-
-LAW = 0.05
-"""Share of the initial squared error that the right law may still leave [1]: no machine obeys a law
-of the catalogue better, and the remaining error of a strong effect resembles other effects. Set on
-the development split (lathe 0003 and 0016)."""
 
 
 @dataclass(frozen=True)
@@ -82,13 +77,9 @@ class Hypothesis:
 
 
 def units_of(nothing: Hypothesis, hypotheses: Iterable[Hypothesis]) -> FloatArray:
-    """Return the least squared error per channel and run of some hypotheses, shape (C,).
-
-    In squared tolerances; never less than one, nor than the accuracy of laws where they act.
-    """
+    """Return the units of some hypotheses' scores, shape (C,) [tolerances squared]."""
     least = np.min([hypothesis.fit.left.mean(axis=0) for hypothesis in hypotheses], axis=0)
-    law = LAW * nothing.fit.left.mean(axis=0)
-    return np.asarray(np.maximum(np.maximum(1.0, law), least))
+    return units_for(least, nothing.fit.left.mean(axis=0))
 
 
 @dataclass(frozen=True)
@@ -186,7 +177,7 @@ class Searching:
     ) -> Step:
         """Score what the screening proposes to add to the best so far."""
         self._progress(f"screening, {len(best.additions) + 1}")
-        proposed = screened(best.fit, sensitivities, listed)
+        proposed = screened(self.nothing.fit, best.fit, sensitivities, listed)
         first, later = proposed.likely[:LEADERS], proposed.likely[LEADERS:]
         tried = self._scored(best, first, listed, sensitivities)
         limit = self._cost_limit(best, tried)

@@ -11,7 +11,7 @@ from gap_finder.design import RunSensitivities, design_of
 from gap_finder.hypotheses import AddedChange, AddedEffect, Addition, Listed
 from gap_finder.keys import effect_of
 from gap_finder.leave_one_out import LeaveOneOut
-from gap_finder.score import Fit
+from gap_finder.score import Fit, units_for
 from gap_finder.screen import Screen
 from plant_model.effect_names import name_of
 
@@ -40,7 +40,9 @@ class Proposed:
     places: list[Addition]
 
 
-def screened(best: Fit, sensitivities: Sequence[RunSensitivities], listed: Listed) -> Proposed:
+def screened(
+    nothing: Fit, best: Fit, sensitivities: Sequence[RunSensitivities], listed: Listed
+) -> Proposed:
     """Return the candidates to score fully, assuming responses linear in size.
 
     *sensitivities* are those of the best.
@@ -50,14 +52,18 @@ def screened(best: Fit, sensitivities: Sequence[RunSensitivities], listed: Liste
         return Proposed([], [])
     calibration = best.calibration
     designs = design_of(calibration.parts, sensitivities, calibration.units)
-    scores = Screen(LeaveOneOut(designs, best.position()), tried).scores()
+    channels = len(calibration.units)
+    scores = Screen(LeaveOneOut(designs, best.position()), tried, channels).scores()
     prior = np.array([listed.costs[addition.key] for addition in tried])
     sized = [
         addition.scaled(scale) for addition, scale in zip(tried, scores.scale.tolist(), strict=True)
     ]
-    # As in the score, the errors of a run count as one.
-    unit = max(1.0, (scores.cost - float(scores.gain.max())) / best.left.size)
-    won = (scores.gain + scores.prior_gain) / unit - [addition.size_cost() for addition in sized]
+    # As in the score, a channel that nothing follows says little about any of them.
+    before, after = best.left.sum(axis=0), scores.left * calibration.units
+    least = np.minimum(before, after.min(axis=0)) / len(best.left)
+    units = units_for(least, nothing.left.mean(axis=0))
+    won = np.sum((before - after) / units, axis=1) + scores.prior_gain
+    won -= [addition.size_cost() for addition in sized]
     order = np.argsort(-(won - prior)).tolist()
     likely = _best_of_kinds(tried, order, 1)
     # Near the calibrated machine, effects that calibration absorbed show little: always score some.

@@ -30,24 +30,21 @@ class Answers(Protocol):
 
 @dataclass(frozen=True)
 class Scores:
-    """Gain of each candidate, with each run predicted from the others.
+    """What each candidate leaves, with each run predicted from the others.
 
     Attributes
     ----------
-    gain : array, shape (m,)
-        Reduction of the squared error over all runs, in the designs' units like ``cost``.
+    left : array, shape (m, C)
+        Squared error of each channel over all runs, in the designs' units.
     prior_gain : array, shape (m,)
         Reduction of the squared distance of all shared unknowns from their priors' centres.
     scale : array, shape (m,)
         Factor on the candidate's response, from all runs together.
-    cost : float
-        Squared error over all runs without any candidate.
     """
 
-    gain: FloatArray
+    left: FloatArray
     prior_gain: FloatArray
     scale: FloatArray
-    cost: float
 
 
 class Screen:
@@ -57,18 +54,17 @@ class Screen:
     ----------
     runs : LeaveOneOut
     tried : sequence of Answers, length m
+    channels : int
     """
 
-    def __init__(self, runs: LeaveOneOut, tried: Sequence[Answers]) -> None:
-        self._runs = runs
+    def __init__(self, runs: LeaveOneOut, tried: Sequence[Answers], channels: int) -> None:
+        self._runs, self._tried, self._channels = runs, tried, channels
         count, many = len(runs.designs), len(tried)
         # Of every run: responses against the shared columns, themselves and the residual.
         self._cross = np.zeros((count, len(runs.position), many))
         self._squares, self._against = np.zeros((count, many)), np.zeros((count, many))
-        self._left = np.zeros(count)
         for i, (design, shared) in enumerate(zip(runs.designs, runs.clean, strict=True)):
             residual = design.cleaned(design.residual[:, None])[:, 0]
-            self._left[i] = design.residual @ residual
             for block, columns in _in_blocks(tried, i, design):
                 self._cross[i, :, block] = shared.T @ columns
                 self._squares[i, block] = np.sum(columns * design.cleaned(columns), axis=0)
@@ -81,12 +77,8 @@ class Screen:
         step, follow, scale = self._recalibrated(runs.every)
         prior_gain = 2.0 * scale * ((runs.position + step) @ follow)
         prior_gain -= scale**2 * np.sum(follow**2, axis=0)
-        gain, cost = np.zeros_like(scale), 0.0
-        for run in runs.every.tolist():
-            with_it, without = self._predicted(run)
-            gain += without - with_it
-            cost += without
-        return Scores(gain, prior_gain, scale, cost)
+        left = sum(self._predicted(run) for run in runs.every.tolist())
+        return Scores(np.asarray(left), prior_gain, scale)
 
     def _recalibrated(self, kept: Runs) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return what some runs make of the unknowns.
@@ -102,18 +94,23 @@ class Screen:
         scale = np.clip(-slope / np.maximum(squares, 1e-12), LEAST_SCALE, MOST_SCALE)
         return step, follow, scale
 
-    def _predicted(self, run: int) -> tuple[FloatArray, float]:
-        """Return the squared error of a left-out run with each candidate, (m,), and without."""
+    def _predicted(self, run: int) -> FloatArray:
+        """Return the squared error of a left-out run's channels with each candidate, (m, C)."""
+        design = self._runs.designs[run]
         step, follow, scale = self._recalibrated(self._runs.without(run))
-        gram, slope, cross = self._runs.grams[run], self._runs.slopes[run], self._cross[run]
-        without = float(self._left[run] + 2.0 * slope @ step + step @ gram @ step)
-        linear = self._against[run] + step @ cross - (slope + step @ gram) @ follow
-        quadratic = self._squares[run] - 2.0 * np.sum(cross * follow, axis=0)
-        quadratic += np.sum(follow * (gram @ follow), axis=0)
-        # A candidate that acts only in this run is the run's own unknown, like a zero.
-        best = np.clip(-linear / np.maximum(quadratic, 1e-12), LEAST_SCALE, MOST_SCALE)
-        scale = np.where(self._alone[run], best, scale)
-        return without + 2.0 * linear * scale + quadratic * scale**2, without
+        base = (design.residual + design.shared @ step)[:, None]
+        clean = design.cleaned(base)
+        left = np.zeros((len(scale), self._channels))
+        for block, columns in _in_blocks(self._tried, run, design):
+            columns -= design.shared @ follow[:, block]
+            cleaned = design.cleaned(columns)
+            # A candidate that acts only in this run is the run's own unknown, like a zero.
+            quadratic = np.maximum(np.sum(columns * cleaned, axis=0), 1e-12)
+            best = np.clip(-np.sum(base * cleaned, axis=0) / quadratic, LEAST_SCALE, MOST_SCALE)
+            size = np.where(self._alone[run, block], best, scale[block])
+            squares = (base + columns * size) * (clean + cleaned * size)
+            left[block] = squares.reshape(-1, self._channels, len(size)).sum(axis=0).T
+        return left
 
 
 def _in_blocks(

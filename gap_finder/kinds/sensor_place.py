@@ -1,4 +1,4 @@
-"""A thermometer that partly reads another part than the machine file says.
+"""A thermometer that partly or wholly reads another part than the machine file says.
 
 It is modelled as a small tip between the two parts, with almost no mass and conductance. The ratio
 of its two contacts determines which share of each part it reads.
@@ -27,8 +27,9 @@ from plant_model.effects.base import TIMES_USUAL
 from plant_model.machine import Machine, Node
 from plant_model.parameters import FloatArray
 
-TIP_SHARES = (0.1, 0.5)
-"""Usual shares, which are tried [1]; set on no data."""
+TIP_SHARES = (0.1, 0.9)
+"""Usual shares, which are tried [1]: a thermometer near an edge, or one whose part is mistaken. Set
+on no data."""
 
 CONTACT_W_PER_K, TIP_J_PER_K, TIP_M2 = 0.01, 0.03, 1e-4
 """The tip's contact with its own part, its heat capacity and its surface [W/K, J/K, m2]: it follows
@@ -72,8 +73,8 @@ class SensorPlace(Change):
         return {self.amplitude: conductance_of((self._tip, self.place[1]), boundary=self.boundary)}
 
     def scaled(self, numbers: Mapping[str, float], scale: float) -> dict[str, float]:
-        """Return the share multiplied by *scale*, at most 0.9."""
-        return {self.amplitude: min(numbers[self.amplitude] * scale, 0.9)}
+        """Return the share multiplied by *scale*, at most the largest usual one."""
+        return {self.amplitude: min(numbers[self.amplitude] * scale, TIP_SHARES[-1])}
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with the thermometer on a tip between the two parts."""

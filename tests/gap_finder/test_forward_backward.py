@@ -8,13 +8,13 @@ import pytest
 
 from gap_finder import forward_backward
 from gap_finder.forward_backward import (
-    LAW,
     MARGIN,
     Hypothesis,
     Searching,
     Step,
     units_of,
 )
+from gap_finder.score import LAW
 from gap_finder.search import Search
 
 

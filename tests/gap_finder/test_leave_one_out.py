@@ -83,13 +83,12 @@ def test_a_candidate_is_one_more_unknown_of_all_runs(designs):
     generator = np.random.default_rng(4)
     # As large as what is left, so that its factor is within the limits.
     answers = [generator.normal(size=len(d.residual)) - d.residual for d in designs]
-    scores = Screen(LeaveOneOut(designs, X), [SimpleNamespace(answers=answers)]).scores()
+    scores = Screen(LeaveOneOut(designs, X), [SimpleNamespace(answers=answers)], CHANNELS).scores()
     plain = [design.shared for design in designs]
     more = [np.column_stack([design.shared, a]) for design, a in zip(designs, answers, strict=True)]
-    without = sum(_predicted(designs, run, plain) for run in EVERY)
     with_it = sum(_predicted(designs, run, more) for run in EVERY)
-    assert scores.cost == pytest.approx(without, rel=1e-9)
-    assert scores.gain[0] == pytest.approx(without - with_it, rel=1e-9)
+    assert scores.left.shape == (1, CHANNELS)
+    assert scores.left.sum() == pytest.approx(with_it, rel=1e-9)
     before, after = (_solved(designs, EVERY, X, columns) for columns in (plain, more))
     assert scores.scale[0] == pytest.approx(after[-1], rel=1e-9)
     moved = np.pad(X, (0, OTHER))

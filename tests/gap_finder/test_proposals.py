@@ -1,5 +1,6 @@
 """What is scored in full, and where its calibration begins."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,11 +10,12 @@ from gap_finder.calibrate import calibrate
 from gap_finder.candidates import candidates
 from gap_finder.design import all_sensitivities
 from gap_finder.forward_backward import Hypothesis, _in_place_of
-from gap_finder.hypotheses import AddedChange, AddedEffect, Listed, prior_costs
+from gap_finder.hypotheses import AddedChange, AddedEffect, Listed, all_additions, prior_costs
 from gap_finder.kinds.heat_path import HeatPath
 from gap_finder.observations import observe
 from gap_finder.proposals import LEADERS, screened
 from gap_finder.score import scored
+from measurement.workers import workers
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from tests.gap_finder.conftest import runs_of
@@ -33,8 +35,25 @@ def test_the_likeliest_are_scored_even_if_none_lowers_the_score_in_the_screening
     ]
     # So unlikely that nothing gained pays for it.
     costs = {key: 1e4 + cost for key, cost in prior_costs({one.key for one in tried}).items()}
-    likely = screened(now, sensitivities, Listed(tried, costs)).likely
+    likely = screened(now, now, sensitivities, Listed(tried, costs)).likely
     assert len({one.key for one in likely}) == len(likely) == LEADERS
+
+
+def test_a_channel_that_nothing_follows_is_asked_first(jig_borer_lumps):
+    runs = runs_of(jig_borer_lumps)
+    sensors = [
+        replace(sensor, of="pedestal") if sensor.name == "T8" else sensor
+        for sensor in jig_borer_lumps.sensors
+    ]
+    mistaken = replace(jig_borer_lumps, sensors=tuple(sensors))
+    observed = observe(mistaken, runs)
+    calibration = calibrate(mistaken, observed, starts=1, cost_limit=0.0)
+    sensitivities = all_sensitivities(calibration.machine, observed)
+    now = scored(mistaken, observed, calibration, sensitivities)
+    with workers(1) as pool:
+        listed = all_additions(pool, now, sensitivities, catalogue())
+    likely = screened(now, now, sensitivities, listed).likely
+    assert likely[0].key == "sensor_place:T8+housing_motor_yp"
 
 
 def test_another_place_begins_where_the_one_that_does_best_has_ended(jig_borer_lumps):
