@@ -72,6 +72,11 @@ class SensorPlace(Change):
         """Return the tip's contact with the other part."""
         return {self.amplitude: conductance_of((self._tip, self.place[1]), boundary=self.boundary)}
 
+    def centre(self) -> dict[str, float]:
+        """Return the middle of the usual shares, by their odds."""
+        odds = float(np.sqrt(np.prod([_odds(share) for share in TIP_SHARES])))
+        return {self.amplitude: odds / (1.0 + odds)}
+
     def scaled(self, numbers: Mapping[str, float], scale: float) -> dict[str, float]:
         """Return the share multiplied by *scale*, at most the largest usual one."""
         return {self.amplitude: min(numbers[self.amplitude] * scale, TIP_SHARES[-1])}
