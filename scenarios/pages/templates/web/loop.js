@@ -1,12 +1,12 @@
 /* Plant and compensator in a loop: the order of a step is that of scenarios/cosimulation.py. */
 class Loop {
-  constructor(plant, compensator, { driven, told, measured, offsets }) {
-    Object.assign(this, { plant, compensator, driven, told, offsets });
+  constructor(plant, compensator, { driven, by_signals, measured, offsets }) {
+    Object.assign(this, { plant, compensator, driven, by_signals, offsets });
     this.drive = plant.port(driven);
     this.move = plant.port(offsets);
     this.seed = plant.port(["noise_seed"], "integer");
     this.shown = plant.port(plant.names("output"));
-    this.see = compensator.port([...measured, ...told]);
+    this.see = compensator.port([...measured, ...by_signals]);
     this.sent = compensator.port(compensator.names("output"));
     this.codes = compensator.port(["status", "status_sensor"], "integer");
     this.flag = compensator.port(["valid"], "boolean");
@@ -37,7 +37,7 @@ class Loop {
     const place = this.fault ? this.measured.indexOf(this.fault.sensor) : -1;
     if (place >= 0) values[place] = this.broken(values[place]);
     this.saw = Object.fromEntries(this.measured.map((name, k) => [name, values[k]]));
-    return [...values, ...this.told.map((name) => this.signals[name])];
+    return [...values, ...this.by_signals.map((name) => this.signals[name])];
   }
 
   broken(reading) {
