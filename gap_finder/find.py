@@ -194,8 +194,8 @@ def find_gap(
         with processes(search.workers) as pool:
             sensitivities = all_sensitivities(calibration.machine, observed, pool)
             nothing = scored(machine, observed, calibration, sensitivities)
-            answer = Searching(pool, nothing, search, progress).run(sensitivities)
-    return GapResult(answer, tuple(faults))
+            searched = Searching(pool, nothing, search, progress).run(sensitivities)
+    return GapResult(searched, tuple(faults))
 
 
 def answer(
