@@ -13,10 +13,34 @@ from dataclasses import replace
 import numpy as np
 
 from gap_finder.observations import INDEPENDENT_S
+from measurement.errors import BadInput
+from measurement.importing.mapping import Mapping
 from measurement.runs import TIME, Run
 from plant_model.machine import Machine
 
 _PIECE = "_{}of{}"
+
+
+def need_no_leap(run: Run) -> None:
+    """Refuse a run that is two: with a pause longer than all the rest, after which it began cold.
+
+    A model is stepped through pauses, too, and takes hours for one of months.
+
+    Raises
+    ------
+    BadInput
+        For the longest pause.
+    """
+    time = run.time_s
+    steps = np.diff(time, append=time[-1])
+    at = int(np.argmax(steps))
+    if steps[at] > max(time[-1] - time[0] - steps[at], Mapping().cold_after_s):
+        problem = (
+            f"{float(time[at + 1])!r} after {float(time[at])!r}, the previous row, is a pause "
+            "longer than all the rest, and leaves the machine cold: cut the run in two there, as "
+            "spindle-drift import does"
+        )
+        raise BadInput(run.path or run.name, f"column {TIME}", problem)
 
 
 def pieces_of(machine: Machine, run: Run, hours: float) -> list[Run]:
@@ -38,7 +62,7 @@ def pieces_of(machine: Machine, run: Run, hours: float) -> list[Run]:
     """
     time = run.time_s
     starts = np.arange(time[0], time[-1], 3600.0 * hours)
-    firsts = np.searchsorted(time, starts - 1e-6)
+    firsts = np.unique(np.searchsorted(time, starts - 1e-6))  # in a pause no piece begins
     # A last piece too short for one independent value is joined to the one before.
     firsts = np.concatenate([firsts[:1], firsts[1:][time[-1] - time[firsts[1:]] >= INDEPENDENT_S]])
     if len(firsts) < 2:

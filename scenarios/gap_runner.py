@@ -10,7 +10,7 @@ from typing import Any
 from gap_finder.data_faults import DataFault, need_readings, without_faults
 from gap_finder.find import FEWEST_RUNS, answer
 from gap_finder.five_lines import five_lines
-from gap_finder.long_log import pieces_of
+from gap_finder.long_log import need_no_leap, pieces_of
 from gap_finder.observations import Observations
 from gap_finder.report import MACHINE_AFTER, report_of
 from gap_finder.search import USUAL, Search
@@ -185,10 +185,11 @@ def usable_runs(
     Raises
     ------
     BadInput
-        If too little is left of either.
+        If a run needs cutting, or too little is left of either.
     """
     for run in (*runs, *unseen):
         _need_inputs(machine, run)
+        need_no_leap(run)
     left, faults = without_faults(machine, [*runs, *unseen])
     first, last = ({run.name for run in part} for part in (runs, unseen))
     used = [run for run in left if run.name in first]

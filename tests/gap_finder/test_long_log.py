@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from gap_finder.long_log import pieces_of
+from gap_finder.long_log import need_no_leap, pieces_of
 from gap_finder.observations import observe
 from gap_finder.regimes import gap_of, residuals
 from measurement.runs import Run
@@ -65,6 +65,32 @@ def test_hidden_parts_begin_where_the_piece_before_left_them(jig_borer_lumps, lo
 def test_a_short_rest_stays_with_the_piece_before(jig_borer_lumps, log):
     assert [len(one.frame) for one in pieces_of(jig_borer_lumps, log, 4.4)] == [264, 540]
     assert pieces_of(jig_borer_lumps, log, 20.0) == [log]
+
+
+def _paused(log: Run, row: int, hours: float) -> Run:
+    late = log.frame["time_s"] + 3600.0 * hours * (log.frame.index >= row)
+    return replace(log, frame=log.frame.assign(time_s=late))
+
+
+def test_no_piece_begins_in_a_pause(jig_borer_lumps, log):
+    pieces = pieces_of(jig_borer_lumps, _paused(log, 180, 7.0), 2.0)
+    assert [len(one.frame) for one in pieces] == [120, 180, 300, 420, 540]
+
+
+@pytest.mark.parametrize("row", [1, 270, 539])
+def test_a_run_is_cut_where_its_clock_leaps_by_months(log, row):
+    said = refusal(need_no_leap, _paused(log, row, 8000.0))
+    last = 60.0 * (row - 1)
+    assert said.startswith(f"log: column time_s: {last + 60.0 + 8000.0 * 3600.0} after {last}, ")
+    assert said.endswith("cut the run in two there, as spindle-drift import does")
+
+
+def test_a_run_pauses_while_the_rest_is_longer_or_the_machine_warm(log):
+    for run in (log, _paused(log, 270, 8.9), Run("one", log.frame[:1])):
+        need_no_leap(run)
+    short = Run("short", log.frame[:60])
+    need_no_leap(_paused(short, 30, 7.9))
+    assert "longer than all the rest" in refusal(need_no_leap, _paused(short, 30, 8.0))
 
 
 def test_a_sensor_that_comes_late_and_one_that_never_reads(jig_borer_lumps, log):

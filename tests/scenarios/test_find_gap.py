@@ -81,6 +81,20 @@ def test_a_run_without_what_drives_the_machine_is_refused(
     assert f"{paths[0]}: {told}" in line
 
 
+@pytest.mark.parametrize("place", [1, 3])
+def test_a_run_whose_clock_leaps_by_months_is_refused_before_the_work(
+    place, machine, tmp_path, refused
+):
+    runs = runs_of(machine)
+    time = runs[place].time_s + 3e7 * (runs[place].time_s > 5000.0)
+    runs[place] = replace(runs[place], frame=runs[place].frame.assign(time_s=time))
+    paths = written(tmp_path, *runs)
+    out = str(tmp_path / "out")
+    line = refused(asked("--runs", *paths[:3], "--holdout", paths[3], "--out", out))
+    assert f"{paths[place]}: column time_s: 30005010.0 after 4980.0" in line
+    assert not Path(out).exists()
+
+
 def test_too_few_runs_that_can_be_used(machine, tmp_path, refused):
     runs = runs_of(machine)
     hall = runs[0].frame["T5_degC"] + np.where(runs[0].time_s > 3000.0, 20.0, 0.0)
