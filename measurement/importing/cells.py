@@ -15,10 +15,12 @@ MISSING = frozenset(
     for word in (
         *("", "NaN", "NA", "N/A", "null", "None", "OL", "overload", "over", "under", "overflow"),
         *("err", "error", "NV", "WERT", "VALUE", "DIV/0", "REF", "burnout", "1.#QNAN"),
-        *("1.#IND", "1.#INF", "inf", "infinity"),
+        "1.#IND",
     )
 )
 """What recorders write for a missing value, in lower case, without enclosing signs."""
+INFINITE = frozenset({"inf", "infinity", "1.#inf"})
+"""What they write for a reading beyond all numbers, likewise."""
 
 
 @dataclass(frozen=True)
@@ -67,5 +69,14 @@ class Sheet:
 
 
 def is_missing(cell: Cell) -> bool:
-    """Return whether a cell marks a missing value."""
-    return cell is None or (isinstance(cell, str) and cell.strip("+-*?#! \t").casefold() in MISSING)
+    """Return whether a cell marks a missing value, or one beyond all numbers."""
+    return cell is None or (isinstance(cell, str) and _bare(cell) in MISSING | INFINITE)
+
+
+def is_infinite(cell: str) -> bool:
+    """Return whether a cell is a reading beyond all numbers."""
+    return _bare(cell) in INFINITE
+
+
+def _bare(cell: str) -> str:
+    return cell.strip("+-*?#! \t").casefold()

@@ -230,7 +230,7 @@ def _ordered(sheet: Sheet, at: int, time: FloatArray, *, dated: bool) -> tuple[F
     def refuse(row: int, problem: str) -> BadInput:
         return BadInput(sheet.where, f"row {sheet.rows[row]}, {name}", problem)
 
-    missing = np.flatnonzero(np.isnan(time))
+    missing = np.flatnonzero(~np.isfinite(time))
     if missing.size:
         raise refuse(int(missing[0]), "is missing; every row needs a time")
     steps = np.diff(time)

@@ -64,7 +64,7 @@ def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
 
 def _parsed(path: Path, place: str, text: str) -> Any:
     try:
-        # An integer too large for a double becomes infinite, which marks a missing value.
+        # An integer too large for a double becomes infinite, which no unit's range allows.
         return json.loads(text, parse_int=float)
     except (ValueError, RecursionError) as error:
         raise BadInput(path, place, f"is no JSON: {error}") from None

@@ -183,7 +183,8 @@ def _hint(sheet: Sheet, at: int, entry: Heading, rule: ColumnRule) -> str:
 def _likely(name: str, sheet: Sheet, at: int) -> str:
     """Return a likely unit of a column; empty if there is none."""
     values = numbers_of(sheet, at)
-    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    values = values[np.isfinite(values)]
+    low, high = float(values.min()), float(values.max())
     plain = name.casefold()
     if "temp" in plain or (plain[:1] == "t" and plain[1:].strip("_ ").isdigit()):
         return "K" if low > 200.0 else "degC" if low > -20.0 and high < 120.0 else ""
@@ -198,7 +199,7 @@ def _signal(sheet: Sheet, at: int, rule: ColumnRule, notes: list[str]) -> tuple[
     """Return a signal's column name and its values in the run file's unit.
 
     If all values outside the unit's range are the same number, such as -999, it is a recorder's
-    mark for a broken wire, and they become missing.
+    mark for a broken wire, and they become missing, as infinite ones do.
     """
     place = f"column {sheet.headings[at].text}"
     named = f"{rule.name} {sheet.headings[at].text}"
@@ -206,9 +207,12 @@ def _signal(sheet: Sheet, at: int, rule: ColumnRule, notes: list[str]) -> tuple[
     read = numbers_of(sheet, at)
     values = rule.sign * kind(read)
     unit = UNITS[kind.suffix]
-    wrong = np.flatnonzero((values < unit.low) | (values > unit.high))
-    if wrong.size:
-        row = int(wrong[0])
+    infinite = np.isinf(values)
+    outside = ((values < unit.low) | (values > unit.high)) & ~infinite
+    for wrong in (infinite, outside):
+        if not wrong.any():
+            continue
+        row = int(np.argmax(wrong))
         converted = (
             "" if kind.factor == 1.0 and not kind.offset else f" ({values[row]:g} {unit.suffix})"
         )
@@ -217,10 +221,11 @@ def _signal(sheet: Sheet, at: int, rule: ColumnRule, notes: list[str]) -> tuple[
             f"{unit.suffix}"
         )
         where = f"row {sheet.rows[row]}, {place}"
-        if len(set(read[wrong])) > 1 or wrong.size == np.isfinite(values).sum():
+        alike = len(set(read[wrong])) == 1 and wrong.sum() < np.isfinite(values).sum()
+        if wrong is outside and not alike:
             raise BadInput(sheet.where, where, f"{problem}: is {rule.unit} its unit?")
         values[wrong] = np.nan
-        count = f"it and {wrong.size - 1} more are" if wrong.size > 1 else "it is"
+        count = f"it and {wrong.sum() - 1} more are" if wrong.sum() > 1 else "it is"
         notes.append(f"{where}: {problem}: {count} taken for missing")
     return column(signal_name(rule.name), kind.suffix), values
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime as dt
+import math
 import re
 from collections.abc import Callable, Sequence
 from typing import TypeVar
@@ -10,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 
 from measurement.errors import BadInput, shown
-from measurement.importing.cells import Cell, Sheet, is_missing
+from measurement.importing.cells import Cell, Sheet, is_infinite, is_missing
 from measurement.importing.text_tables import GROUPED, NUMBER
 from measurement.resampling import FloatArray
 
@@ -32,9 +33,7 @@ def numbers_of(sheet: Sheet, at: int) -> FloatArray:
     plain = _plain(sheet.columns[at], sheet.decimal)
     if plain is not None:
         return plain
-    values = read_cells(sheet, at, sheet.columns[at], lambda cell: number_of(cell, sheet), "number")
-    values[~np.isfinite(values)] = np.nan
-    return values
+    return read_cells(sheet, at, sheet.columns[at], lambda cell: number_of(cell, sheet), "number")
 
 
 def read_cells(
@@ -80,6 +79,8 @@ def number_of(cell: Cell, sheet: Sheet) -> float | None:
         return None
     if not isinstance(cell, str):
         return float(cell)
+    if is_infinite(cell):
+        return -math.inf if "-" in cell else math.inf
     if is_missing(cell):
         return float("nan")
     text = cell.strip()
@@ -98,4 +99,4 @@ def number_of(cell: Cell, sheet: Sheet) -> float | None:
 def is_numeric(sheet: Sheet, at: int) -> bool:
     """Return whether a column looks like numbers in its first rows."""
     some = [number_of(cell, sheet) for cell in sheet.columns[at][:50]]
-    return None not in some and any(value == value for value in some)
+    return None not in some and any(math.isfinite(value) for value in some if value is not None)

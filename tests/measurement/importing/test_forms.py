@@ -22,6 +22,7 @@ from tests.measurement.importing.made import (
     table,
     workbook,
 )
+from tests.refusing import refusal
 
 NAMES = ["time_s", "Temp_Lager_vorn_degC", "T_hinten_degC", "Halle_degC", "speed_rpm", "z_um"]
 PLAIN = [header.partition(" [")[0].partition(" (")[0] for header in HEADER]
@@ -190,6 +191,28 @@ def test_a_wire_that_broke_is_missing_and_told(log):
     assert run.frame["T_hinten_degC"][15:].isna().all()
     told = "row 17, column T hinten (degC): -999 degC is outside -60..400 degC: it and 24 more are"
     assert any(told in note for note in found.notes)
+
+
+@pytest.mark.parametrize("sign", ["inf", "-Infinity", "1.#INF"])
+def test_a_reading_beyond_all_numbers_is_missing_and_told(sign, log):
+    found = log(SECONDS.replace(";20,75;", f";{sign};"))
+    assert found.runs[0].frame["T_hinten_degC"].isna().tolist() == [True] + 39 * [False]
+    shown = "-inf" if "-" in sign else "inf"
+    told = f"column T hinten (degC): {shown} degC is outside -60..400 degC: it is taken for missing"
+    assert any(told in note for note in found.notes)
+
+
+def test_infinite_readings_ask_for_no_other_unit(log):
+    values = signals()
+    values[3, 1], values[5, 1], values[7:9, 1] = np.inf, -np.inf, -999.0
+    found = log(table(values=values))
+    assert found.runs[0].frame["T_hinten_degC"].isna().sum() == 4
+    assert sum("is outside -60..400" in note for note in found.notes) == 2
+
+
+def test_a_time_beyond_all_numbers_is_refused(log):
+    said = refusal(log, SECONDS.replace("\n60;", "\ninf;"))
+    assert "row 3, column Zeit [s]: is missing; every row needs a time" in said
 
 
 @pytest.mark.parametrize("sign", ["****", "+OVER", "?", "-1.#IND", "BURNOUT", "#NV"])
