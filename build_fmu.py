@@ -6,12 +6,19 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from fmu_packaging.native.build import Native
-from fmu_packaging.package import Recipe
-from scenarios import build_command
-from scenarios.build_command import _arguments
-from scenarios.building import DEFAULT_MACHINE, DEFAULT_MODEL, compensator_recipe, plant_recipe
-from scenarios.cli import reported
+from scenarios.entry import interrupted
+
+try:
+    from fmu_packaging.native.build import Native
+    from fmu_packaging.package import Recipe
+    from scenarios import build_command
+    from scenarios.build_command import _arguments
+    from scenarios.building import DEFAULT_MACHINE, DEFAULT_MODEL, compensator_recipe, plant_recipe
+    from scenarios.cli import reported
+except KeyboardInterrupt:
+    if __name__ != "__main__":
+        raise
+    sys.exit(interrupted())
 
 __all__ = [
     "DEFAULT_MACHINE",

@@ -99,18 +99,21 @@ def test_interruption_and_bugs(error, code, lines, monkeypatch, capsys):
         assert "Traceback" not in said
 
 
-def test_an_interruption_while_modules_are_imported_is_one_line():
+@pytest.mark.parametrize("script", [False, True])
+def test_an_interruption_while_modules_are_imported_is_one_line(script):
     declared = tomllib.loads(PROJECT.read_text())["project"]["scripts"]["spindle-drift"]
     module, _, function = declared.partition(":")
+    start = f"from {module} import {function}; sys.exit({function}())"
+    if script:
+        start = f"runpy.run_path({str(PROJECT.with_name('build_fmu.py'))!r}, run_name='__main__')"
     code = f"""if True:
-        import signal, sys
+        import runpy, signal, sys
         class Interrupting:
             def find_spec(self, name, *_):
                 if name == "argparse":
                     signal.raise_signal(signal.SIGINT)
         sys.meta_path.insert(0, Interrupting())
-        from {module} import {function}
-        sys.exit({function}())"""
+        {start}"""
     done = run(sys.executable, "-c", code)
     assert done.returncode == 130
     assert one_line(done.stderr).startswith("spindle-drift: error: interrupted")
