@@ -12,6 +12,7 @@ from scenarios.outputs import FOLDER_THAT_GOES_ON
 from scenarios.scenario import read_scenario
 from scenarios.sweep.plan import Request
 from scenarios.sweep.runner import run_sweep
+from scenarios.sweep.store import CASES
 from scenarios.sweep.tables import as_text
 from scenarios.version import PROGRAM
 from spindle_drift._options import SETTINGS, add_fmu_folder
@@ -67,7 +68,9 @@ def run(args: argparse.Namespace) -> int:
             quiet=args.quiet or args.json,
         )
     except KeyboardInterrupt:
-        print(f"{PROGRAM}: interrupted; the same command goes on from {out}", file=sys.stderr)
+        begun = next((out / CASES).glob("*.json"), None) is not None
+        then = f"the same command goes on from {out}" if begun else "no case has ended yet"
+        print(f"{PROGRAM}: interrupted; {then}", file=sys.stderr)
         return 130
     where = f"results in {out}: {', '.join(done['files'])}"
     tell(args, done, f"{done['title']}: {done['cases']} cases", "", as_text(done), "", where)

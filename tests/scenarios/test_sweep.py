@@ -151,6 +151,18 @@ def test_an_interrupted_sweep_says_how_to_go_on(
     )
 
 
+def test_a_sweep_interrupted_before_a_case_has_ended_does_not_promise_to_go_on(
+    tiny_scenario, tiny_folder, tmp_path, monkeypatch, capsys
+):
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("scenarios.sweep.runner.on_cores", interrupt)
+    words = arguments(tiny_scenario, tiny_folder, tmp_path / "out", "--vary", "speed=1000,2000")
+    assert main(words) == 130
+    assert capsys.readouterr().err == "spindle-drift: interrupted; no case has ended yet\n"
+
+
 OTHERWISE = {
     "--repeat is 2, not 3": {"repeat": 3},
     "--seed is 1, not 5": {"seed": 5},
