@@ -6,6 +6,7 @@ import contextlib
 import json
 import re
 import sys
+from collections.abc import Collection, Iterable
 from functools import cache
 from pathlib import Path
 
@@ -20,7 +21,8 @@ from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from scenarios import build_command
 from scenarios.building import compensator_recipe, native_of, plant_recipe
-from scenarios.fmu_file import member
+from scenarios.fmu_file import member, read_description
+from scenarios.scenario import Case
 
 SHIPPED = ("plant", "compensator")
 
@@ -65,25 +67,78 @@ def find_fmu(
     BadInput
         If there is no such FMU and it cannot be built.
     """
+    file, means_itself = _file_of(name, fmu_dir, near)
+    if file is None:
+        file = build_shipped(Path(name).stem, fmu_dir, quiet=quiet)
+    elif file.suffix == ".json":
+        file = build_compensator(file, work)
+    elif file.suffix == ".toml":
+        file = build_plant(str(file), work)
+    if not native or means_itself:
+        return file
+    return native_twin(file, work, quiet=quiet, everywhere=everywhere, fmi=fmi)
+
+
+def fmus_of(case: Case, plant: str | None = None, compensator: str | None = None) -> list[str]:
+    """Return the names of a case's plant FMU and, if it enables one, compensator FMU.
+
+    Parameters
+    ----------
+    case : Case
+    plant, compensator : str, optional
+        FMUs to use instead of the scenario's.
+    """
+    settings = case.settings
+    names = [plant or settings.plant.fmu]
+    if settings.compensator.enabled:
+        names.append(compensator or settings.compensator.fmu)
+    return names
+
+
+def check_fmus(
+    names: Iterable[str], fmu_dir: Path, near: Path, versions: Collection[str] = ("2.0",)
+) -> None:
+    """Refuse files that `find_fmu` could not use, before it builds any FMU.
+
+    Parameters
+    ----------
+    names : iterable of str
+    fmu_dir, near : Path
+        As for `find_fmu`.
+    versions : collection of str
+        Accepted FMI versions.
+
+    Raises
+    ------
+    BadInput, ModelFileError
+        For the first that is missing, or is no FMU, compensator file or machine file.
+    """
+    for name in names:
+        file, _ = _file_of(name, fmu_dir, near)
+        if file is None:
+            continue
+        if file.suffix == ".json":
+            compensator_recipe(file, "compensator")
+        elif file.suffix == ".toml":
+            read_machine(str(file))
+        else:
+            read_description(file, versions)
+
+
+def _file_of(name: str, fmu_dir: Path, near: Path) -> tuple[Path | None, bool]:
+    """Return the file that a name means, None if it must be built; and whether it means an FMU."""
     candidates = [near / Path(name).expanduser(), Path(name).expanduser(), fmu_dir / name]
     try:
         file = next((path for path in candidates if path.is_file()), None)
     except (OSError, ValueError) as error:
         raise BadInput(name, "", f"is not a path: {error}") from None
     is_shipped = Path(name).name == name and Path(name).stem in SHIPPED and name.endswith(".fmu")
-    if file is None and is_shipped:
-        file = build_shipped(Path(name).stem, fmu_dir, quiet=quiet)
-    if file is not None:
-        means_itself = file in candidates[:2] or not is_shipped
-        if file.suffix == ".json":
-            file, means_itself = build_compensator(file, work), False
-        elif file.suffix == ".toml":
-            file, means_itself = build_plant(str(file), work), False
-        if not native or means_itself:
-            return file
-        return native_twin(file, work, quiet=quiet, everywhere=everywhere, fmi=fmi)
-    names = [path.name for path in fmu_dir.glob("*.fmu")] if fmu_dir.is_dir() else []
-    raise BadInput(name, "", f"there is no such file, here or in {fmu_dir}{offered(name, names)}")
+    if file is None and not is_shipped:
+        names = [path.name for path in fmu_dir.glob("*.fmu")] if fmu_dir.is_dir() else []
+        problem = f"there is no such file, here or in {fmu_dir}{offered(name, names)}"
+        raise BadInput(name, "", problem)
+    is_recipe = file is not None and file.suffix in (".json", ".toml")
+    return file, not is_recipe and (file in candidates[:2] or not is_shipped)
 
 
 def build_shipped(kind: str, fmu_dir: Path, *, quiet: bool = False) -> Path:

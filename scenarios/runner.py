@@ -8,12 +8,13 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from functools import partial
 from importlib import metadata
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 from measurement.errors import BadInput
 from scenarios.cosimulation import simulate
-from scenarios.fmu_files import find_fmu
+from scenarios.fmu_files import check_fmus, find_fmu, fmus_of
 from scenarios.pages.web_page import write_page_of
 from scenarios.recording import FmuFacts, Recording
 from scenarios.results import (
@@ -85,10 +86,11 @@ def run_scenario(
     with tempfile.TemporaryDirectory(prefix="spindle-drift-built-") as work:
         near = scenario.path.resolve().parent
         find = partial(find_fmu, fmu_dir=fmu_dir, near=near, work=Path(work), quiet=quiet)
-        for case in scenario.cases:
-            settings = case.settings.compensator
-            plant_fmu = find(plant or case.settings.plant.fmu, native=True)
-            compensator_fmu = find(compensator or settings.fmu) if settings.enabled else None
+        named = [fmus_of(case, plant, compensator) for case in scenario.cases]
+        check_fmus(chain.from_iterable(named), fmu_dir, near)
+        for case, (plant_name, *compensators) in zip(scenario.cases, named, strict=True):
+            plant_fmu = find(plant_name, native=True)
+            compensator_fmu = find(compensators[0]) if compensators else None
             recordings.append(simulate(case, plant_fmu, compensator_fmu, quiet=quiet))
         rig = rig_of(plant_fmu)
         live_page = b""

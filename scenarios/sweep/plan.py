@@ -19,7 +19,7 @@ from measurement.files import sha256_of
 from plant_model.drive import MOST_STEPS
 from plant_model.noise import LARGEST_SEED
 from scenarios.fmu_file import read_description
-from scenarios.fmu_files import find_fmu
+from scenarios.fmu_files import check_fmus, find_fmu
 from scenarios.scenario import Case, Scenario, Variant, case_from, changed, read_scenario
 from scenarios.sweep.names import Names, Target, check_range
 from scenarios.sweep.variation import OPTION, Variation, variation
@@ -223,29 +223,36 @@ class _Fmus:
     known: dict[str, str] = field(default_factory=dict)
     paths: dict[str, Path] = field(default_factory=dict)
 
+    @property
+    def near(self) -> Path:
+        """The scenario's folder."""
+        return self.scenario.path.resolve().parent
+
     def sha256(self, name: str) -> str:
         """Return the SHA-256 of the FMU that a scenario calls *name*."""
         if name not in self.known:
-            near = self.scenario.path.resolve().parent
             # One folder each, because FMUs built for this sweep share their file name.
             work = self.work / str(len(self.known))
             work.mkdir()
-            path = find_fmu(name, self.fmu_dir, near, work, quiet=self.quiet, native=True)
+            path = find_fmu(name, self.fmu_dir, self.near, work, quiet=self.quiet, native=True)
             self.known[name] = sha256_of(path)
             self.paths[self.known[name]] = path.resolve()
         return self.known[name]
 
     def names(self, variations: Sequence[Variation]) -> Names:
         """Return what can vary in the FMUs of the scenario, its variants and the variations."""
-        descriptions: dict[str, list[Mapping[str, Any]]] = {PLANT: [], COMPENSATOR: []}
-        for key, described in descriptions.items():
+        named: dict[str, list[str]] = {PLANT: [], COMPENSATOR: []}
+        for key, names in named.items():
             head, _, tail = key.partition(".")
             usual = getattr(getattr(self.scenario.settings, head), tail)
-            names = [variant.set.get(key, usual) for variant in self.variants]
-            names += [value for entry in variations if entry.name == key for value in entry.values]
-            if key == COMPENSATOR and not self.scenario.settings.compensator.enabled:
-                continue
-            for name in dict.fromkeys(map(str, names)):
+            tried = [variant.set.get(key, usual) for variant in self.variants]
+            tried += [value for entry in variations if entry.name == key for value in entry.values]
+            if key == PLANT or self.scenario.settings.compensator.enabled:
+                names += dict.fromkeys(map(str, tried))
+        check_fmus(itertools.chain.from_iterable(named.values()), self.fmu_dir, self.near)
+        descriptions: dict[str, list[Mapping[str, Any]]] = {key: [] for key in named}
+        for key, described in descriptions.items():
+            for name in named[key]:
                 path = self.paths[self.sha256(name)]
                 variables = read_description(path).modelVariables
                 described.append({variable.name: variable for variable in variables})

@@ -19,7 +19,7 @@ from fmu_packaging.native.compilers import Compiler, NativeError, compilers
 from measurement.files import write_atomically
 from scenarios.arguments import add_json, add_parameters
 from scenarios.assignments import assignment
-from scenarios.fmu_files import find_fmu, needs_no_host
+from scenarios.fmu_files import check_fmus, find_fmu, fmus_of, needs_no_host
 from scenarios.outputs import SSP, check_output
 from scenarios.scenario import Settings, read_scenario
 from scenarios.ssp.package import case_of, ssp_bytes
@@ -55,9 +55,8 @@ def run(args: argparse.Namespace) -> int:
         check_output(out, SSP)
     with tempfile.TemporaryDirectory(prefix="spindle-drift-built-") as work:
         fmi: Fmi = 2 if args.ssp == 1 else 3
-        names = [args.plant or settings.plant.fmu]
-        if settings.compensator.enabled:
-            names.append(args.compensator or settings.compensator.fmu)
+        names = fmus_of(case, args.plant, args.compensator)
+        check_fmus(names, args.fmu_dir, near, ("2.0", "3.0")[: args.ssp])
         fmus = [
             find_fmu(name, args.fmu_dir, near, Path(work), native=True, everywhere=True, fmi=fmi)
             for name in names

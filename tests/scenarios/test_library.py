@@ -92,6 +92,22 @@ def test_missing_fmus_are_built(shipped_in_c, tmp_path, monkeypatch, capsys):
     assert main([*argv, "--quiet"]) == 0
 
 
+@pytest.mark.parametrize("text", [None, "{}", "no archive"])
+@pytest.mark.parametrize("command", [("run", "--out"), ("sweep", "--out"), ("ssp", "-o")])
+def test_a_compensator_that_cannot_be_used_is_refused_before_a_plant_is_built(
+    command, text, tmp_path, monkeypatch, refused
+):
+    monkeypatch.setattr(build_command, "main", None)
+    name, out = command
+    broken = tmp_path / ("broken.json" if text == "{}" else "broken.fmu")
+    if text:
+        broken.write_text(text)
+    argv = [name, "iso230_3", "--fmu-dir", str(tmp_path / "dist"), out, str(tmp_path / "out")]
+    problem = {None: "there is no such file", "{}": "kind: is missing"}.get(text, "is not an FMU")
+    assert f"{broken}: {problem}" in refused([*argv, "--set", f"compensator.fmu={broken}"])
+    assert set(tmp_path.iterdir()) <= {broken}
+
+
 def test_an_fmu_that_is_not_there_is_refused_with_the_nearest_name(tiny_folder, tmp_path):
     with pytest.raises(BadInput, match=r"did you mean plant\.fmu\?"):
         find_fmu("plannt.fmu", tiny_folder, tmp_path, tmp_path)
