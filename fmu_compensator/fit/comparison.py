@@ -15,6 +15,7 @@ import numpy as np
 from fmu_compensator.fit.columns import MeasuredColumns, shown_targets, unit_of
 from fmu_compensator.fit.contestants import NO_MODEL, ONE_STEP, Contestant, held
 from fmu_compensator.fit.data import Prepared, prepare
+from fmu_compensator.fit.features import learnable
 from fmu_compensator.fit.fitting import USUAL_MODEL, as_json
 from fmu_compensator.fit.installed import COVERAGE, Installed
 from fmu_compensator.fit.promise import FEWEST_JUDGED_ROWS
@@ -24,7 +25,7 @@ from measurement.drift import predicted_drift
 from measurement.errors import BadInput
 from measurement.figures import figures_of_merit
 from measurement.rig import Rig
-from measurement.warm import cold_starts, named_warm
+from measurement.warm import named_warm
 from measurement.workers import one_thread
 
 
@@ -207,8 +208,8 @@ def compare(
         If no run can be used, or no model at all can be fitted; a single model that cannot be
         fitted is left out with the reason.
     """
-    warm = [_warm_note(split) for split in splits]
-    splits = [replace(split, train=cold_starts(split.train)[0]) for split in splits]
+    unused = [_unused_note(split) for split in splits]
+    splits = [replace(split, train=learnable(split.train)[0]) for split in splits]
     bench = [_Bench(split, rig) for split in splits]
     first = bench[0].of("rise")[0]
     places = shown_targets(rig, first.targets)
@@ -233,7 +234,7 @@ def compare(
     _measure_coverage(rows)
     rows.sort(key=lambda row: (row.uses_displacement, row.score()))
     notes = list(dict.fromkeys(note for split_bench in bench for note in split_bench.notes()))
-    notes += dict.fromkeys(note for note in warm if note)
+    notes += dict.fromkeys(note for note in unused if note)
     return Comparison(list(places), units, rows, left_out, notes)
 
 
@@ -248,11 +249,10 @@ def _rows_of(entrant: Contestant) -> list[Row]:
     return rows
 
 
-def _warm_note(split: Split) -> str:
-    """Return a note about the runs of a split that began warm; empty if none did."""
-    _, learnt = cold_starts(split.train)
+def _unused_note(split: Split) -> str:
+    """Return a note about the runs of a split that began warm or are too short; empty if none."""
     judged = named_warm(split.validate)
-    notes = [f"{split.name}: {learnt}"] if learnt else []
+    notes = [f"{split.name}: {note}" for note in learnable(split.train)[1]]
     if judged:
         notes.append(f"judged like cold starts, though the machine was warm: {judged}")
     return "; ".join(notes)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fmu_compensator.fit.training import Array, TrainingRun
+from measurement.errors import BadInput
+from measurement.runs import Run
+from measurement.warm import cold_starts
 
 LAGS_S = (900.0, 3600.0, 14400.0)
 """Lags of the rises, in addition to the rises themselves [s]. Faster ones would let the model use
@@ -39,6 +43,36 @@ class Sample:
     features: Array
     targets: Array
     mean: Array
+
+
+def learnable(runs: Sequence[Run]) -> tuple[list[Run], list[str]]:
+    """Leave out runs that begin warm, unless all do, or are over before the shortest lag.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+
+    Returns
+    -------
+    runs : list of Run
+    notes : list of str
+        What was left out.
+
+    Raises
+    ------
+    BadInput
+        If all runs are too short.
+    """
+    cold, warm = cold_starts(runs)
+    brief = [run for run in cold if run.time_s[-1] - run.time_s[0] < LAGS_S[0]]
+    notes = [warm] * bool(warm)
+    if brief:
+        names = ", ".join(dict.fromkeys(run.name for run in brief))
+        problem = f"shorter than {LAGS_S[0]:g} s, the model's shortest lag: {names}"
+        if len(brief) == len(cold):
+            raise BadInput("training runs", "", f"nothing can be learnt from runs {problem}")
+        notes.append(f"left out, since they are {problem}")
+    return [run for run in cold if run not in brief], notes
 
 
 def rises_and_lags(time_s: Array, rises: Array) -> Array:

@@ -14,6 +14,7 @@ import numpy as np
 
 from fmu_compensator.fit.conditions import Fold, folds_of
 from fmu_compensator.fit.data import Prepared, left_out, prepare
+from fmu_compensator.fit.features import learnable
 from fmu_compensator.fit.installed import Installed
 from fmu_compensator.fit.promise import RunLeft, by_axis, judge_runs, promise
 from fmu_compensator.fit.ranges import limits_table, sensor_table
@@ -29,7 +30,6 @@ from measurement.errors import BadInput, counted, shown
 from measurement.faults import cleaned, find_faults, looked_over
 from measurement.rig import FivePointRig, Rig
 from measurement.runs import Run
-from measurement.warm import cold_starts
 from measurement.workers import one_thread, workers
 
 USUAL_MODEL = "gaussian"
@@ -117,9 +117,10 @@ def fit_compensator(
 
     Notes
     -----
-    Runs marked as begun warm are left out, unless all are, and a note says so.
+    Runs marked as begun warm are left out, unless all are, and runs shorter than the shortest lag;
+    notes say so.
     """
-    runs, warm = cold_starts(runs)
+    runs, unused = learnable(runs)
     if points is not None and not len(points):
         raise BadInput(
             "fit", "points", "'' is not allowed: grey, hierarchical, fuzzy, all, or names"
@@ -171,7 +172,7 @@ def fit_compensator(
             *_dropped(prepared, rows),
             *installed.fitted.notes,
             *(_beyond(prepared, rig) if geometry_form == "pure_rotation" else ()),
-            *([warm] if warm else []),
+            *unused,
         ],
         "options": as_json(options),
         "rig": rig.model_dump(mode="json"),

@@ -98,12 +98,23 @@ def test_a_sensor_that_leaves_the_others_is_left_out_from_there_on():
 
 @pytest.mark.parametrize("model", [pytest.param(None, marks=pytest.mark.long), "mlr"])
 def test_a_thermometer_that_stands_still_in_a_short_run_is_used(model):
-    """A run of a minute takes no thermometer from the others; one dead in most runs is told."""
-    short = Run("short", make_run("short", 9).frame.head(4).assign(T4_degC=21.0))
+    """A run of four rows takes no thermometer from the others; one dead in most runs is told."""
+    short = Run("short", make_run("short", 9).frame.iloc[:16:5].assign(T4_degC=21.0))
     runs = [changed(run, T3_degC=20.0) for run in (*RUNS, short)]
     table = fit_compensator(runs, RIG, model, points="all")
     assert table["chosen"] == ["T1", "T2", "T4"]
     assert "T3 is left out: broken in a, b, c and 1 more" in table["provenance"]["notes"]
+
+
+def test_a_run_that_is_over_before_the_shortest_lag_teaches_nothing():
+    two, brief = (Run(f"of_{rows}", make_run("e", 9).frame.head(rows)) for rows in (2, 15))
+    table, usual = (fit_compensator(runs, RIG) for runs in ([*RUNS, two, brief], RUNS))
+    notes = table["provenance"].pop("notes")
+    told = "left out, since they are shorter than 900 s, the model's shortest lag: of_2, of_15"
+    assert notes == [*usual["provenance"].pop("notes"), told]
+    assert table == usual
+    alone = "nothing can be learnt from runs shorter than 900 s, the model's shortest lag: of_2"
+    assert refusal(fit_compensator, [two], RIG) == f"training runs: {alone}"
 
 
 def test_a_sensor_that_is_read_rarely_counts_by_straight_lines():
@@ -227,6 +238,11 @@ def test_points_can_be_scored_against_one_target():
     assert by_one.scores != pytest.approx(by_all.scores)
 
 
+def test_points_are_not_chosen_in_a_run_of_two_rows():
+    (run,) = prepare([Run("x", RUNS[0].frame.head(2))], RIG).runs
+    assert refusal(on_grid, run, [0]) == "x: is shorter than 180 s: too short to choose from"
+
+
 def test_temperatures_recorded_as_rises_are_refused_by_name_where_an_image_needs_their_level():
     rises = [
         changed(run, T2_degC=run.frame["T2_degC"] - run.frame["T2_degC"].iloc[0]) for run in RUNS
@@ -274,7 +290,7 @@ STANDING = [changed(run, S5_um=3.25) for run in RUNS]
         ([], "at least one run"),
         ([RUNS[0], RUNS[0]], "a: is the same run as a"),
         ([Run("x", RUNS[0].frame.drop(columns="S3_um"))], "x: distal_x"),
-        ([Run("x", RUNS[0].frame.head(2))], "x: is shorter than"),
+        ([Run("x", RUNS[0].frame.head(2))], "than 900 s, the model's shortest lag: x"),
         ([changed(RUNS[0], **{f"T{k}_degC": 20.0 for k in range(1, 5)})], "no temperature moves"),
         ([Run("x", RUNS[0].frame.rename(columns={"T1_degC": "T 1_degC"}))], "signal's name"),
         ([changed(RUNS[0], S1_um=np.nan)], "S1_um is broken or missing in almost every row"),

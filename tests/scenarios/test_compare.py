@@ -53,6 +53,14 @@ def test_runs_can_be_left_out_in_turn(runs, prints):
     assert row["interval"]["coverage_wanted"] == 0.9
 
 
+def test_a_run_too_short_to_learn_from_is_left_out_and_told(runs, tmp_path, prints):
+    brief = written(tmp_path, Run("brief", make_run("brief", 9).frame.head(2)))
+    asked = ["--validate", runs[3], "--models", "mlr", "--train", *runs[:2]]
+    shown = prints(["compare", *asked, *brief])
+    assert "left out, since they are shorter than 900 s, the model's shortest lag: brief" in shown
+    assert prints(["compare", *asked]).splitlines()[0] in shown
+
+
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
