@@ -20,7 +20,15 @@ from plant_model.effects.base import possible
 from plant_model.item_forms import NumberSpec
 from plant_model.limits import CAPACITY
 from plant_model.machine import FAMILIES, FIVE_POINT, REST, Axis, Input, Item, Machine, Node, Sensor
-from plant_model.machine_forms import DirectForm, FileForm, InputForm, ParameterForm, TiedForm
+from plant_model.machine_forms import (
+    DirectForm,
+    FileForm,
+    InputForm,
+    ParameterForm,
+    TiedForm,
+    is_item_name,
+    naming_places,
+)
 from plant_model.parameters import NUMBERS, Parameter
 
 KINDS_OF_AXES = ("d", "drift_", "offset_", "error_")
@@ -117,7 +125,8 @@ def machine_from_table(table: dict[str, Any], source: str | Path) -> Machine:
     BadInput
         For the first thing wrong in it, in one line.
     """
-    return _Reader(checked(FileForm, table, source), source).machine()
+    with naming_places(table):
+        return _Reader(checked(FileForm, table, source), source).machine()
 
 
 class _Reader:
@@ -302,7 +311,7 @@ class _Reader:
                 raise self.refuse(f"{place}.{role}", "is missing")
             refs[role] = self._refs(f"{place}.{role}", table[role], form)
         name = table.get("name", "-".join(refs.get("between", ())) or kind)
-        if not isinstance(name, str) or not name.replace("-", "_").isidentifier():
+        if not is_item_name(name):
             raise self.refuse(f"{place}.name", f"{shown(name)} is not a name")
         numbers = {}
         for key, number in spec.numbers.items():

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
-from measurement.errors import matching
+from measurement.errors import BadInput, matching
 from measurement.rig import AxisOfColumn, FivePointRig, Sign, SimulatedRig
 
 NAME = r"[A-Za-z][A-Za-z0-9_]*"
@@ -154,3 +156,49 @@ class FileForm(Form):
     axis: AxisForm = Field(default_factory=AxisForm)
     effects: dict[str, dict[str, Any]]
     """In force, by name; ``{}`` uses the nominal numbers: [effects](effects.md)."""
+
+
+def is_item_name(name: object) -> bool:
+    """Return whether a text can be an item's name, such as ``shaft-housing``."""
+    return isinstance(name, str) and name.replace("-", "_").isidentifier()
+
+
+def named_place(place: str, table: object) -> str:
+    """Return a dotted place in a file with the names of entries for their positions in lists.
+
+    Parameters
+    ----------
+    place : str
+        For example ``links.35.between``, which becomes ``links.shaft-housing.between``.
+    table : object
+        The parsed file. An entry keeps its position if it has no name, nor lies between parts, or
+        another is called the same.
+    """
+    steps = []
+    for step in place.split("."):
+        if isinstance(table, list) and step.isdecimal() and int(step) < len(table):
+            names = [_name_of(entry) for entry in table]
+            table, name = table[int(step)], names[int(step)]
+            step = name if name and names.count(name) == 1 else step
+        else:
+            table = table.get(step) if isinstance(table, dict) else None
+        steps.append(step)
+    return ".".join(steps)
+
+
+def _name_of(entry: object) -> str:
+    if not isinstance(entry, dict):
+        return ""
+    between = entry.get("between")
+    name = entry.get("name", "-".join(map(str, between)) if isinstance(between, list) else "")
+    return name if is_item_name(name) else ""
+
+
+@contextlib.contextmanager
+def naming_places(table: dict[str, Any]) -> Iterator[None]:
+    """Refuse a file's entries by their names; see `named_place`."""
+    try:
+        yield
+    except BadInput as error:
+        place = named_place(error.place, table)
+        raise BadInput(error.source, place, error.problem) from None

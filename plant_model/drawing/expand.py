@@ -15,6 +15,7 @@ from plant_model.drawing.sheet import Sheet
 from plant_model.drawing.spindle import add_spindle
 from plant_model.drawing.surroundings import add_surroundings
 from plant_model.effects import item_kinds
+from plant_model.machine_forms import naming_places
 
 GAPS = Known(1.0, 0.5, 2.0, "1", CLASS + "factor on the correlation of the air gap effect", True)
 
@@ -51,14 +52,15 @@ def expanded(
     BadInput
         For the first error, in one line.
     """
-    drawing = Drawing(table, source)
-    form = drawing.form
-    sheet = Sheet(Mesh(drawing, finer, sectors))
-    add_spindle(sheet)
-    add_heat(sheet)
-    add_surroundings(sheet)
-    add_growth(sheet)
-    add_thermometers(sheet)
+    with naming_places(table):
+        drawing = Drawing(table, source)
+        form = drawing.form
+        sheet = Sheet(Mesh(drawing, finer, sectors))
+        add_spindle(sheet)
+        add_heat(sheet)
+        add_surroundings(sheet)
+        add_growth(sheet)
+        add_thermometers(sheet)
     return {
         "format": 1,
         "name": form.name,

@@ -47,26 +47,34 @@ def test_references_are_used_and_known(name):
         ("format", 2, "format: 2 is not allowed"),
         ("name", ..., "name: is missing"),
         ("colour", "red", "colour: is not a known field"),
-        ("nodes.0.capacity.value", -1.0, "nodes.0.capacity.value: -1 is outside its range"),
+        ("nodes.0.capacity.value", -1.0, "shaft_front.capacity.value: -1 is outside its range"),
         ("nodes.0.capacity.unit", "W/K", "'W/K' is not allowed: it is J/K"),
-        ("nodes.0.capacity.low", float("nan"), "nodes.0.capacity.low: nan is not allowed"),
-        ("nodes.0.capacity", 5.0, "nodes.0.capacity"),
+        ("nodes.0.capacity.low", float("nan"), "shaft_front.capacity.low: nan is not allowed"),
+        ("nodes.0.capacity", 5.0, "nodes.shaft_front.capacity: 5 is not allowed"),
         ("nodes.0.start", "T99", "did you mean T9?"),
         ("nodes.1.name", "shaft_front", "the name shaft_front stands twice"),
         ("links.0.between", ["shaft_front", "shaft_front"], "joins something to itself"),
+        (
+            "links.0.between",
+            ["shaft_front", "shaft_midle"],
+            "links.shaft_front-shaft_midle.between: ",
+        ),
         ("links.0.between", ["shaft_front", "shaft_midle"], "did you mean shaft_middle?"),
-        ("links.0.between", "shaft_front", "not a list of 2 names"),
+        ("links.0.between", "shaft_front", "links.0.between: 'shaft_front' is not a list of 2"),
+        ("links.1.between", ["shaft_front", "shaft_middle"], "shaft_front-shaft_middle stands"),
+        ("links.3.name", "", "links.3.name: '' is not a name"),
+        ("sources.1.name", "front_bearing", "the name front_bearing stands twice"),
         ("links.0.kind", "conductoin", "did you mean conduction?"),
-        ("links.0.kind", ..., "links.0.kind: is missing"),
-        ("links.0.conductance", ..., "links.0.conductance: is missing"),
-        ("links.0.speed", 3, "links.0.speed: is not a known field"),
+        ("links.0.kind", ..., "links.shaft_front-shaft_middle.kind: is missing"),
+        ("links.0.conductance", ..., "links.shaft_front-shaft_middle.conductance: is missing"),
+        ("links.0.speed", 3, "links.shaft_front-shaft_middle.speed: is not a known field"),
         ("links.0.conductance.low", 5.0, "the range 5..0.96 must ascend"),
         ("sources.0.driven_by", "sped", "did you mean speed?"),
-        ("sources.0.driven_by", "ambient", "sources.0.driven_by: 'ambient' is not one of"),
+        ("sources.0.driven_by", "ambient", "sources.front_bearing.driven_by: 'ambient' is not"),
         ("sources.0.f0.source", "", "f0"),
-        ("sensors.0.of", "nowhere", "sensors.0.of: 'nowhere' is not one of"),
+        ("sensors.0.of", "nowhere", "sensors.T1.of: 'nowhere' is not one of"),
         ("sensors.1.name", "T1", "the name T1 stands twice"),
-        ("sensors.0.noise", "small", "sensors.0.noise: 'small' is not allowed"),
+        ("sensors.0.noise", "small", "sensors.T1.noise: 'small' is not allowed"),
         ("rig.kind", "six_point", "rig"),
         ("rig.axial_sign", 0, "mine.toml: rig.axial_sign: 0 is not allowed"),
         ("rig.spacing_mm", 0.0, "mine.toml: rig.spacing_mm: 0 is not allowed"),
@@ -135,7 +143,7 @@ def test_a_sensor_with_the_name_of_another_signal_is_refused(name, tmp_path):
     text = machine_path("jig_borer_lumps").read_text(encoding="utf-8")
     path = tmp_path / "machine.toml"
     path.write_text(text.replace('name = "T3"', f'name = "{name}"'), encoding="utf-8")
-    said = f"sensors.2.name: '{name}' is not allowed: it is the name of an input, an output"
+    said = f"sensors.{name}.name: '{name}' is not allowed: it is the name of an input, an output"
     assert said in refusal(read_machine, path)
     path.write_text(text.replace('near_y = "S2"', f'near_y = "{name}"'), encoding="utf-8")
     with pytest.raises(BadInput, match=f"rig: '{name}' is not allowed"):

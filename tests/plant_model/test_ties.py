@@ -84,14 +84,15 @@ def test_the_writer_moves_numbers_and_leaves_ties(tied, tmp_path):
 @pytest.mark.parametrize(
     ("tie", "problem"),
     [
-        ({"number": "flim"}, "links.0.conductance.number: 'flim' is not one of front_joint, film;"),
-        ({"number": "film"}, "links.0.conductance.factor: is missing: film is in W/(m2 K), this"),
-        ({"number": "film", "factor": 0.1, "unit": "W"}, "links.0.conductance.unit: 'W' is not"),
-        ({"number": "film", "factor": -0.1}, "links.0.conductance: film makes it -1.4..-0.5, out"),
-        ({"number": "film", "value": 3.0}, "links.0.conductance.value: is not a known field"),
+        ({"number": "flim"}, ".number: 'flim' is not one of front_joint, film;"),
+        ({"number": "film"}, ".factor: is missing: film is in W/(m2 K), this"),
+        ({"number": "film", "factor": 0.1, "unit": "W"}, ".unit: 'W' is not"),
+        ({"number": "film", "factor": -0.1}, ": film makes it -1.4..-0.5, out"),
+        ({"number": "film", "value": 3.0}, ".value: is not a known field"),
     ],
 )
 def test_refusals(tie, problem):
     table = tied_table()
     table["links"][0]["conductance"] = tie
-    assert refusal(machine_from_table, table, "tied.toml").startswith(f"tied.toml: {problem}")
+    said = f"tied.toml: links.shaft_front-shaft_middle.conductance{problem}"
+    assert refusal(machine_from_table, table, "tied.toml").startswith(said)

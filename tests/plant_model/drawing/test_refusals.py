@@ -2,6 +2,7 @@
 
 import pytest
 
+from plant_model.machine_forms import named_place
 from tests.plant_model.drawing.pages import changed, machine_of, refusal, small_page
 
 SIDED = {"from": 0, "to": 60, "side": "Y-", "width": 60}
@@ -56,7 +57,7 @@ def stretches(end: float, start: float) -> list[dict[str, float]]:
         # Twice the same surface.
         ("housing.faces", [{"from": 0, "to": 60}, SIDED], ".1: from 0 to 60 mm overlaps the one f"),
         ("housing.faces", [SIDED, SIDED | {"side": 329}], ".1: from 0 to 60 mm overlaps the one f"),
-        ("jackets", [JACKET, JACKET | {"from": 9, "name": "b"}], ".1: from 9 to 60 mm ov"),
+        ("jackets", [JACKET, JACKET | {"from": 9, "name": "b"}], ".b: from 9 to 60 mm ov"),
         ("carriers.1.holds", SIDED, ": from 0 to 60 mm overlaps the one from 0 to 60 mm: its"),
         (
             "housing.faces",
@@ -96,9 +97,16 @@ def stretches(end: float, start: float) -> list[dict[str, float]]:
     ],
 )
 def test_refusals(key, value, problem):
-    """A problem that begins with a point or a colon goes on from the key."""
-    said = key + problem if problem[0] in ".:" else problem
-    assert said in refusal(changed(small_page(), key, value))
+    """A problem that begins with a point or a colon goes on from the key, told by names."""
+    page = changed(small_page(), key, value)
+    said = named_place(key, page) + problem if problem[0] in ".:" else problem
+    assert said in refusal(page)
+
+
+def test_a_place_is_told_by_the_name_of_a_part():
+    page = changed(small_page(), "bearings.1.at", -30)
+    assert refusal(page).startswith("bearings.rear.at: ")
+    assert named_place("shaft.stretches.0.outer", page) == "shaft.stretches.0.outer"
 
 
 def test_faces_may_touch():
