@@ -16,6 +16,11 @@ from typing import Any
 
 from measurement.errors import BadInput
 
+try:
+    import fcntl
+except ImportError:  # on systems other than Linux and macOS processes do not wait for each other
+    fcntl = None  # type: ignore[assignment]
+
 FULL = frozenset(
     number
     for name in ("ENOSPC", "EDQUOT", "EFBIG", "EROFS")
@@ -88,6 +93,31 @@ def write_together(files: Mapping[Path, str | bytes]) -> None:
         raise
     for folder in {target.parent for _, _, target in written}:
         _sync_names(folder)
+
+
+@contextlib.contextmanager
+def holding(folder: Path) -> Iterator[None]:
+    """Let one process at a time read and then rewrite files of a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Created if missing.
+
+    Raises
+    ------
+    BadInput
+        If it cannot be created or read.
+    """
+    with contextlib.ExitStack() as stack:
+        with _refusing(folder):
+            folder.mkdir(parents=True, exist_ok=True)
+            if fcntl is not None:
+                handle = os.open(folder, os.O_RDONLY)
+                stack.callback(os.close, handle)
+                with contextlib.suppress(OSError):  # some network file systems have no locks
+                    fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
 
 
 def check_writable(path: Path, file: Path) -> None:

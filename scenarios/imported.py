@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from measurement.errors import BadInput
-from measurement.files import sha256_of, write_together
+from measurement.files import holding, sha256_of, write_together
 from measurement.importing.log import Imported
 from measurement.importing.splitting import Piece
 from measurement.runs import Run, run_text
@@ -25,7 +25,8 @@ def write_imported(
     """Write runs, the manifest and, if asked, the mapping file into a folder.
 
     A run file that an earlier import wrote from the same log is replaced if it is unchanged; any
-    other file of that name is replaced only with ``--force``.
+    other file of that name is replaced only with ``--force``. Imports into one folder wait for each
+    other.
 
     Parameters
     ----------
@@ -47,28 +48,29 @@ def write_imported(
     BadInput
         If a file is in the way; nothing is written then.
     """
-    listed = _manifest(folder)
     targets = [folder / f"{run.name}.csv" for run in imported.runs]
     sources = [{"file": path.name, "sha256": sha256_of(path)} for path in paths]
-    files: dict[Path, str | bytes] = {}
-    for piece, target in zip(imported.pieces, targets, strict=True):
-        data = run_text(piece.run).encode()
-        sha256 = hashlib.sha256(data).hexdigest()
-        # What an import that was cut off has left is not in the way of its repetition.
-        if not (target.is_file() and not is_input(target) and sha256_of(target) == sha256):
-            _check(target, listed, piece, sources)
-        files[target] = data
-        listed[target.name] = {
-            "sha256": sha256,
-            "starts": piece.starts,
-            "warm_start": piece.warm,
-            "sources": sources,
-        }
-    table = {"kind": KIND, "format": 1, "runs": listed}
-    files[folder / MANIFEST] = json.dumps(table, indent=1, sort_keys=True) + "\n"
-    if with_mapping:
-        files[folder / MAPPING] = imported.mapping_text()
-    write_together(files)
+    with holding(folder):
+        listed = _manifest(folder)
+        files: dict[Path, str | bytes] = {}
+        for piece, target in zip(imported.pieces, targets, strict=True):
+            data = run_text(piece.run).encode()
+            sha256 = hashlib.sha256(data).hexdigest()
+            # What an import that was cut off has left is not in the way of its repetition.
+            if not (target.is_file() and not is_input(target) and sha256_of(target) == sha256):
+                _check(target, listed, piece, sources)
+            files[target] = data
+            listed[target.name] = {
+                "sha256": sha256,
+                "starts": piece.starts,
+                "warm_start": piece.warm,
+                "sources": sources,
+            }
+        table = {"kind": KIND, "format": 1, "runs": listed}
+        files[folder / MANIFEST] = json.dumps(table, indent=1, sort_keys=True) + "\n"
+        if with_mapping:
+            files[folder / MAPPING] = imported.mapping_text()
+        write_together(files)
     return targets
 
 

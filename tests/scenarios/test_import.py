@@ -1,14 +1,20 @@
 """The import command: what it writes, what it says, and that nothing of the user's is lost."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
+from threading import Thread
 
 import numpy as np
 import pytest
 
+from measurement.files import write_together
+from measurement.importing.log import import_files
 from measurement.runs import read_run, write_run
 from measurement.warm import WARM_START
+from scenarios import imported
 from scenarios.cli import main
+from scenarios.imported import write_imported
 from spindle_drift import simulate
 from tests.measurement.importing.made import HEADER, elapsed, signals, stamps, table
 from tests.scenarios.conftest import names
@@ -135,6 +141,27 @@ def test_a_second_log_adds_its_runs(log, prints):
     runs = json.loads(Path("runs/imported.json").read_text())["runs"]
     assert list(runs) == ["20260302_0715.csv", "20260303_0715.csv"]
     assert runs["20260303_0715.csv"]["sources"][0]["file"] == "next.csv"
+
+
+def test_two_imports_into_one_folder_at_once_list_both_runs(log, monkeypatch):
+    Path("next.csv").write_text(LOCAL.replace("02.03.2026", "03.03.2026"), encoding="cp1252")
+
+    def write(*paths: Path) -> None:
+        write_imported(import_files(paths), paths, Path("runs"), with_mapping=False)
+
+    other = Thread(target=write, args=[Path("next.csv")])
+
+    def beside_another(files: Mapping[Path, str | bytes]) -> None:
+        monkeypatch.setattr(imported, "write_together", write_together)
+        other.start()
+        other.join(0.3)  # it waits, or would be through by now
+        write_together(files)
+
+    monkeypatch.setattr(imported, "write_together", beside_another)
+    write(log)
+    other.join()
+    runs = json.loads(Path("runs/imported.json").read_text())["runs"]
+    assert list(runs) == ["20260302_0715.csv", "20260303_0715.csv"]
 
 
 def test_commands_take_runs_with_the_mark_of_a_warm_start(log, prints):
