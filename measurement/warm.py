@@ -42,7 +42,7 @@ def cold_starts(runs: Sequence[Run]) -> tuple[list[Run], str]:
     if not warm:
         return cold, ""
     if not cold:
-        return list(runs), "all runs began warm: the result holds for warm restarts only"
+        return list(runs), "all runs began warm: what they teach holds for warm restarts"
     return cold, f"left out, since the machine was warm when they began: {warm}"
 
 

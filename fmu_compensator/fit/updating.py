@@ -26,6 +26,7 @@ from measurement.errors import BadInput
 from measurement.faults import cleaned, find_faults, looked_over
 from measurement.rig import Rig, rig_from_table
 from measurement.runs import Run
+from measurement.warm import cold_starts
 from measurement.workers import one_thread
 
 
@@ -40,7 +41,7 @@ def update_compensator(
     counts as new follow. The file's provenance records the remaining drift of the new runs with
     the old compensator, for which they were unseen. The promise is updated with the remaining drift
     of each new run after an update with the others; a single new run is judged with the old
-    compensator.
+    compensator. Runs marked as begun warm are left out, unless all are, and a note says so.
 
     Parameters
     ----------
@@ -65,6 +66,7 @@ def update_compensator(
     """
     rig = _rig(model)
     _check_new(model, runs, rig)
+    runs, warm = cold_starts(runs)
     names = [sensor.name for sensor in model.sensors]
     runs = looked_over(runs)
     prepared = prepare(runs, rig, model.input_form, sensors=names)
@@ -79,7 +81,7 @@ def update_compensator(
         {"name": run.name, "sha256": run.fingerprint(table["chosen"]), "rows": count}
         for run, count in zip(runs, rows, strict=True)
     ]
-    notes = [*doubt_lines(runs), *prepared.notes]
+    notes = [*doubt_lines(runs), *prepared.notes, *([warm] if warm else [])]
     provenance["notes"] += [note for note in notes if note not in provenance["notes"]]
     figures = provenance["figures"]
     used = [model.sensors[index].name for index in model.chosen]

@@ -29,11 +29,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Condition on the runs, write the file, and print the old compensator's remaining error."""
-    after = Compensator.load(args.compensator).update(args.runs, created=args.created)
+    before = Compensator.load(args.compensator)
+    after = before.update(args.runs, created=args.created)
     path, provenance = after.save(args.output), after.model.provenance
-    new_runs = provenance["figures"]["updated"][-len(args.runs) :]
+    known = before.model.provenance
+    new_runs = provenance["figures"]["updated"][len(known["figures"].get("updated", ())) :]
     facts = {"file": str(path), "new_runs": new_runs, "chosen": after.model.table["chosen"]}
-    lines = ["The old compensator in the new runs, RMSE [um] without it and with it:"]
+    lines = [note for note in provenance["notes"] if note not in known["notes"]]
+    lines += ["The old compensator in the new runs, RMSE [um] without it and with it:"]
     for run_left in new_runs:
         cells = [
             f"{axis} {left['no_model']:.1f} -> {left['model']:.1f}"

@@ -25,4 +25,4 @@ def test_warm_restarts_are_left_out_where_others_are_there():
     assert cold_starts(kept) == (kept, "")
     kept, note = cold_starts([runs[0], runs[3]])
     assert [one.name for one in kept] == ["a", "d"]
-    assert note == "all runs began warm: the result holds for warm restarts only"
+    assert note == "all runs began warm: what they teach holds for warm restarts"

@@ -11,6 +11,7 @@ from scipy.special import stdtrit
 
 from fmu_compensator.runtime.modelfile import load_model
 from measurement.runs import Run, write_run
+from measurement.warm import WARM_START
 from scenarios.cli import main
 from tests.fmu_compensator.conftest import make_run
 
@@ -48,6 +49,17 @@ def test_an_update_writes_a_file_and_shows_the_old_one_s_errors(
     names = [run["name"] for run in load_model(out).provenance["runs"]]
     assert names == ["old0", "old1", "old2", "old3", "new"]
     assert compensator.read_bytes() == before
+
+
+def test_an_update_leaves_warm_restarts_out_and_says_so(compensator, new_run, tmp_path, prints):
+    warm = make_run("warm", 51, hours=2.0).frame.assign(**{WARM_START: 1.0})
+    paths = map(str, (new_run, write_run(warm, tmp_path / "warm.csv")))
+    out = tmp_path / "d.json"
+    told = prints(["update", str(compensator), *paths, "-o", str(out)])
+    assert "left out, since the machine was warm when they began: warm\n" in told
+    assert re.findall(r"^  (\w+): X", told, re.MULTILINE) == ["new"]
+    names = [run["name"] for run in load_model(out).provenance["runs"]]
+    assert names == ["old0", "old1", "old2", "old3", "new"]
 
 
 @pytest.mark.usefixtures("drawn")
