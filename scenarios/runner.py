@@ -87,6 +87,8 @@ def run_scenario(
         near = scenario.path.resolve().parent
         find = partial(find_fmu, fmu_dir=fmu_dir, near=near, work=Path(work), quiet=quiet)
         named = [fmus_of(case, plant, compensator) for case in scenario.cases]
+        if live and len(named[-1]) < 2:
+            raise BadInput(scenario.path, "compensator", "is none, so there is no live page")
         check_fmus(chain.from_iterable(named), fmu_dir, near)
         for case, (plant_name, *compensators) in zip(scenario.cases, named, strict=True):
             plant_fmu = find(plant_name, native=True)
@@ -94,9 +96,7 @@ def run_scenario(
             recordings.append(simulate(case, plant_fmu, compensator_fmu, quiet=quiet))
         rig = rig_of(plant_fmu)
         live_page = b""
-        if live:
-            if compensator_fmu is None:
-                raise BadInput(scenario.path, "compensator", "is none, so there is no live page")
+        if live and compensator_fmu is not None:
             write_page_of(plant_fmu, compensator_fmu, Path(work) / LIVE)
             live_page = (Path(work) / LIVE).read_bytes()
     groups = table_of(recordings)

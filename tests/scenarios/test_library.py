@@ -108,6 +108,16 @@ def test_a_compensator_that_cannot_be_used_is_refused_before_a_plant_is_built(
     assert set(tmp_path.iterdir()) <= {broken}
 
 
+def test_a_live_page_without_a_compensator_is_refused_before_a_plant_is_built(
+    tmp_path, monkeypatch, refused
+):
+    monkeypatch.setattr(build_command, "main", None)
+    argv = ["run", "no_compensation", "--fmu-dir", str(tmp_path / "dist"), "--live"]
+    said = refused([*argv, "--out", str(tmp_path / "out")])
+    assert said.endswith("compensator: is none, so there is no live page")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_an_fmu_that_is_not_there_is_refused_with_the_nearest_name(tiny_folder, tmp_path):
     with pytest.raises(BadInput, match=r"did you mean plant\.fmu\?"):
         find_fmu("plannt.fmu", tiny_folder, tmp_path, tmp_path)
