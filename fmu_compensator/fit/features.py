@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_compensator.fit.error_models.options import FEWEST_ROWS
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput
 from measurement.runs import Run
@@ -46,7 +47,7 @@ class Sample:
 
 
 def learnable(runs: Sequence[Run]) -> tuple[list[Run], list[str]]:
-    """Leave out runs that begin warm, unless all do, or are over before the shortest lag.
+    """Leave out runs that begin warm or are over before the shortest lag, unless all do or are.
 
     Parameters
     ----------
@@ -61,7 +62,8 @@ def learnable(runs: Sequence[Run]) -> tuple[list[Run], list[str]]:
     Raises
     ------
     BadInput
-        If all runs are too short.
+        If all runs are too short and have too few rows. With more rows their clock may be wrong,
+        which doubts tell.
     """
     cold, warm = cold_starts(runs)
     brief = [run for run in cold if run.time_s[-1] - run.time_s[0] < LAGS_S[0]]
@@ -70,6 +72,8 @@ def learnable(runs: Sequence[Run]) -> tuple[list[Run], list[str]]:
         names = ", ".join(dict.fromkeys(run.name for run in brief))
         problem = f"shorter than {LAGS_S[0]:g} s, the model's shortest lag: {names}"
         if len(brief) == len(cold):
+            if sum(len(run.time_s) for run in brief) >= FEWEST_ROWS:
+                return cold, notes
             raise BadInput("training runs", "", f"nothing can be learnt from runs {problem}")
         notes.append(f"left out, since they are {problem}")
     return [run for run in cold if run not in brief], notes
