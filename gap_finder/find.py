@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import fdtri
 
 from gap_finder.calibrate import Progress, quiet
 from gap_finder.comparison import GapComparison
@@ -34,6 +35,9 @@ ADEQUATE = 1.5
 
 Set on the fifth split: with nothing missing 0.9 to 1.2 (three lathes, a jig borer, a belt-driven
 spindle)."""
+
+CHANCE = 0.05
+"""Probability of doubting a right law by chance [1]: the usual level, set on no split."""
 
 HALVED = 2.0
 """A model lacks something if its gap is this many times that of a regression on the inputs [1]:
@@ -107,6 +111,12 @@ class Judged:
         return cls(result, used, later, ReferenceModel(after, used.after, later.after))
 
     @property
+    def limit(self) -> float:
+        """Largest adequate error per left-out run and channel [tolerances squared]."""
+        before, after = self.result.before.left_each, self.result.after.left_each
+        return max(ADEQUATE, LAW * (before - after))
+
+    @property
     def is_adequate(self) -> bool:
         """Whether the remaining error is so small that nothing else need be missing."""
         rows = (
@@ -114,7 +124,7 @@ class Judged:
             self.unseen.gap_against(self.reference.unseen),
         )
         halved = any(row["after"] > HALVED * row["reference"] for row in rows)
-        return self.result.after.left_each <= ADEQUATE and not halved
+        return self.result.after.left_each <= self.limit and not halved
 
     @property
     def verdict(self) -> str:
@@ -142,10 +152,11 @@ class Judged:
 
 
 def is_closed_where_better(before: FloatArray, after: FloatArray) -> bool:
-    """Whether the error after is as small as with the right law, in the channels that improve.
+    """Whether the error after is as small where it has improved as elsewhere, or as laws allow.
 
-    Each channel of a run is weighted by its improvement: a law that only acts like the right one
-    leaves more error where it acts, and none elsewhere.
+    A law that only acts like the right one leaves more error where it acts. What the machine's file
+    is too coarse for is left everywhere. An F-test compares the two, with each channel of a run
+    weighted by how much it has improved there, and by how much less than the most elsewhere.
 
     Parameters
     ----------
@@ -153,8 +164,12 @@ def is_closed_where_better(before: FloatArray, after: FloatArray) -> bool:
         Squared error of each run and channel [tolerances squared].
     """
     better = np.maximum(before - after, 1e-9)
+    rest = np.maximum(better.max() - better, 1e-9)
     missing, left = (float(np.average(squares, weights=better)) for squares in (before, after))
-    return left <= max(ADEQUATE, LAW * missing)
+    elsewhere = float(np.average(after, weights=rest))
+    counts = (weights.sum() ** 2 / np.sum(weights**2) for weights in (better, rest))
+    by_chance = float(fdtri(*counts, 1.0 - CHANCE))
+    return left <= max(by_chance * elsewhere, LAW * missing)
 
 
 def find_gap(

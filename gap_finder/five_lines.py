@@ -84,8 +84,9 @@ def _doubt(table: Mapping[str, Any]) -> str:
     gap = table["gap"]["holdout"]
     if gap["after"] >= gap["before"]:
         return "it does not improve the prediction of the held-out run"
-    much = "where it acts" if table["remaining"]["is_adequate"] else "with it"
-    return f"too much error remains {much}"
+    if table["remaining"]["is_adequate"]:
+        return "more error remains where it acts than elsewhere"
+    return "too much error remains with it"
 
 
 def _title(entry: Mapping[str, Any]) -> str:

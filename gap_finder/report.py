@@ -13,7 +13,7 @@ from gap_finder.advice import MOST_LINES, advice
 from gap_finder.candidates import beyond_usual_range
 from gap_finder.comparison import GapComparison
 from gap_finder.data_faults import DataFault
-from gap_finder.find import ADEQUATE, Judged
+from gap_finder.find import Judged
 from gap_finder.forward_backward import MARGIN, Hypothesis
 from gap_finder.hypotheses import AddedChange
 from gap_finder.keys import driver_of, is_switched, law_of, place_of
@@ -65,7 +65,7 @@ def report_of(
         "remaining": {
             "is_adequate": judged.is_adequate,
             "left_per_run_and_channel": result.after.left_each,
-            "limit": ADEQUATE,
+            "limit": judged.limit,
             "share": reference.share,
             "where": [asdict(predicted) for predicted in reference.places()],
             "predicted_by": [asdict(predicted) for predicted in reference.sources()],

@@ -107,22 +107,24 @@ def test_a_loss_far_beyond_its_usual_range_is_named_and_said_to_be_large(jig_bor
     assert read_machine(path).effects["windage"]["power"] == power
 
 
+@pytest.mark.parametrize("coarse", [0.7, 2.0])
 @pytest.mark.parametrize(
     ("missing", "left", "closed"),
     [
-        (40.0, 1.4, True),  # within tolerance
-        (40.0, 1.9, True),  # as much as a right law may leave of so much
-        (20.0, 1.9, False),
-        (40.0, 4.0, False),
+        (40.0, 1.0, True),  # as much as elsewhere
+        (40.0, 2.5, True),  # more, but by chance in four values
+        (40.0, 2.9, False),
+        (80.0, 2.9, True),  # as much as a right law may leave of so much
     ],
 )
-def test_a_name_is_judged_where_it_acts(missing, left, closed):
-    before, after = np.full((3, 4), 0.7), np.full((3, 4), 0.7)
-    before[1, 2], after[1, 2] = missing, left
+def test_a_name_is_judged_where_it_acts_by_what_is_left_elsewhere(missing, left, closed, coarse):
+    before, after = np.full((4, 12), coarse), np.full((4, 12), coarse)
+    before[:, 2], after[:, 2] = coarse * missing, coarse * left
     assert is_closed_where_better(before, after) is closed
-    # What another channel leaves with the name or without says nothing of it.
-    before[0, 0] = after[0, 0] = 9.0
-    assert is_closed_where_better(before, after) is closed
+
+
+def test_a_name_that_acts_everywhere_alike_has_nowhere_to_be_judged_by():
+    assert is_closed_where_better(np.full((4, 12), 9.0), np.full((4, 12), 2.0))
 
 
 @pytest.mark.parametrize(("after", "in_doubt"), [(1.9, False), (2.0, True)])
@@ -131,7 +133,7 @@ def test_a_name_with_which_unseen_runs_are_predicted_no_better_is_in_doubt(after
     unseen: Any = SimpleNamespace(gap=lambda: gap, gap_against=lambda known: gap)
     found: Any = SimpleNamespace(
         keys=("windage",),
-        before=SimpleNamespace(left=np.full((3, 4), 40.0)),
+        before=SimpleNamespace(left=np.full((3, 4), 40.0), left_each=40.0),
         after=SimpleNamespace(left=np.ones((3, 4)), left_each=1.0),
     )
     reference: Any = SimpleNamespace(used=(), unseen=())

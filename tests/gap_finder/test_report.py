@@ -82,7 +82,7 @@ def test_the_first_line_of_a_name_in_doubt_says_what_it_may_be_instead(in_doubt,
     assert missing.startswith("What may be missing: Windage. In doubt:") == in_doubt
     assert missing.startswith("What is missing: Windage;") != in_doubt
     assert ("may instead, or also, be motor_iron_loss, or" in missing) == in_doubt
-    assert ("too much error remains where it acts" in missing) == (in_doubt and is_adequate)
+    assert ("more error remains where it acts" in missing) == (in_doubt and is_adequate)
     assert ("Check: links.film.coefficient" in missing) == in_doubt
     table["gap"]["holdout"]["after"] = 2.0
     worse = five_lines(table)[0]
