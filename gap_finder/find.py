@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.special import fdtri
@@ -80,6 +81,12 @@ class GapResult:
         return self.after.observed
 
     @property
+    def course(self) -> list[Machine]:
+        """The calibrated machine before each step that added something, and with all additions."""
+        steps = [step.baseline.fit.machine for step in self.search.steps if step.is_taken]
+        return [*steps, self.after.machine]
+
+    @property
     def explained(self) -> float:
         """Share of the squared error of left-out runs that all additions explain [1]."""
         return 1.0 - self.after.cost / self.before.cost
@@ -96,19 +103,24 @@ class Judged:
         On the runs used, and on unseen runs.
     reference : ReferenceModel
         How well any model with these inputs could do.
+    course : tuple of float
+        Gap on unseen runs without additions, and after each step that added something [1].
     """
 
     result: GapResult
     used: GapComparison
     unseen: GapComparison
     reference: ReferenceModel
+    course: tuple[float, ...]
 
     @classmethod
     def of(cls, result: GapResult, unseen: Sequence[Observations]) -> Judged:
         """Judge a result."""
         before, after = result.before.machine, result.after.machine
         used, later = (GapComparison(before, after, runs) for runs in (result.observed, unseen))
-        return cls(result, used, later, ReferenceModel(after, used.after, later.after))
+        course = [GapComparison(before, step, unseen).gap()["after"] for step in result.course]
+        reference = ReferenceModel(after, used.after, later.after)
+        return cls(result, used, later, reference, tuple(course))
 
     @property
     def limit(self) -> float:
@@ -145,8 +157,7 @@ class Judged:
         Then something else is also missing, or what is named only acts like it.
         """
         before, after = self.result.before.left, self.result.after.left
-        gap = self.unseen.gap()
-        gained = gap["after"] < gap["before"]
+        gained = all(later < earlier for earlier, later in pairwise(self.course))
         sound = self.is_adequate and is_closed_where_better(before, after) and gained
         return bool(self.result.keys) and not sound
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -81,9 +82,10 @@ def _what(table: Mapping[str, Any]) -> str:
 
 def _doubt(table: Mapping[str, Any]) -> str:
     """Return in words why what is named is in doubt."""
-    gap = table["gap"]["holdout"]
-    if gap["after"] >= gap["before"]:
-        return "it does not improve the prediction of the held-out run"
+    gaps = table["evidence"]["holdout_gaps"]
+    if any(later >= earlier for earlier, later in pairwise(gaps)):
+        which = "it does not improve" if len(gaps) == 2 else "not every name improves"
+        return f"{which} the prediction of the held-out run"
     if table["remaining"]["is_adequate"]:
         return "more error remains where it acts than elsewhere"
     return "too much error remains with it"

@@ -58,9 +58,10 @@ def screened(
     sized = [
         addition.scaled(scale) for addition, scale in zip(tried, scores.scale.tolist(), strict=True)
     ]
-    # As in the score, a channel that nothing follows says little about any of them.
+    # As in the score, a channel that nothing follows says little about any of them. Calibration
+    # will also move each law's numbers, so the best may leave less than any of them does here.
     before, after = best.left.sum(axis=0), scores.left * calibration.units
-    least = np.minimum(before, after.min(axis=0)) / len(best.left)
+    least = np.minimum(calibration.units, after.min(axis=0) / len(best.left))
     units = units_for(least, nothing.left.mean(axis=0))
     won = np.sum((before - after) / units, axis=1) + scores.prior_gain
     won -= [addition.size_cost() for addition in sized]

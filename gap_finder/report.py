@@ -74,6 +74,7 @@ def report_of(
         "data_faults": [asdict(fault) for fault in faults],
         "evidence": {
             "share_explained": result.explained,
+            "holdout_gaps": list(judged.course),
             "fall": steps[0].fall if steps else 0.0,
             "cost_per_run_and_channel": result.before.left_each,
         },

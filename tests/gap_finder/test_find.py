@@ -127,9 +127,12 @@ def test_a_name_that_acts_everywhere_alike_has_nowhere_to_be_judged_by():
     assert is_closed_where_better(np.full((4, 12), 9.0), np.full((4, 12), 2.0))
 
 
-@pytest.mark.parametrize(("after", "in_doubt"), [(1.9, False), (2.0, True)])
-def test_a_name_with_which_unseen_runs_are_predicted_no_better_is_in_doubt(after, in_doubt):
-    gap = {"before": 2.0, "after": after, "reference": 1.5}
+@pytest.mark.parametrize(
+    ("course", "in_doubt"),
+    [((2.0, 1.9), False), ((2.0, 2.0), True), ((5.0, 3.0, 2.0), False), ((5.0, 1.5, 2.0), True)],
+)
+def test_a_name_with_which_unseen_runs_are_predicted_no_better_is_in_doubt(course, in_doubt):
+    gap = {"before": course[0], "after": course[-1], "reference": 1.5}
     unseen: Any = SimpleNamespace(gap=lambda: gap, gap_against=lambda known: gap)
     found: Any = SimpleNamespace(
         keys=("windage",),
@@ -137,4 +140,4 @@ def test_a_name_with_which_unseen_runs_are_predicted_no_better_is_in_doubt(after
         after=SimpleNamespace(left=np.ones((3, 4)), left_each=1.0),
     )
     reference: Any = SimpleNamespace(used=(), unseen=())
-    assert Judged(found, unseen, unseen, reference).in_doubt is in_doubt
+    assert Judged(found, unseen, unseen, reference, course).in_doubt is in_doubt

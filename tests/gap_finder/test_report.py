@@ -49,7 +49,7 @@ def answer(**more: Any) -> dict[str, Any]:
         "effects": [],
         "one_of_keys": [],
         "runners_up": [],
-        "evidence": {"share_explained": 0.0},
+        "evidence": {"share_explained": 0.0, "holdout_gaps": [0.9]},
         "remaining": {"is_adequate": True, "where": [], "share": 0.0},
         "look_at": [],
         "channels": {},
@@ -76,7 +76,7 @@ def test_the_first_line_of_a_name_in_doubt_says_what_it_may_be_instead(in_doubt,
         look_at=["links.film.coefficient is 9 where the file has 3: far from usual"],
         in_doubt=in_doubt,
         remaining={"is_adequate": is_adequate, "where": [], "share": 0.0},
-        gap={"holdout": {"before": 2.0, "after": 0.9, "reference": 1.7, "floor": 0.5}},
+        evidence={"share_explained": 0.9, "holdout_gaps": [2.0, 0.9]},
     )
     missing = five_lines(table)[0]
     assert missing.startswith("What may be missing: Windage. In doubt:") == in_doubt
@@ -84,9 +84,9 @@ def test_the_first_line_of_a_name_in_doubt_says_what_it_may_be_instead(in_doubt,
     assert ("may instead, or also, be motor_iron_loss, or" in missing) == in_doubt
     assert ("more error remains where it acts" in missing) == (in_doubt and is_adequate)
     assert ("Check: links.film.coefficient" in missing) == in_doubt
-    table["gap"]["holdout"]["after"] = 2.0
-    worse = five_lines(table)[0]
-    assert ("In doubt: it does not improve the prediction of the held-out run" in worse) == in_doubt
+    for gaps, who in (([2.0, 2.0], "it does not improve"), ([2.0, 0.9, 1.0], "not every name")):
+        worse = five_lines(table | {"evidence": {"share_explained": 0.9, "holdout_gaps": gaps}})[0]
+        assert (f"In doubt: {who}" in worse) == in_doubt
     alone = five_lines(table | {"runners_up": []})[0]
     assert ("may instead, or also, be something not in the catalogue" in alone) == in_doubt
 
