@@ -167,7 +167,8 @@ def is_closed_where_better(before: FloatArray, after: FloatArray) -> bool:
 
     A law that only acts like the right one leaves more error where it acts. What the machine's file
     is too coarse for is left everywhere. An F-test compares the two, with each channel of a run
-    weighted by how much it has improved there, and by how much less than the most elsewhere.
+    weighted by how much it has improved there, and by how much less than the most elsewhere. It
+    counts as one value, because one misfit lasts for much of a run.
 
     Parameters
     ----------
