@@ -81,12 +81,6 @@ class GapResult:
         return self.after.observed
 
     @property
-    def course(self) -> list[Machine]:
-        """The calibrated machine before each step that added something, and with all additions."""
-        steps = [step.baseline.fit.machine for step in self.search.steps if step.is_taken]
-        return [*steps, self.after.machine]
-
-    @property
     def explained(self) -> float:
         """Share of the squared error of left-out runs that all additions explain [1]."""
         return 1.0 - self.after.cost / self.before.cost
@@ -118,9 +112,11 @@ class Judged:
         """Judge a result."""
         before, after = result.before.machine, result.after.machine
         used, later = (GapComparison(before, after, runs) for runs in (result.observed, unseen))
-        course = [GapComparison(before, step, unseen).gap()["after"] for step in result.course]
-        reference = ReferenceModel(after, used.after, later.after)
-        return cls(result, used, later, reference, tuple(course))
+        begun = [step.baseline.fit.machine for step in result.search.steps if step.is_taken]
+        between = [GapComparison(before, step, unseen).gap()["after"] for step in begun[1:]]
+        gap = later.gap()
+        course = (gap["before"], *between, gap["after"]) if begun else (gap["after"],)
+        return cls(result, used, later, ReferenceModel(after, used.after, later.after), course)
 
     @property
     def limit(self) -> float:
