@@ -145,6 +145,22 @@ show([seen, messages, status_of(fmu.setDebugLogging, True, ["logAll"])])
     assert found == [[[2], [3], [2, 3]], [], 3]
 
 
+def test_a_refusal_says_why_without_debug_logging(both):
+    """As most hosts run an FMU: otherwise all that they can show is that it failed."""
+    found = apart(
+        """
+fmu = opened(sys.argv[1])
+again = type(fmu)(guid=fmu.guid, unzipDirectory=fmu.unzipDirectory,
+                  modelIdentifier=fmu.modelIdentifier, instanceName="quiet")
+again.instantiate(callbacks=callbacks, loggingOn=False)
+again.setupExperiment(startTime=0.0)
+show([status_of(again.getReal, [999]), messages])
+""",
+        both.native,
+    )
+    assert found == [3, [[3, "value reference 999: there is no such variable of this type"]]]
+
+
 def test_a_code_has_a_type_that_says_what_it_means(both):
     for path in (both.native, both.python):
         status = next(

@@ -73,12 +73,13 @@ fmi2Component fmi2Instantiate(
 {
     struct component *self = memory_take(1, sizeof *self);
     const char *given = name == NULL ? "" : name;
-    (void)resources, (void)visible;
+    /* Every message is the reason of a refusal: there is no debug logging to ask for. */
+    (void)resources, (void)visible, (void)logging;
     if (self == NULL) {
         return NULL;
     }
     self->host = host;
-    self->logged = logging ? ~0u : 0u;
+    self->logged = ~0u;
     self->instance = instance_new();
     size_t length = strlen(given) + 1;
     self->name = memory_take(1, length < NAME_ROOM ? NAME_ROOM : length);

@@ -58,8 +58,8 @@ const char *fmi3GetVersion(void)
 
 /* Returns an instance, unless there is a problem with the request. */
 static fmi3Instance instantiated(
-    fmi3String token, fmi3Boolean logging, fmi3InstanceEnvironment environment,
-    fmi3LogMessageCallback log, bool exchange, const char *problem)
+    fmi3String token, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+    bool exchange, const char *problem)
 {
     struct component *self = memory_take(1, sizeof *self);
     if (self == NULL) {
@@ -67,7 +67,7 @@ static fmi3Instance instantiated(
     }
     self->environment = environment;
     self->log = log;
-    self->logged = logging ? ~0u : 0u;
+    self->logged = ~0u; /* as in FMI 2.0: every message is the reason of a refusal */
     self->instance = instance_new();
     if (problem == NULL && (token == NULL || strcmp(token, model_guid) != 0)) {
         problem = "the instantiation token is not that of this FMU";
@@ -94,9 +94,9 @@ fmi3Instance fmi3InstantiateCoSimulation(
 {
     const char *problem =
         event_mode && model_bus == NULL ? "this FMU has no event mode in co-simulation" : NULL;
-    (void)name, (void)resources, (void)visible;
+    (void)name, (void)resources, (void)visible, (void)logging;
     (void)early_return, (void)intermediate, (void)intermediates, (void)update;
-    struct component *self = instantiated(token, logging, environment, log, false, problem);
+    struct component *self = instantiated(token, environment, log, false, problem);
     if (self != NULL) {
         self->instance->events = event_mode;
     }
@@ -108,8 +108,8 @@ fmi3Instance fmi3InstantiateModelExchange(
     fmi3Boolean logging, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log)
 {
     const char *problem = model_continuous == NULL ? "this FMU is for co-simulation" : NULL;
-    (void)name, (void)resources, (void)visible;
-    return instantiated(token, logging, environment, log, true, problem);
+    (void)name, (void)resources, (void)visible, (void)logging;
+    return instantiated(token, environment, log, true, problem);
 }
 
 void fmi3FreeInstance(fmi3Instance c)

@@ -41,9 +41,10 @@ fmi3Instance fmi3InstantiateScheduledExecution(
     fmi3ClockUpdateCallback update, fmi3LockPreemptionCallback lock,
     fmi3UnlockPreemptionCallback unlock)
 {
-    (void)name, (void)resources, (void)visible, (void)update, (void)lock, (void)unlock;
+    (void)name, (void)resources, (void)visible, (void)logging;
+    (void)update, (void)lock, (void)unlock;
     return instantiated(
-        token, logging, environment, log, false, "this FMU does not support scheduled execution");
+        token, environment, log, false, "this FMU does not support scheduled execution");
 }
 
 fmi3Status fmi3GetNumberOfVariableDependencies(
