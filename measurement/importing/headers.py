@@ -12,9 +12,12 @@ from measurement.importing.quantities import conversion_of
 from measurement.units import split_column
 
 _BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[\(\{<](?P<unit>[^\[\]\(\)\{\}<>]*)[\]\)\}>]\s*$")
-_SEPARATED = re.compile(r"^(?P<name>.+?)\s*(?:,|;|\bin\b|\s/|/(?=°)|:)\s*(?P<unit>\S{1,10})$")
+_DEGREES = r"(?:(?i:deg\.?|degrees?|grad) )?"
+_SEPARATED = re.compile(
+    rf"^(?P<name>.+?)\s*(?:,|;|\bin\b|\s/|/(?=°)|:)\s*(?P<unit>{_DEGREES}\S{{1,10}})$"
+)
 _QUOTIENT = re.compile(r"^(?P<name>[^\s/]+)/(?P<unit>\S{1,10})$")
-_LAST_WORD = re.compile(r"^(?P<name>.+)[\s_](?P<unit>\S{1,8})$")
+_LAST_WORD = re.compile(rf"^(?P<name>.+?)[\s_](?P<unit>{_DEGREES}[^\s_]{{1,8}})$")
 _TIME = re.compile(
     r"^(?:elapsed|rel\w*|abs\w*|local|log|mess|sample)?[\s_]*"
     r"(?:time|zeit|timestamp|zeitstempel|date|datum|datetime|uhrzeit|date[\s_/&+]*time|"
@@ -116,7 +119,22 @@ def _is_surely_a_unit(text: str, after_a_mark: bool) -> bool:
     if conversion_of(text) is None:
         return False
     plain = text.casefold()
-    if plain in ("1", "-", "d", "m", "in", "my", "grad", "c", "f", "code", "flag", "status"):
+    if plain in [
+        "1",
+        "-",
+        "d",
+        "m",
+        "in",
+        "my",
+        "grad",
+        "c",
+        "f",
+        "hp",
+        "ipm",
+        "code",
+        "flag",
+        "status",
+    ]:
         return after_a_mark and plain in ("c", "f", "m", "d")
     return after_a_mark or len(plain) > 1 or plain in ("k", "s", "h", "w")
 

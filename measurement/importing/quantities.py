@@ -45,14 +45,16 @@ _SPELLINGS: tuple[tuple[Conversion, str], ...] = (
     (Conversion("s", 86400.0), "d day days tage"),
     (
         Conversion("degC"),
-        "degc °c c cel celsius deg_c grdc gradc grad oc c° degreec °celsius degreecelsius",
+        "degc °c c cel celsius deg_c grdc gradc gradcelsius grad oc c° degreec °celsius "
+        "degreecelsius",
     ),
     (Conversion("degC", 1.0, -273.15), "k kelvin degk °k"),
     (Conversion("degC", 5.0 / 9.0, -160.0 / 9.0), "f °f degf fahrenheit degreef °fahrenheit"),
-    (Conversion("um"), "um µm micron microns micrometer micrometre mikrometer my"),
+    (Conversion("um"), "um µm µ micron microns micrometer micrometre mikrometer my"),
     (Conversion("um", 1e-3), "nanometer nanometre"),
-    (Conversion("mm", 25.4), "in inch inches"),
-    (Conversion("um", 25.4), "mil thou"),
+    (Conversion("mm", 25.4), 'in inch inches "'),
+    (Conversion("um", 25.4), "mil mils thou"),
+    (Conversion("um", 0.0254), "µin uin microin microinch microinches"),
     (Conversion("mm"), "mm millimeter millimetre"),
     (Conversion("mm", 1e3), "m meter metre"),
     (Conversion("rpm"), "rpm 1/min min-1 min^-1 min^(-1) u/min r/min rev/min upm /min"),
@@ -62,12 +64,23 @@ _SPELLINGS: tuple[tuple[Conversion, str], ...] = (
     (Conversion("mm_min"), "mm/min mm_min mmpm"),
     (Conversion("mm_min", 1000.0), "m/min"),
     (Conversion("mm_min", 60.0), "mm/s"),
+    (Conversion("mm_min", 25.4), "in/min inch/min inches/min ipm"),
     (Conversion("Nm"), "newtonmeter n*m n.m n-m nm"),
+    (
+        Conversion("Nm", 1.3558179483314),
+        "ft-lb ft-lbf ft*lb ft*lbf ftlb ftlbf lb-ft lbf-ft lb*ft lbf*ft lbft lbfft",
+    ),
+    (
+        Conversion("Nm", 0.1129848290276),
+        "in-lb in-lbf in*lb in*lbf inlb inlbf lb-in lbf-in lb*in lbf*in lbin lbfin",
+    ),
     (Conversion("W"), "w watt"),
     (Conversion("W", 1e3), "kw kilowatt"),
+    (Conversion("W", 745.69987158), "hp"),
     (Conversion("lpm"), "l/min lpm liter/min slpm"),
     (Conversion("lpm", 1000.0 / 60.0), "m3/h m^3/h cbm/h"),
     (Conversion("lpm", 1.0 / 60.0), "l/h"),
+    (Conversion("lpm", 3.785411784), "gpm gal/min usgpm"),
     (Conversion("urad"), "urad µrad"),
     (Conversion("urad", 1e3), "mrad"),
     (Conversion("urad", 1e6), "rad"),
@@ -81,7 +94,7 @@ KNOWN_UNITS = (
 )
 """The usual units, for a message."""
 _MULTIPLE = re.compile(
-    r"(?:1 ?/ ?(?P<over>10+)|(?P<count>0[.,]\d+|1(?:000)+)) ?[*x·]? ?(?P<unit>[^\W\d].*|[°%].*)"
+    r"(?:1 ?/ ?(?P<over>10+)|(?P<count>0[.,]\d+|1(?:000)+)) ?[*x·]? ?(?P<unit>[^\W\d].*|[°%\"].*)"
 )
 """Multiples of a unit, such as 0.1 °C, 1/10 K and 1000 µm; 10K may be a type of thermistor."""
 LENGTH = re.compile(r"tool|length|laenge|länge|position|pos(?![a-z])|abstand", re.IGNORECASE)

@@ -261,6 +261,35 @@ def test_an_inch_is_a_length_where_its_name_says_so(log):
     assert frame["disp_z_um"].tolist() == [0.0, 25.4, 50.8]
 
 
+@pytest.mark.parametrize(
+    ("header", "column", "each"),
+    [
+        ("disp_z (mils)", "disp_z_um", 25.4),
+        ("disp_z [µin]", "disp_z_um", 0.0254),
+        ('disp_z (0.0001")', "disp_z_um", 2.54),
+        ("Feed (ipm)", "feed_mm_min", 25.4),
+        ("Spindle torque (ft-lb)", "Spindle_torque_Nm", 1.3558179483314),
+        ("Spindle motor [hp]", "Spindle_motor_W", 745.69987158),
+        ("Coolant (gpm)", "Coolant_lpm", 3.785411784),
+    ],
+)
+def test_imperial_units_are_those_of_machine_tools(header, column, each, log):
+    frame = log(f"time [s];{header}\n0;0\n10;1\n20;4\n").runs[0].frame
+    assert list(frame) == ["time_s", column]
+    np.testing.assert_allclose(frame[column], [0.0, each, 4.0 * each], atol=1e-9)
+
+
+@pytest.mark.parametrize("header", ["Front bearing, deg F", "Front bearing deg. F"])
+def test_degrees_may_be_a_word_of_their_own(header, log):
+    frame = log(f"time [s];{header}\n0;68\n10;77\n20;86\n").runs[0].frame
+    assert frame["Front_bearing_degC"].tolist() == [20.0, 25.0, 30.0]
+
+
+@pytest.mark.parametrize("name", ["Temp IPM", "Temp HP"])
+def test_a_power_module_or_high_pressure_is_no_unit(name, log):
+    assert name in log(f"time [s];{name};z [µm]\n0;20;0\n10;21;1\n20;22;3\n").hints
+
+
 def test_an_axis_makes_a_displacement_of_a_position(log):
     text = table(header=[*HEADER[:4], "Pos Z [mm]"], values=signals() * MM)
     frame = log(text, axes={"Pos Z [mm]": "-Z"}).runs[0].frame
