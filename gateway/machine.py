@@ -24,7 +24,7 @@ from gateway.database import (
 )
 from gateway.link import Link
 from gateway.probes import LATEST_STEPS, TAKEN, ProbeSender
-from gateway.proof import CHALLENGE
+from gateway.proof import CHALLENGE, ECHO, PROOF
 from gateway.reception import Cycle, Reception
 
 if TYPE_CHECKING:
@@ -211,7 +211,7 @@ class MachineNode:
     ) -> None:
         self._plant, self._link, self._pace = plant, link, pace
         self._save, self._stopped, self._clock = save, stopped, clock
-        self._sender = Sender(database, MACHINE, key)
+        self._database, self._sender = database, Sender(database, MACHINE, key)
         self._probes = ProbeSender(database.events(MACHINE))
         plant.probe_with(self._probes.names)
         self._cycle_s = database.every_s or database.closing(MACHINE).cycle_s
@@ -311,15 +311,24 @@ class MachineNode:
         return self._probes.messages(self.time_s % self._wrap_s, count)
 
     def _send(self, state: str, step_s: float) -> None:
-        values: dict[str, Value] = {**self._plant.readings()}
-        values |= {
+        values = self._values(state, step_s)
+        self._link.send(self._sender.messages(values, self.answers.challenge))
+
+    def _values(self, state: str, step_s: float) -> dict[str, Value]:
+        return {
+            **self._plant.readings(),
             "machine_state": state,
             "machine_time": self.time_s % self._wrap_s,
             "machine_step": step_s,
             "offset_use": self.follower.use,
             "thermal_state": self._plant.thermal_state,
         }
-        self._link.send(self._sender.messages(values, self.answers.challenge))
+
+    def unread(self) -> list[str]:
+        """Return the signals that would be sent as if read: without a value, or a code for none."""
+        known = {*self._values("off", 0.0), ECHO, PROOF}
+        signals = (signal for _, signal in self._database.signals(MACHINE))
+        return [s.name for s in signals if s.name not in known and NOT_AVAILABLE not in s.codes]
 
     def _heard(self, fresh: Cycle | None) -> Mapping[str, float]:
         """Return the flags and codes that the table holds in addition to the plant's signals."""

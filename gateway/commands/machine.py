@@ -124,6 +124,9 @@ def _simulate(args: argparse.Namespace, database: Any) -> dict[str, Any]:
         timeout_s = args.timeout and args.timeout / 1e3
         pace = Pace(args.speed_up is None, args.wait_s, args.hold_s, timeout_s)
         node = MachineNode(database, plant, link, pace, save, stopped, key=key)
+        if lacking := node.unread():
+            problem = f"has no {', '.join(lacking)}, and its frames cannot say so"
+            raise BadInput(name, "", f"{problem}: another --plant, or a missing_raw in the map")
         node.run()
         summary = {
             "steps": plant.point - first,

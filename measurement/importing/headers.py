@@ -119,23 +119,10 @@ def _is_surely_a_unit(text: str, after_a_mark: bool) -> bool:
     if conversion_of(text) is None:
         return False
     plain = text.casefold()
-    if plain in [
-        "1",
-        "-",
-        "d",
-        "m",
-        "in",
-        "my",
-        "grad",
-        "c",
-        "f",
-        "hp",
-        "ipm",
-        "code",
-        "flag",
-        "status",
-    ]:
-        return after_a_mark and plain in ("c", "f", "m", "d")
+    if plain in ("c", "f", "m", "d"):
+        return after_a_mark
+    if plain in ("1", "-", "in", "my", "grad", "hp", "ipm", "code", "flag", "status"):
+        return False
     return after_a_mark or len(plain) > 1 or plain in ("k", "s", "h", "w")
 
 

@@ -223,6 +223,17 @@ def test_both_ends_run_by_a_map(builder, shipped, tmp_path, quick_fmu):
     assert abs(table["dZ_um"].iloc[-1]) > 0.1
 
 
+def test_a_machine_sends_no_reading_that_its_plant_lacks(edited, shipped, capsys):
+    """A signal's start value, 0 degC, would pass for one if no raw value means missing."""
+    rule = 'T11 = { signal = "SPN_TEMP.Tmp11", unit = "degC", missing_raw = -32768 }'
+    command = ["machine", "step_speed", *new_wire("virtual").arguments(), "--wait", "0"]
+    command += ["--fmu-dir", str(shipped), "--set", "duration_s=1", "--map"]
+    path = edited((rule, 'Halle = { signal = "SPN_TEMP.Tmp11", unit = "degC" }'))
+    assert main([*command, str(path)]) == 2
+    assert "plant.fmu: has no Halle, and its frames cannot say so" in capsys.readouterr().err
+    assert main([*command, str(edited((rule, rule.replace("T11", "Halle"))))]) == 0
+
+
 @pytest.mark.parametrize(
     ("unit", "wanted", "factor", "offset"),
     [
