@@ -162,7 +162,8 @@ class Watch:
         what = "" if number is None else f"page {number} "
         if self.last is None and page.seen_at == -inf:
             return self._finding("startup", f"{what}has not been seen yet")
-        age = "" if self.together else f": it is {now - page.seen_at:.3f} s old"
+        age = f": it is {now - page.seen_at:.3f} s old"
+        age = "" if self.together or page.seen_at == -inf else age
         return self._finding("missing", f"{what}is missing{age}")
 
     def _out_of_step(self, closing: tuple[int, int] | None) -> Finding | None:
