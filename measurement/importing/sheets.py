@@ -73,17 +73,16 @@ def _workbook(path: Path) -> list[Sheet]:
                 sheet.name: sheet.visible == SheetVisibleEnum.Visible
                 for sheet in book.sheets_metadata
             }
+            shown = [(name, book.get_sheet_by_name(name)) for name in visible if visible[name]]
             tables = [
-                (name, book.get_sheet_by_name(name).to_python(skip_empty_area=False))
-                for name in book.sheet_names
-                if visible[name]
+                (name, _unmerged(sheet.to_python(skip_empty_area=False), sheet.merged_cell_ranges))
+                for name, sheet in shown
             ]
     except Exception as error:  # the library's errors for each format have no common base
         raise BadInput(path, "", f"is no workbook that can be read: {error}") from None
     sheets: list[Sheet] = []
     left_out = [BadInput(path, name, "is hidden") for name, seen in visible.items() if not seen]
-    for name, rows in tables:
-        cells: list[list[Cell]] = [list(row) for row in rows]
+    for name, cells in tables:
         if sum(any(not is_missing(cell) for cell in row) for row in cells) < 2:
             continue  # an empty sheet, or a lone title
         try:
@@ -97,6 +96,22 @@ def _workbook(path: Path) -> list[Sheet]:
         notes = [f"left out: {error.place or path.name}: {error.problem}" for error in left_out]
         sheets[0] = replace(sheets[0], notes=(*sheets[0].notes, *notes))
     return sheets
+
+
+def _unmerged(
+    rows: Sequence[Sequence[Cell]], ranges: Sequence[tuple[tuple[int, int], ...]] | None
+) -> list[list[Cell]]:
+    """Return a sheet's rows with the text of each merged cell in all cells that it covers, except
+    one that is alone in its row: a title is no name of a column.
+    """
+    cells = [list(row) for row in rows]
+    filled = [sum(not _is_blank(cell) for cell in row) for row in rows]
+    for (top, left), (bottom, right) in ranges or ():
+        text = cells[top][left] if top < len(cells) and left < len(cells[top]) else None
+        if isinstance(text, str) and filled[top] > 1:
+            for row in cells[top : bottom + 1]:
+                row[left : right + 1] = [text] * len(row[left : right + 1])
+    return cells
 
 
 def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
@@ -172,12 +187,33 @@ def _headings(
         raise BadInput(path, f"{place}row {first + 1}", "no header with names stands above it")
     names, units, at = _names_and_units([_texts(rows[i]) for i in above], _usual_filled(rows))
     upper = _texts(rows[above[at - 1]]) if at and above[at - 1] == above[at] - 1 else []
-    if len(upper) == len(names):  # a merged cell has its text in the upper line
-        names = [name or over for name, over in zip(names, upper, strict=True)]
+    if len(upper) == len(names) == len(units):
+        # A name that is merged over the line of units is no unit.
+        units = ["" if unit == name else unit for name, unit in zip(names, units, strict=True)]
+        alone, names = names, _below(upper, names, units)
+        at -= names != alone
     usual = _usual_length(rows[first:])
     width = max(len(_trimmed(row)) for row in rows[first : first + 50] if len(row) == usual)
     width = max(width, *(len(texts) - _blank_end(texts) for texts in (names, units)))
     return headings(*(_padded(texts, width) for texts in (names, units))), width, at
+
+
+def _below(upper: list[str], names: list[str], units: list[str]) -> list[str]:
+    """Return the names of columns with what stands above them: alone where there is no name, and
+    before one that occurs twice, or that has its unit from there.
+    """
+    count = Counter(names)
+    found = []
+    for over, name, unit in zip(headings(upper, [""] * len(upper)), names, units, strict=True):
+        # A 1 in brackets is rather the first of several than a flag.
+        given = "" if over.unit == "1" or headings([name], [unit])[0].unit else over.unit
+        if not name or over.text in ("", name):
+            found.append(name or over.text)
+        elif given or count[name] > 1:
+            found.append(f"{over.name} {name}" + (f" [{given}]" if given else ""))
+        else:
+            found.append(name)
+    return found
 
 
 def _names_and_units(lines: list[list[str]], filled: int) -> tuple[list[str], list[str], int]:

@@ -166,6 +166,34 @@ def test_a_workbook_with_a_cover_and_two_sheets(ending, tmp_path):
     check(import_files([workbook(tmp_path / f"log{ending}", parts)]))
 
 
+@pytest.mark.parametrize(
+    ("heads", "merged"),
+    [
+        ([["Time [s]", "Bearing [°C]", None, "Drive [°C]", None, "Drift [µm]"]], "B1:C1 D1:E1"),
+        (
+            [["Rig 7"], ["Time [s]", "Bearing", None, "Drive", None, "Drift"]],
+            "A1:F1 A2:A4 B2:C2 D2:E2 B4:E4",
+        ),
+    ],
+)
+def test_what_is_merged_over_columns_is_part_of_their_names(heads, merged, tmp_path):
+    """A group over columns that share their names, and a unit of several of them."""
+    book = openpyxl.Workbook()
+    for row in (*heads, [None, "front", "rear", "front", "rear", "z"]):
+        book.active.append(row)
+    if len(heads) > 1:
+        book.active.append([None, "°C", None, None, None, "µm"])
+    for n, row in enumerate(signals()[:, [0, 1, 2, 2, 4]].tolist()):
+        book.active.append([60.0 * n, *row])
+    for cells in merged.split():
+        book.active.merge_cells(cells)
+    book.save(tmp_path / "log.xlsx")
+    found = import_files([tmp_path / "log.xlsx"])
+    names = ["Bearing_front_degC", "Bearing_rear_degC", "Drive_front_degC", "Drive_rear_degC"]
+    assert list(found.runs[0].frame)[1:5] == names
+    assert found.hints == {}
+
+
 def test_a_heading_that_is_merged_over_two_rows(tmp_path):
     over = ["Zeit", "Temperaturen", *(len(HEADER) - 1) * [None]]
     sheets = {"Log": [over, [None, *HEADER], *ROWS[1:]]}
