@@ -56,6 +56,10 @@ class Sheet:
         """Name of the table in messages."""
         return f"{self.path}, {self.title}" if self.title else str(self.path)
 
+    def turned(self) -> Sheet:
+        """Return the sheet with its rows in the reverse order."""
+        return replace(self, columns=[each[::-1] for each in self.columns], rows=self.rows[::-1])
+
     def part(self, name: str, columns: Sequence[int], rows: Sequence[int], *, first: bool) -> Sheet:
         """Return some columns and rows, by index, as a sheet; the first part keeps the notes."""
         return replace(

@@ -62,6 +62,8 @@ class Clock:
         Number of rows with the same time stamp as the row before.
     of_day : bool
         Whether time counts from midnight of an unknown day.
+    newest_first : bool
+        Whether the sheet's rows are in the reverse order.
     """
 
     time_s: FloatArray
@@ -70,6 +72,7 @@ class Clock:
     rule: TimeRule
     shared: int = 0
     of_day: bool = False
+    newest_first: bool = False
 
     def on_day_of(self, dated: Clock) -> Clock:
         """Return a clock of times of day on the day that puts its start next to a dated one's."""
@@ -107,9 +110,14 @@ def clock_of(sheet: Sheet, rule: TimeRule | None = None) -> Clock:
     else:
         time, rule = _dated(sheet, at, rule)
         absolute = True
+    steps = np.diff(time)
+    newest_first = bool((absolute or of_day) and (steps <= 0.0).all() and (steps < 0.0).any())
+    if newest_first:
+        sheet, time = sheet.turned(), time[::-1]
     time, shared = _ordered(sheet, at[0], time, dated=absolute)
     names = [sheet.headings[column].text for column in at]
-    return Clock(time, absolute, at, rule.model_copy(update={"columns": names}), shared, of_day)
+    rule = rule.model_copy(update={"columns": names})
+    return Clock(time, absolute, at, rule, shared, of_day, newest_first)
 
 
 def _columns(sheet: Sheet, rule: TimeRule) -> tuple[int, ...]:

@@ -90,12 +90,13 @@ def table_of(
     if given:
         time = time.model_copy(update={"unit": given[-1]})
     clock = clock_of(sheet, time)
+    notes = ["rows are newest first: turned round"] if clock.newest_first else []
+    sheet = sheet.turned() if clock.newest_first else sheet
     rules, hints = _rules(sheet, clock, mapping, units)
     _name_the_speed(rules, hints)
     _name_the_axes(rules, axes)
     columns: dict[str, np.ndarray] = {}
     sources: dict[str, str] = {}
-    notes: list[str] = []
     for at, entry in enumerate(sheet.headings):
         rule = rules.get(entry.text)
         if rule is None or not rule.keep or entry.text in hints:

@@ -335,6 +335,13 @@ def test_a_log_without_values_in_a_column_does_not_speak_for_the_others(tmp_path
     assert found.notes == (f"{tmp_path / 'day2.csv'}: column z [µm] holds no value",)
 
 
+@pytest.mark.parametrize("form", [LOCAL, "%H:%M:%S"])
+def test_a_log_with_the_newest_row_first(form, log):
+    found = log(table(stamps(form)[::-1], values=signals()[::-1]))
+    check(found)
+    assert "newest first" in found.notes[0]
+
+
 @pytest.mark.parametrize("name", ["T [°C]", "T2 [°C]", "T2"])
 def test_a_temperature_between_others_begins_no_block(name, log):
     header = [HEADER[4], name, *HEADER[1:4]]
