@@ -18,7 +18,7 @@ from gateway.machine import AnswerReceiver
 from measurement.errors import BadInput, one_line
 from measurement.stops import LOOK_S
 
-READ = (*LOGS, ".mf4")
+READ = (*LOGS, ".trc", ".mf4")
 
 
 def recorded(path: Path, database: Database) -> list[can.Message]:

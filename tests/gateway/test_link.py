@@ -252,9 +252,11 @@ def test_the_probes_of_a_log_are_played(tmp_path, database):
     assert [message.arbitration_id for message in recorded(path, database)] == ids
 
 
-def test_a_log_converted_to_mf4_is_read(tmp_path, database):
-    pytest.importorskip("asammdf")
-    path = tmp_path / "frames.mf4"
+@pytest.mark.parametrize("ending", [".trc", ".mf4"])
+def test_a_log_that_only_others_write_is_read(ending, tmp_path, database):
+    if ending == ".mf4":
+        pytest.importorskip("asammdf")
+    path = tmp_path / f"frames{ending}"
     sent = Sender(database, MACHINE).messages({"machine_state": "running"})
     with can.Logger(str(path)) as log:
         for number, message in enumerate(sent):
