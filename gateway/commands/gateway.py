@@ -111,7 +111,7 @@ def _serve(
         stack.enter_context(contextlib.redirect_stderr(printed))
         unit = CompensatorUnit(fmu, say, printed)
         stack.push(lambda kind, error, trace: unit.close(error))
-        say(f"{fmu.name} on {link.name}")
+        say(f"{Path(args.compensator or fmu).name} on {link.name}")
         for line in unprotected:
             say(line)
         joined = [protocol.join(database, fmu, unit, say) for protocol in protocols]

@@ -106,7 +106,7 @@ def _simulate(args: argparse.Namespace, database: Any) -> dict[str, Any]:
         stack.enter_context(contextlib.redirect_stderr(printed))
         plant = MachinePlant(fmu, case, say, printed, recorded=args.out is not None)
         stack.push(lambda kind, error, trace: plant.close(error))
-        say(f"{fmu.name}, scenario {case.settings.name}, on {link.name}")
+        say(f"{Path(name).name}, scenario {case.settings.name}, on {link.name}")
         key = args.key and read_key(args.key)
         store, saved = plant.slave.kept(args.state, say)
         plant.start(saved)
