@@ -44,7 +44,7 @@ class FmuFile(Unpacked):
         self.path = path
         self.description = read_description(path)
         self.sha256 = sha256_of(path)
-        super().__init__(path)
+        super().__init__(path, in_python=self.description.coSimulation.needsExecutionTool)
 
 
 class Shelf(contextlib.ExitStack):

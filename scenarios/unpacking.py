@@ -40,12 +40,14 @@ def prefix() -> str:
 
 
 class Unpacked:
-    """An FMU in its own folder, whose name every FMU can read from a URI.
+    """An FMU in its own folder.
 
     Parameters
     ----------
     path : Path
         The ``.fmu`` file.
+    in_python : bool
+        Whether it is an FMU in Python, which cannot read every folder's name from a URI.
 
     Attributes
     ----------
@@ -54,15 +56,18 @@ class Unpacked:
     Raises
     ------
     BadInput
-        If FMUs cannot read the temporary folder's name, or the file cannot be unpacked.
+        If it cannot read the temporary folder's name, or the file cannot be unpacked.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, in_python: bool = True) -> None:
         place = Path(tempfile.gettempdir())
         plain = place.as_posix().replace(" ", "")
-        if urllib.parse.quote(plain) != plain:
-            problem = "is not fit for unpacking FMUs: set TMPDIR to a folder whose path is plain"
-            raise BadInput(place, "", f"{problem} ASCII")
+        if in_python and urllib.parse.quote(plain) != plain:
+            problem = (
+                "is not fit for unpacking an FMU in Python: set TMPDIR to a folder whose path is "
+                "plain ASCII, or use FMUs in C (build_fmu.py --native)"
+            )
+            raise BadInput(place, "", problem)
         sweep(place)
         self._lock: int | None = None
         self.folder = Path(tempfile.mkdtemp(prefix=prefix()))

@@ -1,8 +1,10 @@
 """The C FMU as a host meets it: beside the Python FMU of the same compensator file."""
 
+import io
 import json
 import shutil
 import sys
+import tempfile
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +18,10 @@ import build_fmu
 from fmu_packaging.description import CAPABILITIES
 from fmu_packaging.native.build import native_package
 from fmu_packaging.native.compilers import compilers
+from measurement.errors import BadInput
 from scenarios.building import native_of
+from scenarios.fmu import Slave
+from scenarios.fmu_file import FmuFile
 from tests.fmu_packaging.apart import apart
 from tests.fmu_packaging.test_slave import LIFE
 from tests.fmus.models import RUN, five_point_text
@@ -159,6 +164,17 @@ show([status_of(again.getReal, [999]), messages])
         both.native,
     )
     assert found == [3, [[3, "value reference 999: there is no such variable of this type"]]]
+
+
+def test_only_an_fmu_in_python_needs_a_plain_folder(both, tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "ü"))
+    (tmp_path / "ü").mkdir()
+    with pytest.raises(BadInput, match=r"set TMPDIR to .* or use FMUs in C"):
+        FmuFile(both.python)
+    with Slave(both.native, "compensator", print, io.StringIO()) as slave:
+        with slave.starting(10.0):
+            pass
+        slave.step(0.0, 10.0)
 
 
 def test_a_code_has_a_type_that_says_what_it_means(both):
