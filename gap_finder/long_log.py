@@ -49,7 +49,7 @@ def pieces_of(machine: Machine, run: Run, hours: float) -> list[Run]:
     Parameters
     ----------
     machine : Machine
-        Its inputs are kept in every piece from the first row on.
+        Its inputs are kept in every piece.
     run : Run
     hours : float
         Length of a piece [h].
@@ -57,8 +57,8 @@ def pieces_of(machine: Machine, run: Run, hours: float) -> list[Run]:
     Returns
     -------
     list of Run
-        Each with all rows up to its end. Columns that are only compared are NaN before the piece
-        begins, except in the first row of the log, from which every part starts.
+        Each with all rows, so that all are driven alike. Columns that are only compared are NaN
+        outside the piece, except in the first row of the log, from which every part starts.
     """
     time = run.time_s
     starts = np.arange(time[0], time[-1], 3600.0 * hours)
@@ -72,8 +72,9 @@ def pieces_of(machine: Machine, run: Run, hours: float) -> list[Run]:
     at_start = _first_readings(run, compared)
     pieces = []
     for number, (first, end) in enumerate(zip(firsts, [*firsts[1:], len(time)], strict=True)):
-        frame = run.frame.iloc[:end].copy()
+        frame = run.frame.copy()
         frame.loc[: first - 1, compared] = np.nan
+        frame.loc[end:, compared] = np.nan
         if number:
             frame.loc[0, compared] = at_start
         name = f"{run.name}{_PIECE.format(number + 1, len(firsts))}"

@@ -213,7 +213,7 @@ def observe(
         covered = present.sum(axis=0) * _median_step(time)
         share = np.maximum(covered / INDEPENDENT_S, 1.0) / np.maximum(present.sum(axis=0), 1)
         try:
-            drive, switches = _driven(machine, run)
+            drive, switches = _driven(machine, run, float(time[-1]))
         except DriveError as error:
             raise BadInput(run.path or run.name, "", str(error)) from None
         weights *= np.sqrt(share)
@@ -231,8 +231,10 @@ def stated_noise(machine: Machine, channels: Sequence[str]) -> FloatArray:
     return np.array([np.hypot(table[n][0], table[n][1] / np.sqrt(12.0)) for n in channels])
 
 
-def _driven(machine: Machine, run: Run) -> tuple[Drive, tuple[Switch, ...]]:
+def _driven(machine: Machine, run: Run, until_s: float) -> tuple[Drive, tuple[Switch, ...]]:
     """Put a run's inputs on an even grid; with uneven rows every step would be a separate case.
+
+    Also return its unclear switches until the last observation.
 
     A switch lies between the last row without it and the first with it, often at the latter,
     because many recorders write a row when something changes. If the rows are far apart, it is
@@ -257,7 +259,7 @@ def _driven(machine: Machine, run: Run) -> tuple[Drive, tuple[Switch, ...]]:
         return drive_from(machine, _switched_at(machine, run, at), BIN_S, at=middles)
 
     switches = []
-    for row in unclear.tolist():
+    for row in unclear[rows[unclear - 1] < until_s].tolist():
         interval = float(rows[row] - rows[row - 1])
         later_s = -0.2 * interval
         # Standard deviation of a uniform law between the rows, about the assumed instant.
@@ -333,7 +335,9 @@ def _binned(
         if column.endswith("_um"):
             values[:, i] -= series[good][0]
             zero[i] = rows[good][0]
-    return time, values, segment[fresh], zero
+    read = np.isfinite(values).any(axis=1)
+    read |= not read.any()
+    return time[read], values[read], segment[fresh][read], zero
 
 
 def _switch_uncertainty(

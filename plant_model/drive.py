@@ -67,6 +67,17 @@ class Drive:
         """
         return np.array([self.first[name][0] for name in machine.boundary_index])
 
+    def is_like(self, other: Drive) -> bool:
+        """Whether another drive has the same inputs on the same grid; their rows may differ."""
+        if not np.array_equal(self.grid, other.grid) or self.held.keys() != other.held.keys():
+            return False
+        pairs = ((self.held, other.held), (self.first, other.first), (self.last, other.last))
+        return all(
+            np.array_equal(values, theirs[name])
+            for mine, theirs in pairs
+            for name, values in mine.items()
+        )
+
     def refined(self, parts: int) -> Drive:
         """Return the same inputs with each step of the grid split into equal parts.
 

@@ -214,7 +214,8 @@ def simulate_all(
     begun = [_Begun.of(machine, run) for run in runs]
     for run in begun:
         everything.widen(len(run.starts))
-    instants = sum(len(run.drive.grid) for run in runs)
+    same = _same(begun)
+    instants = sum(len(runs[i].drive.grid) for i in set(same))
     per_turn = max(1, CHUNK_NUMBERS // (instants * len(machine.nodes)))
     turns = []
     for at_set in range(0, everything.sets, per_turn):
@@ -223,9 +224,21 @@ def simulate_all(
             sets = np.append(0, sets)
         values = everything.of_sets(sets) if everything.sets > per_turn else everything
         some = [run.of_sets(sets) for run in begun]
-        simulated = _simulate_some(machine, values, some, tolerance, near=near)
+        simulated = _simulate_some(machine, values, some, same, tolerance, near=near)
         turns.append([run.without_first() for run in simulated] if near and at_set else simulated)
     return [_joined(parts) for parts in zip(*turns, strict=True)]
+
+
+def _same(runs: Sequence[_Begun]) -> list[int]:
+    """Return for each run the position of the first with the same inputs and start.
+
+    The pieces of a long log are driven alike.
+    """
+    same: list[int] = []
+    for run in runs:
+        alike = (i for i in dict.fromkeys(same) if runs[i].is_like(run))
+        same.append(next(alike, len(same)))
+    return same
 
 
 @dataclass(frozen=True)
@@ -244,6 +257,11 @@ class _Begun:
         first = _first_readings(machine, run.inputs) if run.start is None else {}
         starts = _starts(machine, run.drive, first)[None] if run.start is None else run.start
         return cls(run, starts, _read_at_start(machine, run.drive, first))
+
+    def is_like(self, other: _Begun) -> bool:
+        """Whether another run has the same inputs and start."""
+        same_start = np.array_equal(self.starts, other.starts, equal_nan=True)
+        return same_start and self.read == other.read and self.run.drive.is_like(other.run.drive)
 
     def of_sets(self, sets: npt.NDArray[np.intp]) -> _Begun:
         return self if len(self.starts) == 1 else replace(self, starts=self.starts[sets])
@@ -323,12 +341,19 @@ def _read_at_start(machine: Machine, drive: Drive, first: dict[str, float]) -> d
 
 
 def _simulate_some(
-    machine: Machine, values: Values, runs: Sequence[_Begun], tolerance: float, *, near: bool
+    machine: Machine,
+    values: Values,
+    runs: Sequence[_Begun],
+    same: Sequence[int],
+    tolerance: float,
+    *,
+    near: bool,
 ) -> list[Simulation]:
     effects = effects_in_force(machine, values)
     slices, nodes = state_slices(effects), len(machine.nodes)
+    stepped = list(dict.fromkeys(same))
     starts = []
-    for run in runs:
+    for run in (runs[i] for i in stepped):
         start = np.broadcast_to(run.starts, (values.sets, nodes))
         for node, sensor in run.read.items():
             for effect in effects:
@@ -337,13 +362,12 @@ def _simulate_some(
                     share = machine.nodes[node].start_share
                     start[:, node] -= share * effect.error_at_start()[:, 0]
         starts.append(start)
-    drives = [begun.run.drive for begun in runs]
-    all_on_grid = shared_trajectories(
-        machine, values, effects, drives, starts, tolerance, near=near
-    )
+    drives = [runs[i].run.drive for i in stepped]
+    courses = shared_trajectories(machine, values, effects, drives, starts, tolerance, near=near)
+    of_run = dict(zip(stepped, courses, strict=True))
     simulations = []
-    for begun, drive, on_grid in zip(runs, drives, all_on_grid, strict=True):
-        at = begun.run.at
+    for begun, which in zip(runs, same, strict=True):
+        drive, on_grid, at = begun.run.drive, of_run[which], begun.run.at
         time = begun.run.inputs["time_s"].to_numpy(dtype=np.float64) if at is None else at
         inputs = drive.rows if at is None else drive.inputs_at(at)
         wanted = at_rows(drive.grid, on_grid, time)

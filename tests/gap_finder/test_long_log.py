@@ -31,18 +31,23 @@ def log(jig_borer_lumps: Machine) -> Run:
 def test_pieces_hold_their_own_hours_and_what_drove_the_machine_before(jig_borer_lumps, log):
     pieces = pieces_of(jig_borer_lumps, log, 3.0)
     assert [one.name for one in pieces] == ["log_1of3", "log_2of3", "log_3of3"]
-    pd.testing.assert_frame_equal(pieces[0].frame, log.frame.iloc[:180])
-    for number, one in enumerate(pieces[1:], 1):
-        rows = 180 * (number + 1)
-        assert len(one.frame) == rows
-        drive = ["time_s", "speed_rpm", "T5_degC", "T9_degC"]
-        pd.testing.assert_frame_equal(one.frame[drive], log.frame[drive].iloc[:rows])
-        read = one.frame["T1_degC"]
-        assert read.iloc[0] == log.frame["T1_degC"].iloc[0]
-        assert read.iloc[1 : rows - 180].isna().all()
-        pd.testing.assert_series_equal(
-            read.iloc[rows - 180 :], log.frame["T1_degC"].iloc[rows - 180 : rows]
-        )
+    driving = ["time_s", "speed_rpm", "T5_degC", "T9_degC"]
+    for number, piece in enumerate(pieces):
+        pd.testing.assert_frame_equal(piece.frame[driving], log.frame[driving])
+        assert np.flatnonzero(piece.frame["T1_degC"].notna()).tolist() == [
+            *range(bool(number)),
+            *range(180 * number, 180 * (number + 1)),
+        ]
+        read = piece.frame["T1_degC"].dropna()
+        pd.testing.assert_series_equal(read, log.frame["T1_degC"][read.index])
+
+
+def test_pieces_are_driven_alike_and_observed_once(jig_borer_lumps, log):
+    observed = observe(jig_borer_lumps, pieces_of(jig_borer_lumps, log, 3.0))
+    assert all(piece.drive.is_like(observed[0].drive) for piece in observed)
+    (whole,) = observe(jig_borer_lumps, [log])
+    firsts = len(observed) - 1  # the log's first row once more in each later piece
+    assert sum(len(piece.time_s) for piece in observed) == len(whole.time_s) + firsts
 
 
 def test_hidden_parts_begin_where_the_piece_before_left_them(jig_borer_lumps, log):
@@ -63,8 +68,12 @@ def test_hidden_parts_begin_where_the_piece_before_left_them(jig_borer_lumps, lo
 
 
 def test_a_short_rest_stays_with_the_piece_before(jig_borer_lumps, log):
-    assert [len(one.frame) for one in pieces_of(jig_borer_lumps, log, 4.4)] == [264, 540]
+    assert _ends(pieces_of(jig_borer_lumps, log, 4.4)) == [264, 540]
     assert pieces_of(jig_borer_lumps, log, 20.0) == [log]
+
+
+def _ends(pieces: list[Run]) -> list[int]:
+    return [piece.frame["T1_degC"].last_valid_index() + 1 for piece in pieces]
 
 
 def _paused(log: Run, row: int, hours: float) -> Run:
@@ -74,7 +83,7 @@ def _paused(log: Run, row: int, hours: float) -> Run:
 
 def test_no_piece_begins_in_a_pause(jig_borer_lumps, log):
     pieces = pieces_of(jig_borer_lumps, _paused(log, 180, 7.0), 2.0)
-    assert [len(one.frame) for one in pieces] == [120, 180, 300, 420, 540]
+    assert _ends(pieces) == [120, 180, 300, 420, 540]
 
 
 @pytest.mark.parametrize("row", [1, 270, 539])
