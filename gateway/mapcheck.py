@@ -148,9 +148,10 @@ def problems_of(mapping: Mapping, fmu: Path, *, machine_clock: bool = False) -> 
         mapping.say("cycle.frames", "sampled frames carry no time: --clock machine cannot be used")
     for name, signal in mapping.database.named.items():
         own = str(variables[name].unit or "") if name in variables else ""
-        if own and signal.unit and own != signal.unit:
+        if own and own != signal.unit:
             kind = "outputs" if name in outputs else "inputs"
-            mapping.say(f"{kind}.{name}", f"is in {signal.unit}; the compensator has it in {own}")
+            told = f"is in {signal.unit}" if signal.unit else "has no unit"
+            mapping.say(f"{kind}.{name}", f"{told}; the compensator has it in {own}")
     return mapping.problems
 
 

@@ -10,6 +10,7 @@ import cantools
 import numpy as np
 import pytest
 
+from fmu_compensator.runtime.modelfile import model_text
 from gateway.busload import bus_load, frame_bits
 from gateway.codec import Encoder, Sender, Value, decode
 from gateway.database import COMPENSATOR, MACHINE, Database, key_of
@@ -24,6 +25,8 @@ from gateway.reference import Proof
 from measurement.errors import BadInput
 from measurement.runs import read_run
 from scenarios.cli import main
+from scenarios.fmu_files import build_compensator
+from tests.fmus.models import five_point_table
 from tests.gateway.bus import gateway_thread
 from tests.gateway.conftest import new_wire
 
@@ -326,6 +329,24 @@ def test_what_is_wrong_with_a_map_is_told_in_a_line(edited, quick_fmu, old, new,
     assert lines
     assert all("\n" not in line and line.startswith(str(path)) for line in lines)
     assert any(told in line for line in lines), lines
+
+
+def test_a_thermometer_of_any_name_needs_a_unit(edited, tmp_path):
+    """Raw tenths of a degree Fahrenheit would pass for degC."""
+    table = five_point_table()
+    table["sensors"][1]["name"] = "Motor"
+    (tmp_path / "own.json").write_text(model_text(table), encoding="utf-8")
+    fmu = build_compensator(tmp_path / "own.json", tmp_path)
+    rule = 'T2 = { signal = "SPN_TEMP.Tmp02", unit = "degC"'
+    path, dbc = (
+        edited((rule, 'Motor = { signal = "SPN_TEMP.Tmp02"')),
+        tmp_path / "machine_builder.dbc",
+    )
+    dbc.write_text(dbc.read_text(encoding="utf-8").replace('"C"', '"F"'), encoding="utf-8")
+    assert problems_of(read_mapping(path), fmu) == []
+    dbc.write_text(dbc.read_text(encoding="utf-8").replace('"F"', '""'), encoding="utf-8")
+    told = "inputs.Motor: has no unit; the compensator has it in degC"
+    assert [str(problem) for problem in problems_of(read_mapping(path), fmu)] == [f"{path}: {told}"]
 
 
 @pytest.mark.parametrize(
