@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -11,11 +12,12 @@ from cantools.database.can import Database as CanDatabase
 
 from measurement.errors import BadInput
 
+logging.getLogger("cantools").addHandler(logging.NullHandler())  # what matters is refused below
 DBC = Path(__file__).with_name("spindle_drift.dbc")
 
 
 def load_dbc(path: Path) -> CanDatabase:
-    """Return a DBC file as cantools reads it.
+    """Return a DBC file as cantools reads it: in UTF-8, or else in Windows' Latin-1.
 
     Raises
     ------
@@ -23,9 +25,15 @@ def load_dbc(path: Path) -> CanDatabase:
         If it cannot be read, holds no frame, or two of one name.
     """
     try:
-        read = cantools.database.load_file(path, database_format="dbc", cache_dir=None)
+        data = path.read_bytes()
     except OSError as error:
         raise BadInput(path, "", f"cannot be read: {error.strerror}") from None
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = data.decode("cp1252", "replace")
+    try:
+        read = cantools.database.load_string(text, database_format="dbc")
     except Exception as error:  # cantools and its parser raise many kinds of errors
         raise BadInput(path, "", f"is not a DBC file: {printable(str(error))}") from None
     assert isinstance(read, CanDatabase)

@@ -349,6 +349,15 @@ def test_a_thermometer_of_any_name_needs_a_unit(edited, tmp_path):
     assert [str(problem) for problem in problems_of(read_mapping(path), fmu)] == [f"{path}: {told}"]
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252"])
+def test_a_dbc_file_of_any_encoding(encoding, edited, tmp_path):
+    path, dbc = edited((', unit = "degC"', "")), tmp_path / "machine_builder.dbc"
+    dbc.write_text(dbc.read_text(encoding="utf-8").replace('"C"', '"°F"'), encoding=encoding)
+    mapping = read_mapping(path)
+    assert mapping.problems == []
+    assert mapping.database.signal("T1").scale == pytest.approx(0.1 / 1.8)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
