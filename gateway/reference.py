@@ -31,7 +31,7 @@ class Proof:
     Attributes
     ----------
     said : bool
-        Whether the user declares the machine cold now: count the drift from its first readings.
+        The user confirms that the machine is cold: count the drift from its first readings.
     ambient : str
         Ambient temperature input: a machine whose temperatures stay near it is cold.
     band_k : float

@@ -184,7 +184,8 @@ def parser_of(name: str) -> argparse.ArgumentParser:
 
 
 def _declare(module: ModuleType, command: argparse.ArgumentParser) -> None:
-    command.description = module.__doc__
+    said = (module.__doc__ or "").removeprefix(f"``{command.prog}``: ")
+    command.description = said[:1].upper() + said[1:]
     module.add_arguments(command)
     if getattr(module, "WRITES", None):
         command.add_argument(

@@ -59,7 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     for adapter in adapters():
         adapter.add_arguments(parser)
     add_parameters(parser, Service, "until_off", duration_s=ABOVE_ZERO)
-    text = "print the frames and the bus load, check a map, or them by --compensator, and end"
+    text = "print the frames and the bus load, check whether they suit --compensator, and end"
     add("--frames", action="store_true", help=text)
 
 
