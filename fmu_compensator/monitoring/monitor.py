@@ -166,6 +166,7 @@ def monitor(
         )
     if rig is None and "rig" in model.provenance:
         rig = rig_from_table(model.provenance["rig"], f"{model.source}: provenance.rig")
+    notes += _in_mm(runs, rig)
     figures = model.provenance["figures"]
     if not (figures.get("unseen") or {}).get("by_run"):
         notes.append(
@@ -195,6 +196,14 @@ def monitor(
         on_run(run)
     promised = model.new_gaussian().coverage
     return replace(_report(reports), promised=promised, inside=_inside(reports), notes=tuple(notes))
+
+
+def _in_mm(runs: Sequence[Run], rig: Rig | None) -> list[str]:
+    """Return a line if runs have the rig's displacements as lengths, which are not drifts."""
+    there = {name for run in runs for name in run.frame}
+    named = [f"{name.removesuffix('_um')}_mm" for name in (rig.columns if rig else [])]
+    lengths = [name for name in named if name in there]
+    return [f"a drift must be in um, not mm: {', '.join(lengths)}"] if lengths else []
 
 
 def _worth_saying(

@@ -138,6 +138,13 @@ def test_a_run_without_a_thermometer_in_use_is_refused(model):
         monitor(model, [Run("x", NEW[0].frame.drop(columns="T4_degC"))])
 
 
+def test_a_drift_in_millimetres_is_told_and_not_just_missing():
+    frame = NEW[0].frame.rename(columns=lambda name: name.replace("_um", "_mm"))
+    report = monitor(fitted(judge=False), [Run("x", frame)], RIG)
+    assert report.verdict == NOT_MEASURED
+    assert report.notes[0].startswith("a drift must be in um, not mm: ")
+
+
 def test_the_bound_holds_for_one_more_of_the_same():
     random = np.random.default_rng(1)
     passed = [
