@@ -15,11 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from measurement.errors import BadInput
-
-try:
-    import fcntl
-except ImportError:  # on systems other than Linux and macOS processes do not wait for each other
-    fcntl = None  # type: ignore[assignment]
+from measurement.locks import lock
 
 FULL = frozenset(
     number
@@ -112,11 +108,10 @@ def holding(folder: Path) -> Iterator[None]:
     with contextlib.ExitStack() as stack:
         with _refusing(folder):
             folder.mkdir(parents=True, exist_ok=True)
-            if fcntl is not None:
+            if hasattr(os, "O_DIRECTORY"):  # Windows: a folder cannot be opened
                 handle = os.open(folder, os.O_RDONLY)
                 stack.callback(os.close, handle)
-                with contextlib.suppress(OSError):  # some network file systems have no locks
-                    fcntl.flock(handle, fcntl.LOCK_EX)
+                lock(handle)
         yield
 
 

@@ -19,11 +19,7 @@ from pathlib import Path
 import fmpy
 
 from measurement.errors import BadInput, one_line
-
-try:
-    import fcntl
-except ImportError:  # on systems other than Linux and macOS nothing is locked or swept
-    fcntl = None  # type: ignore[assignment]
+from measurement.locks import lock
 
 PREFIX = "spindle-drift-fmu-"
 LOCK = "in_use.lock"
@@ -72,7 +68,9 @@ class Unpacked:
         self._lock: int | None = None
         self.folder = Path(tempfile.mkdtemp(prefix=prefix()))
         try:
-            self._lock = _locked(self.folder)
+            self._lock, name = tempfile.mkstemp(dir=self.folder)
+            if lock(self._lock):  # renamed only then, so no sweep ever sees it unlocked
+                Path(name).rename(self.folder / LOCK)
             fmpy.extract(str(path), unzipdir=str(self.folder))
         except BaseException as error:
             self.remove()
@@ -83,32 +81,16 @@ class Unpacked:
 
     def remove(self) -> None:
         """Remove the folder; a second call does nothing."""
-        shutil.rmtree(self.folder, ignore_errors=True)
         if self._lock is not None:
             os.close(self._lock)
             self._lock = None
+        shutil.rmtree(self.folder, ignore_errors=True)
 
 
 def sweep(place: Path) -> None:
     """Remove the folders in *place* whose processes ended without removing them."""
-    if fcntl is None:
-        return
-    for lock in place.glob(f"{prefix()}*/{LOCK}"):
+    for path in place.glob(f"{prefix()}*/{LOCK}"):
         # A folder of another user, or one that another process removes at the same time.
-        with contextlib.suppress(OSError):
-            handle = os.open(lock, os.O_RDWR)
-            try:
-                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                shutil.rmtree(lock.parent, ignore_errors=True)
-            finally:
-                os.close(handle)
-
-
-def _locked(folder: Path) -> int | None:
-    """Lock a file in *folder*; it is renamed only then, so no sweep ever sees it unlocked."""
-    if fcntl is None:
-        return None
-    handle, name = tempfile.mkstemp(dir=folder)
-    fcntl.flock(handle, fcntl.LOCK_EX)
-    Path(name).rename(folder / LOCK)
-    return handle
+        with contextlib.suppress(OSError), path.open("r+b") as file:
+            if lock(file.fileno(), wait=False):
+                shutil.rmtree(path.parent, ignore_errors=True)
