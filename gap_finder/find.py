@@ -147,15 +147,21 @@ class Judged:
         return "one_of" if several else "effect"
 
     @property
-    def in_doubt(self) -> bool:
-        """Whether something is named that leaves too much error or does not improve unseen runs.
+    def doubt(self) -> str:
+        """Why what is named is in doubt, in words; empty if it is not, or nothing is named.
 
-        Then something else is also missing, or what is named only acts like it.
+        In doubt, something else is also missing, or what is named only acts like it.
         """
-        before, after = self.result.before.left, self.result.after.left
-        gained = all(later < earlier for earlier, later in pairwise(self.course))
-        sound = self.is_adequate and is_closed_where_better(before, after) and gained
-        return bool(self.result.keys) and not sound
+        if not self.result.keys:
+            return ""
+        if not all(later < earlier for earlier, later in pairwise(self.course)):
+            which = "it does not improve" if len(self.course) == 2 else "not every name improves"
+            return f"{which} the prediction of the held-out run"
+        if not self.is_adequate:
+            return "too much error remains with it"
+        if not is_closed_where_better(self.result.before.left, self.result.after.left):
+            return "more error remains where it acts than elsewhere"
+        return ""
 
 
 def is_closed_where_better(before: FloatArray, after: FloatArray) -> bool:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -66,8 +65,8 @@ def _what(table: Mapping[str, Any]) -> str:
         others = [said for said in map(_in_words, table["runners_up"]) if said not in named][:2]
         instead = f"{', '.join(others)}, or " if others else ""
         return (
-            f"What may be missing: {titles}. In doubt: {_doubt(table)}, so the cause may instead, "
-            f"or also, be {instead}something not in the catalogue; {left}. "
+            f"What may be missing: {titles}. In doubt: {table['evidence']['doubt']}, so the cause "
+            f"may instead, or also, be {instead}something not in the catalogue; {left}. "
             f"{evidence[:1].upper()}{evidence[1:]}.{look}"
         )
     if table["verdict"] == "unknown":
@@ -78,17 +77,6 @@ def _what(table: Mapping[str, Any]) -> str:
             f"{left[:1].upper()}{left[1:]}.{look}"
         )
     return f"What is missing: nothing that these runs show; residuals are within tolerance.{look}"
-
-
-def _doubt(table: Mapping[str, Any]) -> str:
-    """Return in words why what is named is in doubt."""
-    gaps = table["evidence"]["holdout_gaps"]
-    if any(later >= earlier for earlier, later in pairwise(gaps)):
-        which = "it does not improve" if len(gaps) == 2 else "not every name improves"
-        return f"{which} the prediction of the held-out run"
-    if table["remaining"]["is_adequate"]:
-        return "more error remains where it acts than elsewhere"
-    return "too much error remains with it"
 
 
 def _title(entry: Mapping[str, Any]) -> str:

@@ -49,7 +49,7 @@ def report_of(
     keys = first["one_of"] if first else list(result.keys[:1])
     table = {
         "verdict": judged.verdict,
-        "in_doubt": judged.in_doubt,
+        "in_doubt": bool(judged.doubt),
         "effects": entries,
         "one_of": list(dict.fromkeys(name_of(key) for key in keys)),
         "one_of_keys": keys,
@@ -75,6 +75,7 @@ def report_of(
         "evidence": {
             "share_explained": result.explained,
             "holdout_gaps": list(judged.course),
+            "doubt": judged.doubt,
             "fall": steps[0].fall if steps else 0.0,
             "cost_per_run_and_channel": result.before.left_each,
         },

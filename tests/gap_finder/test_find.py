@@ -128,16 +128,27 @@ def test_a_name_that_acts_everywhere_alike_has_nowhere_to_be_judged_by():
 
 
 @pytest.mark.parametrize(
-    ("course", "in_doubt"),
-    [((2.0, 1.9), False), ((2.0, 2.0), True), ((5.0, 3.0, 2.0), False), ((5.0, 1.5, 2.0), True)],
+    ("course", "acting", "doubt"),
+    [
+        ((2.0, 1.9), 0.7, ""),
+        ((5.0, 3.0, 2.0), 0.7, ""),
+        ((2.0, 2.0), 0.7, "it does not improve the prediction of the held-out run"),
+        ((5.0, 1.5, 2.0), 0.7, "not every name improves the prediction of the held-out run"),
+        ((5.0, 3.1), 0.7, "too much error remains with it"),  # over twice the regression's
+        ((2.0, 1.9), 2.03, "more error remains where it acts than elsewhere"),
+    ],
 )
-def test_a_name_with_which_unseen_runs_are_predicted_no_better_is_in_doubt(course, in_doubt):
+def test_a_name_is_in_doubt_for_what_it_leaves_and_for_unseen_runs(course, acting, doubt):
     gap = {"before": course[0], "after": course[-1], "reference": 1.5}
     unseen: Any = SimpleNamespace(gap=lambda: gap, gap_against=lambda known: gap)
+    before, after = np.full((4, 12), 0.7), np.full((4, 12), 0.7)
+    before[:, 2], after[:, 2] = 28.0, acting
     found: Any = SimpleNamespace(
         keys=("windage",),
-        before=SimpleNamespace(left=np.full((3, 4), 40.0), left_each=40.0),
-        after=SimpleNamespace(left=np.ones((3, 4)), left_each=1.0),
+        before=SimpleNamespace(left=before, left_each=before.mean()),
+        after=SimpleNamespace(left=after, left_each=after.mean()),
     )
     reference: Any = SimpleNamespace(used=(), unseen=())
-    assert Judged(found, unseen, unseen, reference, course).in_doubt is in_doubt
+    assert Judged(found, unseen, unseen, reference, course).doubt == doubt
+    found.keys = ()
+    assert Judged(found, unseen, unseen, reference, course).doubt == ""
