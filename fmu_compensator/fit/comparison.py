@@ -208,9 +208,8 @@ def compare(
         If no run can be used, or no model at all can be fitted; a single model that cannot be
         fitted is left out with the reason.
     """
-    unused = [_unused_note(split) for split in splits]
-    splits = [replace(split, train=learnable(split.train)[0]) for split in splits]
-    bench = [_Bench(split, rig) for split in splits]
+    usable = [_usable(split) for split in splits]
+    bench = [_Bench(split, rig) for split, _ in usable]
     first = bench[0].of("rise")[0]
     places = shown_targets(rig, first.targets)
     units = [unit_of(rig, name) for name in places]
@@ -234,7 +233,7 @@ def compare(
     _measure_coverage(rows)
     rows.sort(key=lambda row: (row.uses_displacement, row.score()))
     notes = list(dict.fromkeys(note for split_bench in bench for note in split_bench.notes()))
-    notes += dict.fromkeys(note for note in unused if note)
+    notes += dict.fromkeys(note for _, note in usable if note)
     return Comparison(list(places), units, rows, left_out, notes)
 
 
@@ -249,13 +248,13 @@ def _rows_of(entrant: Contestant) -> list[Row]:
     return rows
 
 
-def _unused_note(split: Split) -> str:
-    """Return a note about the runs of a split that began warm or are too short; empty if none."""
-    judged = named_warm(split.validate)
-    notes = [f"{split.name}: {note}" for note in learnable(split.train)[1]]
-    if judged:
+def _usable(split: Split) -> tuple[Split, str]:
+    """Return a split without runs that teach nothing, and a note about them; empty if none."""
+    train, unused = learnable(split.train)
+    notes = [f"{split.name}: {note}" for note in unused]
+    if judged := named_warm(split.validate):
         notes.append(f"judged like cold starts, though the machine was warm: {judged}")
-    return "; ".join(notes)
+    return replace(split, train=train), "; ".join(notes)
 
 
 class _Bench:
