@@ -17,6 +17,7 @@ from fmu_compensator.monitoring.sensors import WORTH_SHARE
 from fmu_compensator.runtime.compensator import AT_ZERO, WAITING
 from fmu_packaging.reference import DECIMALS
 from measurement.doubts import doubt_lines
+from measurement.doubts.signs import is_opposite
 from measurement.errors import BadInput, counted
 from measurement.faults import (
     GROSS,
@@ -28,6 +29,7 @@ from measurement.faults import (
     looked_over,
 )
 from measurement.resampling import SLOW_S
+from measurement.rig import AXES
 from measurement.runs import read_run, write_run
 from measurement.units import split_column
 from measurement.warm import named_warm
@@ -183,6 +185,7 @@ def _notes(replays: Sequence[Replay]) -> list[str]:
         if silent:
             axes = ", ".join(silent)
             notes.append(f"{entry.run.name}: no row has a sound displacement to judge {axes} by.")
+    notes += _opposite(replays)
     notes += [note for entry in replays for note in _without_offsets(entry)]
     notes += [_probes(entry) for entry in replays if entry.probes is not None]
     faults = [fault for entry in replays for fault in entry.faults]
@@ -190,6 +193,25 @@ def _notes(replays: Sequence[Replay]) -> list[str]:
     notes += [group_line(group) for group in gross]
     if any(split_column(group[0].column)[1] == "degC" for group in gross):
         notes.append("The compensator was given all thermometer readings unchanged.")
+    return notes
+
+
+def _opposite(replays: Sequence[Replay]) -> list[str]:
+    """Return a note for each axis that drifts with the opposite sign of what was learnt."""
+    notes = []
+    for axis in AXES:
+        odd = []
+        for entry in replays:
+            columns = {f"drift_{axis}_um", f"error_{axis}_um"}
+            if entry.probes is None and columns <= set(entry.frame.columns):
+                drift, error = entry.frame[sorted(columns)].dropna().to_numpy().T
+                if is_opposite(drift, drift - error):
+                    odd.append(entry.run.name)
+        if odd:
+            notes.append(
+                f"{axis} drifts with the opposite sign of what the compensator learnt in "
+                f"{', '.join(odd)}: is the displacement flipped there or in training?"
+            )
     return notes
 
 

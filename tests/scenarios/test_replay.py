@@ -194,6 +194,18 @@ def test_a_run_without_displacements_says_that_nothing_was_judged(direct_model, 
     assert "blind: no row has a sound displacement to judge Z by." in said
 
 
+def test_a_displacement_flipped_since_training_is_doubted_and_no_other(
+    direct_model, tmp_path, prints
+):
+    runs = [warming(name, seed) for name, seed in RUNS]
+    turned = runs[1].frame.assign(growth_um=-runs[1].frame["growth_um"])
+    paths = written(tmp_path, runs[0], Run("tuesday", turned))
+    said = prints(["replay", str(direct_model), *paths, "--out", str(tmp_path / "out")])
+    doubt = "Z drifts with the opposite sign of what the compensator learnt in tuesday: is the"
+    assert doubt in said
+    assert said.count("opposite sign of what") == 1
+
+
 def test_a_compensator_that_never_starts_says_why(direct_model, tmp_path, prints):
     run = warming("hot", 9)
     hot = {name: run.frame[name] + 90.0 for name in run.frame if str(name).endswith("_degC")}
