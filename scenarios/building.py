@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fmu_compensator.native.build import native_compensator
-from fmu_compensator.runtime.fmi_slave import MODEL_FILE, status_meanings, variables
+from fmu_compensator.runtime.fmi_slave import MODEL_FILE, status_meanings, taken_name
 from fmu_compensator.runtime.modelfile import Model, parse_model
 from fmu_packaging.description import Identity
 from fmu_packaging.documentation import Page
@@ -82,11 +82,10 @@ def compensator_recipe(path: Path, name: str, native: bool = False) -> tuple[Rec
     """
     data = read_bytes(path)
     model = parse_model(data.decode("utf-8", "replace"), str(path))
-    own = {"time", *(variable.name for variable in variables(model)[len(model.sensors) :])}
-    for place, sensor in enumerate(model.sensors):
-        if sensor.name in own:
-            problem = f"{sensor.name!r} is not allowed: the FMU has a variable of this name"
-            raise BadInput(path, f"sensors.{place}.name", problem)
+    if (taken := taken_name(model)) is not None:
+        place = [sensor.name for sensor in model.sensors].index(taken)
+        problem = f"{taken!r} is not allowed: the FMU has a variable of this name"
+        raise BadInput(path, f"sensors.{place}.name", problem)
     identity = Identity(
         name,
         f"Thermal drift compensator: {model.title}",

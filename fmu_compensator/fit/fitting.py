@@ -23,6 +23,7 @@ from fmu_compensator.fit.run_conditions import ranges_of
 from fmu_compensator.fit.spare import spare_table
 from fmu_compensator.fit.training import TrainingRun
 from fmu_compensator.runtime.fields import Fields
+from fmu_compensator.runtime.fmi_slave import taken_name
 from fmu_compensator.runtime.geometry import FORMS, FivePoint, geometry_from_fields
 from fmu_compensator.runtime.modelfile import FORMAT, KIND, model_text, parse_model
 from measurement.doubts import doubt_lines
@@ -148,11 +149,12 @@ def fit_compensator(
         dict(limits or {}),
         leave_out_frozen,
     )
+    everything = range(len(runs))
+    installed, table = bench.table(everything)
+    _check_names(table)
     folds = folds_of(prepared.runs) if judge else []
     with workers(jobs) if jobs > 1 and len(folds) > 1 else nullcontext() as pool:
         unseen = bench.left_out(folds, lambda done: on_step(recipe.kind, done), pool)
-    everything = range(len(runs))
-    installed, table = bench.table(everything)
     training = bench.judged(table, everything) if judge else []
     rows = [run.complete(installed.chosen) for run in prepared.runs]
     named = recipe.points if isinstance(recipe.points, str) else list(recipe.points)
@@ -337,3 +339,12 @@ def _geometry_table(rig: Rig, form: str) -> dict[str, Any]:
         }
     axes = {name: {"axis": entry.axis, "sign": entry.sign} for name, entry in rig.axes.items()}
     return {"kind": "direct", "axes": axes}
+
+
+def _check_names(table: dict[str, Any]) -> None:
+    """Refuse a thermometer whose name the compensator FMU needs for another variable."""
+    taken = taken_name(parse_model(compensator_text(table), "fit"))
+    if taken is not None:
+        column = f"{taken}_degC"
+        problem = f"the compensator FMU needs the name {taken!r}: rename the column in all runs"
+        raise BadInput("fit", column, f"{problem}, e.g. {taken}_1_degC")

@@ -195,6 +195,13 @@ def variables(model: Model) -> list[Variable]:
     ]
 
 
+def taken_name(model: Model) -> str | None:
+    """Return the first sensor with the name of another variable of the FMU; None if none has."""
+    count = len(model.sensors)
+    own = {"time", *(variable.name for variable in variables(model)[count:])}
+    return next((sensor.name for sensor in model.sensors if sensor.name in own), None)
+
+
 def _input(
     name: str,
     description: str,

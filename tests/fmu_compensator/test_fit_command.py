@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fmu_compensator.runtime.modelfile import load_model
-from measurement.runs import write_run
+from measurement.runs import Run, write_run
 from spindle_drift.commands import fit
 from tests.fmu_compensator.conftest import make_run
 from tests.refusing import refusal
@@ -84,4 +84,22 @@ def test_the_figures_as_json(run_files, tmp_path, capsys):
 def test_a_refusal_writes_nothing(run_files, tmp_path, options, told):
     out = tmp_path / "c.json"
     assert told in refusal(call, *run_files, "-o", str(out), *options)
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("name", ["speed", "dZ", "time", "measured_elongation"])
+def test_a_thermometer_with_a_name_that_the_fmu_needs_is_refused(name, tmp_path):
+    runs = [make_run(run, seed, hours=2.0) for seed, run in enumerate("ab")]
+    files = [
+        str(
+            write_run(
+                Run(run.name, run.frame.rename(columns={"T2_degC": f"{name}_degC"})),
+                tmp_path / f"{run.name}.csv",
+            )
+        )
+        for run in runs
+    ]
+    out = tmp_path / "c.json"
+    said = refusal(call, *files, "--model", "mlr", "-o", str(out))
+    assert f"rename the column in all runs, e.g. {name}_1_degC" in said
     assert not out.exists()
