@@ -182,6 +182,10 @@ def _check_offsets(mapping: Mapping, outputs: Collection[str], limit_um: float) 
             span = f"{low:g} to {high:g} um"
             text = f"carries {span}; the compensator sends up to {limit_um:g} um either way"
             mapping.say(f"outputs.{name}", text)
+        step = max((abs(s.scale) for s in carrying if not s.is_float), default=0.0)
+        if 0.0 < limit_um < step:  # 0: the FMU gives no limit
+            text = f"has steps of {step:g} um; the compensator sends at most {limit_um:g} um"
+            mapping.say(f"outputs.{name}", text)
 
 
 def inputs_of(fmu: Path) -> list[str]:

@@ -309,6 +309,7 @@ WRONG = [
         'signal = ["CMP_OFFSET.OfsX", "CMP_STATUS.CmpTrust"], unit = "mm"',
         "outputs.dX: carries",
     ),
+    ('OfsX", factor = -1', 'OfsX", factor = -2e-4', "outputs.dX: has steps of 500 um"),
     ("valid = 1 }", "valid = 0 }", "outputs.valid: values: invalid and valid are all 0"),
     (
         'signal = "TOOL_DATA.ToolLength", when_missing = "hold", hold_s = 60',
