@@ -18,7 +18,7 @@ from measurement.errors import BadInput
 from measurement.errors import near as offered
 from plant_model.fmi_slave import MACHINE_FILE
 from plant_model.machine import Machine
-from plant_model.machine_file import read_machine
+from plant_model.machine_file import machine_path, read_machine, shipped_machines
 from scenarios import build_command
 from scenarios.building import compensator_recipe, native_of, plant_recipe
 from scenarios.fmu_file import member, read_description
@@ -44,7 +44,8 @@ def find_fmu(
     ----------
     name : str
         A path (relative to *near* or to the working folder), a name in *fmu_dir*, a compensator
-        file (``.json``) or a machine file (``.toml``); from the last two an FMU is built.
+        file (``.json``), a machine file (``.toml``) or a shipped machine; from the last three an
+        FMU is built.
     fmu_dir : Path
         Folder of built FMUs; ``plant.fmu`` and ``compensator.fmu`` are built if missing.
     near : Path
@@ -132,6 +133,8 @@ def _file_of(name: str, fmu_dir: Path, near: Path) -> tuple[Path | None, bool]:
         file = next((path for path in candidates if path.is_file()), None)
     except (OSError, ValueError) as error:
         raise BadInput(name, "", f"is not a path: {error}") from None
+    if file is None and name in shipped_machines():
+        file = machine_path(name)
     is_shipped = Path(name).name == name and Path(name).stem in SHIPPED and name.endswith(".fmu")
     if file is None and not is_shipped:
         names = [path.name for path in fmu_dir.glob("*.fmu")] if fmu_dir.is_dir() else []

@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "answers"
     )
     add("--speed-up", type=_speed_up, default=1.0, metavar="N", help=text)
-    add("--plant", metavar="FILE", help="another plant: an FMU or a machine file")
+    add("--plant", metavar="FILE", help="another plant: an FMU, a machine file or a machine")
     text = "set a key of the scenario, for example duration_s=60"
     add("--set", action="append", default=[], metavar="KEY=VALUE", help=text)
     add_parameters(parser, Pace, wait_s=AT_LEAST_ZERO, hold_s=AT_LEAST_ZERO)

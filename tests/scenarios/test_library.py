@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 from measurement.errors import BadInput
+from plant_model.fmi_slave import MACHINE_FILE
 from scenarios import build_command
 from scenarios.cli import main
 from scenarios.cosimulation import simulate
-from scenarios.fmu_files import find_fmu
+from scenarios.fmu_file import member
+from scenarios.fmu_files import check_fmus, find_fmu
 from scenarios.runner import run_scenario
 from scenarios.scenario import library, read_scenario
 from scenarios.signals.base import Setting
@@ -139,3 +141,9 @@ def test_a_machine_file_is_built_into_a_plant(shipped, tmp_path):
     assert main([*argv, "--plant", str(machine), "--set", "duration_s=60", "--quiet"]) == 0
     table = json.loads((tmp_path / "out" / "table.json").read_text())
     assert math.isfinite(table["table"][0]["rows"][0]["axes"]["Z"]["before_max_um"])
+
+
+def test_a_shipped_machine_is_a_plant_by_its_name(tiny_folder, tmp_path):
+    check_fmus(["lathe"], tiny_folder, tmp_path)
+    fmu = find_fmu("lathe", tiny_folder, tmp_path, tmp_path)
+    assert json.loads(member(fmu, f"resources/{MACHINE_FILE}") or "{}")["name"] == "lathe"
