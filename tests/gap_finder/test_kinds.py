@@ -10,6 +10,7 @@ from gap_finder.design import all_sensitivities
 from gap_finder.hypotheses import AddedChange
 from gap_finder.keys import has_its_drivers
 from gap_finder.kinds import CalibratedRun, Change, kinds
+from gap_finder.kinds.locating_bearing import WAYS
 from gap_finder.linearise import modelled, simulate_at
 from gap_finder.observations import observe
 from plant_model.machine import Input, Machine
@@ -50,7 +51,7 @@ def test_every_place_is_tried_once_and_no_place_that_the_machine_has(name, known
     signals |= {sensor.name for sensor in known[0].machine.sensors} | {"X", "Y", "Z"}
     for change in changes:
         assert change.name == name
-        assert set(change.place) <= parts | signals
+        assert set(change.place) <= parts | signals | set(WAYS)
         assert change.points()
 
 
@@ -127,6 +128,8 @@ def test_its_prior_is_the_same_wherever_the_search_begins(name, known):
     begun = [AddedChange(change, change.scaled(one, 0.2), ()) for one in change.points()]
     first, *rest = [one.base(machine).parameters for one in begun]
     assert all(one == first for one in rest)
+    if change.amplitude not in change.parameters():
+        return
     low, high = change.possible(change.amplitude)
     number = first[change.parameters()[change.amplitude]]
     assert (number.low, number.high) == (low, high)
@@ -157,10 +160,21 @@ def test_what_is_screened_is_what_the_changed_machine_does(name, known):
 def test_a_change_that_is_off_changes_nothing(name, known):
     machine = known[0].machine
     inputs = inputs_of("stairs", 60.0)
-    change = changes_of(name, known)[3]
+    change = changes_of(name, known)[:4][-1]
     off = change.put_into(machine, {**change.points()[0], change.amplitude: 0.0})
     plain, same = (simulate(one, inputs).run_frame() for one in (machine, off))
     np.testing.assert_allclose(same.to_numpy(), plain.to_numpy(), atol=0.05)
+
+
+def test_the_locating_bearing_is_looked_for_as_far_as_shaft_and_housing_reach(known):
+    machine = known[0].machine
+    assert machine.parameters["structure.front_bearing.at"].value == 300.0
+    to_nose, from_nose = changes_of("locating_bearing", known)
+    assert to_nose.points()[-1] == {"moved": 320.0 - 300.0}
+    assert from_nose.points()[-1] == {"moved": 300.0 + 140.0}
+    # What calibration moves already is no change of the description.
+    machine = from_nose.put_into(machine, {"moved": 100.0})
+    assert not changes_of("locating_bearing", [replace(one, machine=machine) for one in known])
 
 
 def test_a_change_that_takes_an_effects_driver_away_is_not_tried(known):
