@@ -18,7 +18,7 @@ from measurement.errors import BadInput
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from scenarios.arguments import add_parameters, parameters_of
-from scenarios.building import DEFAULT_MACHINE, DEFAULT_MODEL, HERE, Form, Job, OnBus, job_for
+from scenarios.building import DEFAULT_MACHINE, DEFAULT_MODEL, Form, Job, OnBus, job_for
 from scenarios.outputs import guarding
 
 
@@ -59,9 +59,8 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
         parser, Form, *("native", "fmi", "arrays", "all_platforms", "leave_out", "dbc"),
         can={"nargs": "?", "const": "low"},
     )  # fmt: skip
-    # In the checkout, or else in the working folder.
-    folder = HERE / "dist" if (HERE / "pyproject.toml").is_file() else Path("dist")
-    add("--out", type=Path, default=folder, help="folder (dist)")
+    # In the working folder, where every command looks for FMUs.
+    add("--out", type=Path, default=Path("dist"), help="folder (dist)")
     add("--name", help="name of the FMU, with --only")
     add("--force", action="store_true", help="write over FMUs that this program did not make")
     add("--json", action="store_true", help="print the summary as JSON")

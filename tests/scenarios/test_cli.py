@@ -1,5 +1,6 @@
 """The command line: exit codes, one line of error, help that is quick."""
 
+import argparse
 import contextlib
 import json
 import os
@@ -12,7 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from scenarios import cli
+from gateway.commands import gateway
+from scenarios import build_command, cli
 from scenarios.cli import main
 from scenarios.scenario import library
 from tests.patience import PATIENCE_S
@@ -197,3 +199,10 @@ def test_no_command_shows_the_help(prints):
 
 def test_version(prints):
     assert prints(["--version"]).startswith("spindle-drift ")
+
+
+def test_fmus_are_built_where_the_gateway_looks_for_them():
+    parser = argparse.ArgumentParser()
+    gateway.add_arguments(parser)
+    looked = parser.get_default("fmu_dir")
+    assert build_command._arguments([]).out == looked
