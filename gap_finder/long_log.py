@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gap_finder.observations import INDEPENDENT_S
+from gap_finder.observations import INDEPENDENT_S, Observations
 from measurement.errors import BadInput
 from measurement.importing.mapping import Mapping
 from measurement.runs import TIME, Run
@@ -85,6 +85,15 @@ def pieces_of(machine: Machine, run: Run, hours: float) -> list[Run]:
 def is_piece(run: Run) -> bool:
     """Whether a run is a piece of a log, simulated from the beginning of the log."""
     return re.search(r"_\d+of\d+$", run.name) is not None
+
+
+def own_hours(observed: Observations) -> Observations:
+    """Return a piece's observations without the log's first row, to draw them; a run's as given."""
+    number = re.search(r"_(\d+)of\d+$", observed.run.name)
+    if number is None or number[1] == "1":
+        return observed
+    time, values, weights = observed.time_s, observed.values, observed.weights
+    return replace(observed, time_s=time[1:], values=values[1:], weights=weights[1:])
 
 
 def _first_readings(run: Run, columns: list[str]) -> list[float]:

@@ -24,7 +24,7 @@ from benchmarks.gap.clock import clocked
 from benchmarks.gap.outcome import NONE, RIGHT, named_in, outcome_of_mistake
 from benchmarks.results_page import as_table
 from gap_finder.find import answer
-from gap_finder.kinds.base import Change
+from gap_finder.kinds.base import Change, fixed
 from gap_finder.kinds.coarse_part import CoarsePart
 from gap_finder.kinds.conductance_with_motion import ConductanceWithMotion
 from gap_finder.kinds.heat_source import HeatSource
@@ -103,6 +103,13 @@ def mistakes(given: Machine) -> list[Mistake]:
     ):
         items = tuple(one for one in given.items if (one.family, one.name) != item)
         found.append(Mistake(kind, place, given, replace(given, items=items)))
+    # The shipped file lets calibration move the bearing; an owner's says where it is.
+    rear = {"at": fixed(20.0, "mm")}
+    items = tuple(
+        replace(one, parameters=one.parameters | rear) if one.kind == "located" else one
+        for one in given.items
+    )
+    found.append(Mistake("locating_bearing", ("to_nose",), given, replace(given, items=items)))
     return found
 
 

@@ -11,6 +11,7 @@ from gap_finder.five_lines import five_lines
 from gap_finder.forward_backward import Step
 from gap_finder.keys import driver_of, place_of
 from gap_finder.kinds import kinds
+from gap_finder.long_log import own_hours
 from gap_finder.regimes import RunResiduals
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
@@ -120,7 +121,9 @@ def _title(key: str, machine: Machine) -> str:
 
 def _charts(result: GapResult, before: RunResiduals, after: RunResiduals) -> list[Chart]:
     """Return charts of one run against the model and, on a separate scale, of the residuals."""
-    time, same = before.observed.time_s, before is after
+    same = before is after
+    before, after = _drawn(before), _drawn(after)
+    time = before.observed.time_s
     models = [("calibrated as given", before), ("with what was added", after)]
     machine = result.before.machine
     return [
@@ -134,6 +137,11 @@ def _charts(result: GapResult, before: RunResiduals, after: RunResiduals) -> lis
             note=HELD_OUT,
         ),
     ]
+
+
+def _drawn(run: RunResiduals) -> RunResiduals:
+    observed = own_hours(run.observed)
+    return RunResiduals(observed, run.values[-len(observed.time_s) :])
 
 
 def _lines(time: Any, before: Any, after: Any, same: bool) -> tuple[Line, ...]:

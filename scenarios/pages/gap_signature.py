@@ -8,6 +8,7 @@ import numpy as np
 
 from gap_finder.find import GapResult
 from gap_finder.linearise import modelled, simulate_at
+from gap_finder.long_log import own_hours
 from gap_finder.observations import Observations
 from gap_finder.regimes import residuals
 from plant_model.machine import Machine
@@ -27,15 +28,16 @@ def signature_charts(result: GapResult) -> list[Chart]:
 
 def _chart(result: GapResult, key: str) -> Chart:
     after = result.after.machine
-    signatures = [_signature(after, key, observations) for observations in result.observed]
+    runs = [own_hours(observations) for observations in result.observed]
+    signatures = [_signature(after, key, observations) for observations in runs]
     sizes = np.array(
         [
             np.max(np.abs(_moving(values)), axis=0) / observations.tolerance
-            for values, observations in zip(signatures, result.observed, strict=True)
+            for values, observations in zip(signatures, runs, strict=True)
         ]
     )
     run = int(np.argmax(sizes.max(axis=1)))
-    observed, signature = result.observed[run], signatures[run]
+    observed, signature = runs[run], signatures[run]
     left = -residuals(result.before.machine, observed).values
     lengths = set(displacement_names(after))
     order = np.argsort(-sizes[run], kind="stable")[:SHOWN]

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from gap_finder.long_log import need_no_leap, pieces_of
+from gap_finder.long_log import need_no_leap, own_hours, pieces_of
 from gap_finder.observations import observe
 from gap_finder.regimes import gap_of, residuals
 from measurement.runs import Run
@@ -48,6 +48,11 @@ def test_pieces_are_driven_alike_and_observed_once(jig_borer_lumps, log):
     (whole,) = observe(jig_borer_lumps, [log])
     firsts = len(observed) - 1  # the log's first row once more in each later piece
     assert sum(len(piece.time_s) for piece in observed) == len(whole.time_s) + firsts
+    drawn = [own_hours(piece) for piece in observed]
+    np.testing.assert_array_equal(np.concatenate([p.time_s for p in drawn]), whole.time_s)
+    assert [len(p.values) for p in drawn] == [len(p.weights) for p in drawn]
+    assert drawn[0] is observed[0]
+    assert own_hours(whole) is whole
 
 
 def test_hidden_parts_begin_where_the_piece_before_left_them(jig_borer_lumps, log):
