@@ -84,13 +84,18 @@ def pieces_of(machine: Machine, run: Run, hours: float) -> list[Run]:
 
 def is_piece(run: Run) -> bool:
     """Whether a run is a piece of a log, simulated from the beginning of the log."""
-    return re.search(r"_\d+of\d+$", run.name) is not None
+    return _number(run) > 0
+
+
+def _number(run: Run) -> int:
+    """Return which piece of a log a run is, from 1; 0 for a run of its own."""
+    named = re.search(r"_(\d+)of\d+$", run.name)
+    return int(named[1]) if named else 0
 
 
 def own_hours(observed: Observations) -> Observations:
     """Return a piece's observations without the log's first row, to draw them; a run's as given."""
-    number = re.search(r"_(\d+)of\d+$", observed.run.name)
-    if number is None or number[1] == "1":
+    if _number(observed.run) < 2:
         return observed
     time, values, weights = observed.time_s, observed.values, observed.weights
     return replace(observed, time_s=time[1:], values=values[1:], weights=weights[1:])
