@@ -377,10 +377,10 @@ class _Reader:
                     f"{item.family}.{item.name}",
                     f"is a {item.kind}, but the effect {needed} is not in force",
                 )
-            if item.kind in {"shaft", "housing"} and not any(
+            if item.kind in {"shaft", "housing", "ring"} and not any(
                 other.kind == "located" for other in machine.items
             ):
-                raise self.refuse("structure", "a shaft or housing needs one item of kind located")
+                raise self.refuse("structure", f"a {item.kind} needs one item of kind located")
         for key in machine.effects:
             effect = self._of_key(machine, key)
             for needed in effect.conductance_inputs:

@@ -150,7 +150,7 @@ class FileForm(Form):
     sources: list[dict[str, Any]] = Field(default_factory=list, max_length=500)
     """The same."""
     structure: list[dict[str, Any]] = Field(default_factory=list, max_length=500)
-    """The same; a shaft or housing needs exactly one part of kind ``located``."""
+    """The same; a shaft, housing or ring needs exactly one part of kind ``located``."""
     sensors: list[SensorForm] = Field(default_factory=list, max_length=500)
     rig: FiveForm | DirectForm = Field(discriminator="kind")
     axis: AxisForm = Field(default_factory=AxisForm)

@@ -1,7 +1,7 @@
 """A shaft that another bearing locates than the machine file says, or one at another place.
 
-Shaft and housing then count from that place, so that the nose grows by more or less and even the
-other way. The bending of a drawing's rings stays as drawn.
+Shaft, housing and its rings then count from that place, so that the nose grows by more or less and
+even the other way.
 """
 
 from __future__ import annotations

@@ -5,14 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from math import cos, radians, sin
 
-from plant_model.drawing.cells import Cell, overlap
+from plant_model.drawing.cells import Cell
 from plant_model.drawing.form import Quantity
 from plant_model.drawing.known import Known, exact, within
 from plant_model.drawing.mesh import Sector
 from plant_model.drawing.sheet import Sheet
-
-NO_LENGTH = 1e-9
-"""A length below this is rounding, given by arithmetic [mm]."""
 
 UNEVEN = 0.25
 """Relative uncertainty of a carrier's growth, because it is one lump [1]: set on no data."""
@@ -29,7 +26,7 @@ def add_growth(sheet: Sheet) -> None:
     for cell in (*sheet.mesh.housing, *sheet.mesh.shaft):
         _segment(sheet, cell)
     for cell in sheet.mesh.housing:
-        _bends(sheet, cell)
+        _rings(sheet, cell)
     if sheet.form.tool is not None:
         growth = sheet.growth_of(sheet.drawing.materials[sheet.form.tool.material])
         sheet.member("tool", "tool", nodes=["tool"], expansion=growth)
@@ -47,33 +44,25 @@ def _segment(sheet: Sheet, cell: Cell) -> None:
     )
 
 
-def _bends(sheet: Sheet, cell: Cell) -> None:
-    """Add the bending of a ring between the mounting face and the locating bearing.
+def _rings(sheet: Sheet, cell: Cell) -> None:
+    """Add the bending of a housing cell in sectors.
 
     A ring of n sectors at the temperatures T_k bends by 2 / (n r) sum T_k cos(phi_k), which is
-    exact for a cosine around the axis. Each pair of opposite sectors becomes one item. The nose
-    moves away from the warm side, but towards it if the locating bearing is behind the face: the
-    ring's free end then points to the rear.
+    exact for a cosine around the axis. Each pair of opposite sectors becomes one item.
     """
-    at = sheet.drawing.located.form.at
-    length = overlap(cell, min(0.0, at), max(0.0, at))
     sectors = sheet.mesh.sectors_of(cell)
-    if length < NO_LENGTH or len(sectors) == 1:
-        return
-    middle = (max(cell.start, min(0.0, at)) + min(cell.end, max(0.0, at))) / 2.0
     stretch = sheet.mesh.stretch(cell)
     radius = (stretch.outer + stretch.inner) / 4.0
     half = len(sectors) // 2
-    for warm, cold in zip(sectors[:half], sectors[half:], strict=True):
-        towards, away = (cold, warm) if at > 0.0 else (warm, cold)
+    for warm, cold in zip(sectors[:half], sectors[half:], strict=False):
         sheet.member(
-            "bend",
-            f"bend_{warm.node}",
-            towards=[towards.node],
-            away=[away.node],
+            "ring",
+            f"ring_{warm.node}",
+            towards=[cold.node],
+            away=[warm.node],
+            start=exact(cell.start, "mm"),
+            end=exact(cell.end, "mm"),
             width=exact(len(sectors) * radius / 2.0, "mm"),
-            length=exact(length, "mm"),
-            lever=exact(sheet.form.shaft.gauge_line - middle, "mm"),
             expansion=sheet.growth_of(sheet.mesh.material(cell)),
             **_direction(warm),
         )

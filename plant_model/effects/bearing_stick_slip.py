@@ -8,6 +8,7 @@ import numpy as np
 
 from plant_model.effect_names import leaps_of
 from plant_model.effects.base import POSE, Effect, Inputs
+from plant_model.effects.thermal_expansion import located, stretch
 from plant_model.parameters import FloatArray, Parameter
 
 
@@ -21,8 +22,7 @@ class BearingStickSlip(Effect):
     sticks again. Seats of floating bearings are meant to slide at some 100 N; fretting and tilt
     multiply that, and with 20 to 200 N/um of the locating bearing this gives 2 to 20 um (all of it
     engineering judgement). The range is twice as wide, because a model with few parts may grow
-    more than the machine. It does nothing if the structure lacks a shaft, a housing or a locating
-    bearing.
+    more than the machine. It does nothing if the structure lacks a shaft or a housing.
 
     The instants of slips depend on the last tenths of a micrometre. In a measured run the seat
     also slips when the measured nose leaps, if it leaps the right way and at least half of the
@@ -51,16 +51,14 @@ class BearingStickSlip(Effect):
         """Collect the growth of shaft minus housing per kelvin [um/K], (sets, nodes)."""
         machine = self.machine
         self._weights = np.zeros((self.values.sets, len(machine.nodes)))
-        located = machine.of_kind("structure", "located")
         shafts, housings = (machine.of_kind("structure", kind) for kind in ("shaft", "housing"))
-        self.acts = bool(located and shafts and housings)
+        self.acts = bool(shafts and housings)
         if not self.acts:
             return
-        front = self.of(located[0], "at")
+        front, _ = located(self)
         rear = reduce(np.minimum, [self.of(item, "start") for item in shafts])
         for item in (*shafts, *housings):
-            low = np.maximum(self.of(item, "start"), rear)
-            length = np.maximum(np.minimum(self.of(item, "end"), front) - low, 0.0)
+            length, _ = stretch(self, item, rear, front)
             growth = self.of(item, "expansion") * length * 1e-3
             sign = 1.0 if item.kind == "shaft" else -1.0
             nodes = self.nodes(item, "nodes")

@@ -21,6 +21,31 @@ _SEGMENT = ItemSpec(
 )
 
 
+def located(effect: Effect) -> tuple[FloatArray, FloatArray]:
+    """Return where the bearing holds the shaft, and the gauge line [mm], each (sets or 1, 1)."""
+    item = effect.machine.of_kind("structure", "located")[0]
+    return effect.of(item, "at"), effect.of(item, "gauge_line")
+
+
+def stretch(
+    effect: Effect, item: Item, first: FloatArray, last: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return a segment's length from one place to another, and the middle of that part [mm].
+
+    Parameters
+    ----------
+    effect : Effect
+    item : Item
+        With ``start`` and ``end``.
+    first, last : array, shape (sets or 1, 1)
+        Places along the axis; the length is negative if the way leads to the rear.
+    """
+    start = np.maximum(effect.of(item, "start"), np.minimum(first, last))
+    end = np.minimum(effect.of(item, "end"), np.maximum(first, last))
+    length = np.sign(last - first) * np.maximum(end - start, 0.0)
+    return np.asarray(length), np.asarray((start + end) / 2.0)
+
+
 class ThermalExpansion(Effect):
     """Axial and radial growth: dL = alpha L (T - T_start), summed along the path to the nose.
 
@@ -74,12 +99,10 @@ class ThermalExpansion(Effect):
 
     def _length_in_path(self, item: Item) -> FloatArray:
         """Return the signed length [mm] of a segment in the path to the nose."""
-        located = self.machine.of_kind("structure", "located")[0]
-        bearing, gauge = self.of(located, "at"), self.of(located, "gauge_line")
-        first, last = (0.0 * bearing, bearing) if item.kind == "housing" else (bearing, gauge)
-        low, high = np.minimum(first, last), np.maximum(first, last)
-        overlap = np.minimum(self.of(item, "end"), high) - np.maximum(self.of(item, "start"), low)
-        return np.asarray(np.sign(last - first) * np.maximum(overlap, 0.0))
+        bearing, gauge = located(self)
+        if item.kind == "housing":
+            return stretch(self, item, 0.0 * bearing, bearing)[0]
+        return stretch(self, item, bearing, gauge)[0]
 
     def _add(self, item: Item, axis: str, length: FloatArray) -> None:
         # 1e-6/K times mm is nm/K; a thousandth of that is um/K.

@@ -68,8 +68,11 @@ class UnevenBearingHeating(Effect):
         """
         machine, index = self.machine, self.machine.node_index
         leaning: dict[int, tuple[float, float]] = {}
-        for item in machine.of_kind("structure", "bend"):
-            turns = (item.parameters["yaw"].value, item.parameters["pitch"].value)
+        located = machine.of_kind("structure", "located")
+        behind = any(item.parameters["at"].value < 0.0 for item in located)
+        for item in machine.of_kind("structure", "bend", "ring"):
+            way = -1.0 if item.kind == "ring" and behind else 1.0
+            turns = [way * item.parameters[tilt].value for tilt in ("yaw", "pitch")]
             for role, sign in (("towards", 1.0), ("away", -1.0)):
                 for node in self.nodes(item, role):
                     yaw, pitch = leaning.get(node, (0.0, 0.0))

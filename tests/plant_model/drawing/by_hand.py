@@ -230,6 +230,7 @@ def _growth(hand: Hand) -> None:
         hand.part(kind="housing", name=f"h{k}", nodes=ring, **ends, **steel)
         start, end = CUTS_HOUSING[k], min(150, CUTS_HOUSING[k + 1])
         if end > start:
+            # As a part that bends by lengths from the pocket calculator, and not as a ring.
             sizes = _numbers("mm", width=140, length=end - start, lever=260 - (start + end) / 2)
             for tilt, warm, cold in (("yaw", 0, 2), ("pitch", 1, 3)):
                 sides = {"towards": [ring[cold]], "away": [ring[warm]], tilt: one}

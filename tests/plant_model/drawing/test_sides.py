@@ -184,3 +184,14 @@ def test_the_nose_follows_the_housing_from_the_face_to_the_locating_bearing(face
     moved = np.sum((slope[1:] + slope[:-1]) / 2.0 * np.diff(along)) * 1e-3
     assert out[0, 0, 4] == pytest.approx(slope[-1])
     assert out[0, 0, 1] == pytest.approx(moved + slope[-1] * (gauge - bearing) * 1e-3)
+
+
+def test_rings_bend_up_to_the_bearing_that_locates_even_after_the_expansion():
+    page = small_page()
+    rear = changed(changed(page, "bearings.0.locates", False), "bearings.1.locates", True)
+    at = next(b["at"] for b in page["bearings"] if b["name"] == "rear")
+    there = {"structure.front.at": at}
+    drawn, moved = machine_of(rear), machine_of(page).with_values(there, beyond=True)
+    poses = [simulate(machine, warm_up(machine)).pose for machine in (drawn, moved)]
+    assert np.abs(poses[0][0, -1, 3:5]).max() > 1.0
+    np.testing.assert_allclose(poses[0], poses[1], rtol=1e-9, atol=1e-9)
