@@ -37,11 +37,12 @@ def classes_found(
     for module in sorted(entry.name for entry in pkgutil.iter_modules(folder)):
         if module == "base":
             continue
+        loaded = importlib.import_module(f"{package}.{module}")
         classes = [
             entry
-            for entry in vars(importlib.import_module(f"{package}.{module}")).values()
-            if isinstance(entry, type) and issubclass(entry, base) and entry is not base
-            if not inspect.isabstract(entry)
+            for entry in vars(loaded).values()
+            if isinstance(entry, type) and issubclass(entry, base)
+            if entry.__module__ == loaded.__name__ and not inspect.isabstract(entry)
         ]
         if len(classes) != 1 or getattr(classes[0], "name", None) != module:
             raise ImportError(f"{place}/{module}.py must hold one {thing}, and of the file's name")

@@ -24,12 +24,13 @@ NAMES = [name for name, effect in catalogue().items() if not effect.handles]
 """Every effect that a model may lack: those that are no law of a machine's own parts."""
 DRIVEN = [key for name in NAMES for key in driver_keys(JIG_BORER, catalogue()[name])[1:]]
 """The same on the drivers that they have besides the usual one, on the jig borer."""
-NEEDS_TORQUE_OR_COOLANT = {
+NEEDS_MORE = {  # torque, coolant or two probes on an axis
     "copper_loss",
     "cutting_heat",
     "coolant_degradation",
     "coolant_supply_offset",
     "coolant_thermostat",
+    "probe_warming",
 }
 NEEDS_NO_PART = {  # the hall, a thermometer and the speed are enough for these
     "centrifugal_shift",
@@ -66,7 +67,7 @@ def test_acts_on_a_machine_of_other_names_or_does_nothing(name):
     without, with_it = shown_without(lathe, 1.0), shown(with_effects(lathe(), name), hall_run())
     change = np.abs((with_it - without).to_numpy()).max()
     assert np.isfinite(with_it.to_numpy()).all()
-    assert change < 1e-3 if name in NEEDS_TORQUE_OR_COOLANT else change > 1e-3
+    assert change < 1e-3 if name in NEEDS_MORE else change > 1e-3
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 from plant_model.effects import catalogue
+from plant_model.machine_file import read_machine
 from plant_model.simulate import simulate
 from tests.plant_model.catalogue_machines import TEMPERATURES, change, heat_of, lathe, made, steady
 from tests.plant_model.conftest import inputs_over
@@ -170,6 +171,22 @@ def test_fixture_warming_moves_radial_readings_together_without_tilt(jig_borer_l
     assert np.all(moved["S5"] == 0.0)
     assert np.all(with_it.pose == without.pose), "the spindle has not moved"
     assert all(np.all(moved[name] == 0.0) for name in TEMPERATURES)
+
+
+def test_a_probe_s_bracket_moves_its_reading_alone(jig_borer_lumps):
+    turned = replace(jig_borer_lumps, rig=jig_borer_lumps.rig | {"distal_x_sign": -1})
+    own = {"growth": -3.0, "minutes": 30.0, "nose_share": 0.0}
+    moved, with_it, without = change(turned, "probe_warming:S3", hall_step(5.0), **own)
+    # -3 um/K * 1 K after ten time constants, read with the probe's own sign.
+    assert moved["S3"][-1] == pytest.approx(3.0, rel=1e-3)
+    assert all(np.all(series == 0.0) for name, series in moved.items() if name != "S3")
+    assert np.all(with_it.pose == without.pose), "the spindle has not moved"
+
+
+def test_only_a_probe_beside_another_on_its_axis_has_a_bracket(jig_borer_lumps):
+    law = catalogue()["probe_warming"]
+    assert list(law.drivers(jig_borer_lumps)) == ["S1", "S2", "S3", "S4"]
+    assert not law.drivers(read_machine("lathe"))
 
 
 @pytest.mark.parametrize("name", ["sensor_lag", "sensor_offset", "sensor_drift"])
