@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections import deque
+import uuid
 from collections.abc import Callable, Iterable
 from math import inf
 from typing import Any
@@ -29,9 +29,7 @@ ERR_BUS_OFF = 0x40
 WALL_CLOCK = ("socketcan", "udp_multicast", "virtual")
 """Interfaces that stamp frames with this computer's time of day on arrival."""
 ECHOING = ("udp_multicast",)
-"""Interfaces on which a node hears its own frames."""
-ECHOES = 256
-"""Number of own frames that may be on their way back: set on no data."""
+"""Interfaces on which a node hears its own frames; each frame carries the name of its channel."""
 Clock = Callable[[], float]
 
 
@@ -85,7 +83,7 @@ class Link:
         self.waited_s, self.junk = 0.0, 0
         self._arrived_at = 0.0
         self._log = log
-        self._echoes: deque[tuple[int, bytes]] = deque(maxlen=ECHOES)
+        self._mark = uuid.uuid4().hex  # as the channel of own frames, if they come back
         self._quickest_s, self._quickest_at = float("inf"), 0.0
 
     @property
@@ -193,7 +191,7 @@ class Link:
             else:
                 self._lose("interface_lost", one_line(error))
             return None
-        if message is None or self._is_echo(message):
+        if message is None or message.channel == self._mark:
             return None
         # Frames arrive one after the other, even while the time of day is set.
         now = self._clock()
@@ -215,6 +213,8 @@ class Link:
         for message in messages:
             if self._bus is None:
                 return False
+            if self.interface in ECHOING:
+                message.channel = self._mark
             try:
                 self._bus.send(message)
             except (can.CanError, OSError, ValueError) as error:
@@ -224,19 +224,9 @@ class Link:
                     self._lose("interface_lost", one_line(error))
                 return False
             self._failing_since = inf
-            if self.interface in ECHOING:
-                self._echoes.append((message.arbitration_id, bytes(message.data)))
             if self._log is not None:
                 message.timestamp, message.is_rx = time.time(), False
                 self._record(message)
-        return True
-
-    def _is_echo(self, message: can.Message) -> bool:
-        """Return whether a frame is this node's own; each comes back once."""
-        frame = (message.arbitration_id, bytes(message.data))
-        if frame not in self._echoes:
-            return False
-        self._echoes.remove(frame)
         return True
 
     def _age(self, message: can.Message) -> float:

@@ -8,6 +8,7 @@ import can
 import numpy as np
 
 from gateway.database import MACHINE
+from gateway.link import Link
 from gateway.node import GatewaySettings
 from scenarios.fmu import FmuError
 from tests.gateway.bench import WARM
@@ -89,3 +90,17 @@ def test_a_flood_of_foreign_frames_does_not_stop_the_loop(wire, database, quick_
         assert sum(valid) > 0.9 * len(valid)
         assert control.answers[-1]["dX"] == held["dX"]
     assert service.unit.outputs
+
+
+def test_a_node_knows_its_own_frames_whatever_their_number():
+    wire = new_wire("udp_multicast")
+    own, other = (Link(wire.interface, wire.channel, [1], options=wire.options) for _ in range(2))
+    numbers = [number.to_bytes(8, "big") for number in range(1000)]  # the kernel keeps fewer
+    frames = [can.Message(arbitration_id=1, data=data, is_extended_id=False) for data in numbers]
+    with contextlib.closing(own), contextlib.closing(other):
+        own.open()
+        other.open()
+        assert own.send(frames)
+        assert not any(own.receive(0.0) for _ in frames)
+        assert other.send(frames[:1])
+        assert own.receive(1.0)
