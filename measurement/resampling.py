@@ -86,6 +86,23 @@ def resample(
     return result
 
 
+def recorded_steps(time_s: FloatArray) -> FloatArray:
+    """Return the time from each row to the next, a pause being at most `GAP_INTERVALS` usual steps.
+
+    Parameters
+    ----------
+    time_s : array, shape (n,)
+        Increasing [s].
+
+    Returns
+    -------
+    array, shape (n - 1,)
+        [s].
+    """
+    steps = np.diff(time_s)
+    return np.minimum(steps, GAP_INTERVALS * np.median(steps)) if steps.size else steps
+
+
 def past_rounding(time_s: TimeT) -> TimeT:
     """Return times later by more than their rounding error, for a comparison with a moment.
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from measurement.resampling import GAP_INTERVALS
+from measurement.resampling import recorded_steps
 
 Array = NDArray[np.float64]
 GRID_S = 60.0
@@ -82,8 +82,8 @@ class TrainingRun:
 def row_weights(time_s: Array) -> Array:
     """Return the time that each row represents [s]: half the interval to either neighbour.
 
-    These weights make a run count by its duration, not by its sampling. A gap counts as at most
-    `GAP_INTERVALS` usual ones, so that the rows next to it do not represent it.
+    These weights make a run count by its duration, not by its sampling. Rows next to a pause do
+    not represent it: see `recorded_steps`.
 
     Parameters
     ----------
@@ -97,8 +97,7 @@ def row_weights(time_s: Array) -> Array:
     """
     if len(time_s) < 2:
         return np.ones(len(time_s))
-    gaps = np.diff(time_s)
-    gaps = np.minimum(gaps, GAP_INTERVALS * np.median(gaps))
+    gaps = recorded_steps(time_s)
     weights = np.zeros(len(time_s))
     weights[:-1] += gaps / 2
     weights[1:] += gaps / 2

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from measurement.resampling import WARMS_K, WRONG, FloatArray
+from measurement.resampling import WARMS_K, WRONG, FloatArray, recorded_steps
 from measurement.rig import axis_of
 from measurement.runs import TIME, Run
 from measurement.units import UM_PER_MM, split_column
@@ -104,7 +104,8 @@ def likelier(
 def _clock(runs: Sequence[Run], warm: Sequence[FloatArray]) -> Iterator[tuple[str, str]]:
     doubted = []
     for run, rise in zip(runs, warm, strict=True):
-        half, long = _half(run, rise), float(run.time_s[-1] - run.time_s[0])
+        time = np.append(0.0, np.cumsum(recorded_steps(run.time_s)))
+        half, long = _half(time, rise), float(time[-1])
         values = [("half of the warming [s]", half), ("run [s]", long)]
         if half and (other := likelier(values, TIMES)):
             text = f"by this clock the machine makes half of its warming within {_time(half)}"
@@ -121,9 +122,9 @@ def _told(column: str, doubted: Sequence[tuple[str, str]], runs: int) -> Iterato
         yield column, doubted[0][1] + where
 
 
-def _half(run: Run, rise: FloatArray) -> float:
+def _half(time: FloatArray, rise: FloatArray) -> float:
     """Return the shortest time in which a run warms by half of its total [s]; 0 if it does not."""
-    time, wanted = run.time_s, 0.5 * float(np.ptp(rise))
+    wanted = 0.5 * float(np.ptp(rise))
     if 2.0 * wanted < WARMS_K:
         return 0.0
     shortest = math.inf

@@ -83,6 +83,19 @@ def test_minutes_called_seconds(log):
     assert "minutes taken for seconds? then its unit is min" in text
 
 
+def test_a_machine_that_warmed_while_nothing_was_recorded():
+    frame = run_of_day(1).frame
+    columns = [name for name in frame if name.endswith("_degC")]
+    frame.loc[:59, columns] = frame.loc[0, columns].to_numpy()
+    frame.loc[60:, columns] += 10.0
+    frame.loc[60:, "time_s"] += 3.0 * 86400.0
+    assert doubts([Run("weekend", frame)]) == []
+
+
+def test_one_row_says_nothing():
+    assert doubts([Run("one", run_of_day(1).frame.head(1))]) == []
+
+
 def test_a_growth_that_falls_with_warming(doubted):
     header = (*HEADER[:4], "growth [um]")
     assert "flipped? then set sign = -1" in doubted(signals(), header)["growth_um"]
