@@ -61,21 +61,15 @@ def raw_of(signal: Signal, value: Value, before: float | None = None) -> float:
         value = OTHER if OTHER in signal.codes else nan
     if isinstance(value, str):
         return signal.codes[value]
-    fallback = before if signal.holds and before is not None else _whole(signal, signal.start)
+    fallback = before if signal.holds and before is not None else signal.whole(signal.start)
     missing = signal.codes.get(NOT_AVAILABLE, fallback)
     if isnan(value):
         return missing
     if isfinite(value):
-        raw = _whole(signal, (value - signal.offset) / signal.scale)
-        # A value up to half a step outside the range still rounds to its end.
-        low, high = signal.allowed_raw
-        if float(low) <= raw <= float(high):
-            return min(max(raw, low), high)
+        raw = signal.held((value - signal.offset) / signal.scale)
+        if raw is not None:
+            return raw
     return signal.codes.get(ERROR, missing)
-
-
-def _whole(signal: Signal, raw: float) -> float:
-    return raw if signal.is_float else round(raw)
 
 
 class CountedTime:

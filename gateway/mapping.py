@@ -35,7 +35,7 @@ from gateway.mapfile import (
     OutputMap,
     read_form,
 )
-from gateway.mapped_signals import mapped_signal, protection_of, raw_ends
+from gateway.mapped_signals import mapped_signal, plain_signal, protection_of
 from gateway.probes import PROBE_TIME
 from gateway.protection import PROFILE_1
 from measurement.errors import BadInput, checked
@@ -356,11 +356,12 @@ def _fixed(message: Message, form: FrameMap, taken: set[str]) -> dict[str, float
         pages = numbered if signal.is_multiplexer else []
         start = signal.raw_initial or 0
         raw = form.fill.get(name, pages[0] if pages and start not in pages else start)
-        low, high = raw_ends(signal)
-        if not float(low) <= raw <= float(high) or (pages and raw not in pages):
-            allowed = ", ".join(map(str, pages)) or f"{low:.0f} to {high:.0f}"
+        plain = plain_signal(name, signal)
+        held = plain.held(raw)
+        if held is None or (pages and held not in pages):
+            allowed = ", ".join(map(str, pages)) or f"{plain.low:.0f} to {plain.high:.0f}"
             raise _refused(f"fill.{name}: {raw:g} is not allowed: {allowed}")
-        raw_values[name] = raw if signal.is_float else min(max(round(raw), low), high)
+        raw_values[name] = held
     return raw_values
 
 
