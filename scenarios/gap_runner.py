@@ -96,7 +96,7 @@ def run_find_gap(
         for name, which in machines.items():
             write_machine(which, source, folder / name)
         cosimulation = _cosimulated(machines, observed, folder, say) if fmu else None
-        table = report_of(judged, faults, cosimulation) | {"not_compared": lacking}
+        table = report_of(judged, faults, cosimulation) | {"remarks": lacking}
         facts = [
             ("Machine", f"{machine.title} ({machine_path(source).name})"),
             ("Runs used", _named(used)),

@@ -57,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
             "channels": result.residuals.to_dict(),
             "parameters": [asdict(entry) for entry in parameters],
             "data_faults": [asdict(fault) for fault in result.faults],
-            "not_compared": lacking,
+            "remarks": lacking,
             "advice": [asdict(entry) for entry in result.advice],
         }
         print(json.dumps(table, indent=1))

@@ -36,6 +36,10 @@ def test_a_page_is_written_beside_the_machine_file(runs, tmp_path, prints, refus
     for channel in told["channels"]["before"]:
         assert f"<tr><td>{channel}</td>" in text
     assert "This does not show how well the model predicts other runs." in text
+    assert [remark.partition(",")[0] for remark in told["remarks"]] == [
+        "not compared: T3",
+        "doubtful: training_down",
+    ]
     assert "not compared: T3, its column T3_degC is not in stop_and_go" in text
     assert "doubtful: training_down, speed_rpm: 21000 at 600 s is outside 0..20000 rpm" in text
     for run in RUNS:
