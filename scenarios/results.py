@@ -75,6 +75,9 @@ def results_folder(folder: Path) -> Iterator[Path]:
             if old.exists():
                 old.rename(target)
             raise BadInput(folder, "", f"cannot be replaced: {error.strerror}") from None
+    except BadInput as error:  # of a file in it: nobody knows the temporary folder's name
+        source = error.source.replace(str(beside), str(folder))
+        raise BadInput(source, error.place, error.problem) from None
     except OSError as error:
         if error.errno in FULL:
             raise BadInput(folder, "", f"cannot be written: {error.strerror}") from None

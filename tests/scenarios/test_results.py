@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from measurement.errors import BadInput
+from measurement.files import write_atomically
 from measurement.runs import read_run
 from scenarios import runner
 from scenarios.outputs import RESULTS, TABLE
@@ -36,6 +37,16 @@ def test_a_failure_half_way_leaves_what_was_there(tmp_path):
         write_half(target, RuntimeError)
     assert (target / "new.txt").read_text() == "old"
     assert names(tmp_path) == ["results"]
+
+
+def test_a_file_that_cannot_be_written_is_named_by_its_place_in_the_results(tmp_path):
+    def write_onto_a_folder() -> None:
+        with results_folder(tmp_path / "results") as folder:
+            (folder / "run.csv").mkdir()
+            write_atomically(folder / "run.csv", "")
+
+    with pytest.raises(BadInput, match=f"^{tmp_path}/results/run.csv: cannot be written: "):
+        write_onto_a_folder()
 
 
 def test_a_scenario_leaves_everything_it_promises(tmp_path, tiny_scenario, tiny_folder):
