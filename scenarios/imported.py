@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from measurement.errors import BadInput
-from measurement.files import holding, sha256_of, write_together
+from measurement.files import holding, read_bytes, sha256_of, write_together
 from measurement.importing.log import Imported
 from measurement.importing.splitting import Piece
 from measurement.runs import Run, run_text
@@ -20,7 +20,12 @@ MAPPING, MANIFEST = "import.toml", "imported.json"
 
 
 def write_imported(
-    imported: Imported, paths: Sequence[Path], folder: Path, *, with_mapping: bool
+    imported: Imported,
+    paths: Sequence[Path],
+    folder: Path,
+    *,
+    with_mapping: bool,
+    followed: bytes | None = None,
 ) -> list[Path]:
     """Write runs, the manifest and, if asked, the mapping file into a folder.
 
@@ -37,6 +42,8 @@ def write_imported(
         Created if missing; other files in it stay.
     with_mapping : bool
         Whether to write the mapping file.
+    followed : bytes, optional
+        The folder's mapping file when the import read it; None if there was none.
 
     Returns
     -------
@@ -46,7 +53,7 @@ def write_imported(
     Raises
     ------
     BadInput
-        If a file is in the way; nothing is written then.
+        If a file is in the way, or the mapping file has changed; nothing is written then.
     """
     targets = [folder / f"{run.name}.csv" for run in imported.runs]
     sources = [{"file": path.name, "sha256": sha256_of(path)} for path in paths]
@@ -69,9 +76,18 @@ def write_imported(
         table = {"kind": KIND, "format": 1, "runs": listed}
         files[folder / MANIFEST] = json.dumps(table, indent=1, sort_keys=True) + "\n"
         if with_mapping:
-            files[folder / MAPPING] = imported.mapping_text()
+            mapping = folder / MAPPING
+            if not is_forced() and mapping_in(folder) != followed:
+                raise BadInput(mapping, "", "has changed since this import began: import again")
+            files[mapping] = imported.mapping_text()
         write_together(files)
     return targets
+
+
+def mapping_in(folder: Path) -> bytes | None:
+    """Return the content of a folder's mapping file; None if there is none."""
+    path = folder / MAPPING
+    return read_bytes(path) if path.exists() else None
 
 
 def _check(

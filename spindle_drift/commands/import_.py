@@ -23,7 +23,7 @@ from measurement.importing.mapping import Mapping, adjusted, read_mapping
 from measurement.importing.quantities import checked_conversion
 from scenarios.arguments import add_json, add_output, add_parameters, parameters_of, tell
 from scenarios.assignments import quantity
-from scenarios.imported import MAPPING, table_text, write_imported
+from scenarios.imported import MAPPING, mapping_in, table_text, write_imported
 from scenarios.outputs import FOLDER_OF_RUNS
 from spindle_drift.recordings import import_log
 
@@ -77,8 +77,8 @@ def run(args: argparse.Namespace) -> int:
     BadInput
         For the first error; nothing is written then.
     """
-    beside = args.output / MAPPING
-    source = args.mapping or (beside if beside.exists() else None)
+    beside, followed = args.output / MAPPING, mapping_in(args.output)
+    source = args.mapping or (None if followed is None else beside)
     if args.every_row_s is not None:
         args.every_row_s = quantity("--every-row", args.every_row_s, "s", 1e-9, 1e6, "s")
     rules = parameters_of(args, import_log, *RULES)
@@ -89,7 +89,9 @@ def run(args: argparse.Namespace) -> int:
     imported = import_files(files, mapping, units, axes)
     # Keep what was given now for the next import.
     fresh = args.mapping is None and bool(source is None or args.force or units or axes)
-    written = write_imported(imported, args.files, args.output, with_mapping=fresh)
+    written = write_imported(
+        imported, args.files, args.output, with_mapping=fresh, followed=followed
+    )
     if args.json:
         return tell(args, _facts(imported, written))
     print(table_text(imported, written))

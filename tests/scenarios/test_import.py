@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 
 from measurement.files import write_together
-from measurement.importing.log import import_files
+from measurement.importing.log import Imported, import_files
 from measurement.runs import read_run, write_run
 from measurement.warm import WARM_START
 from scenarios import imported
 from scenarios.cli import main
 from scenarios.imported import write_imported
 from spindle_drift import simulate
+from spindle_drift.commands import import_
 from tests.measurement.importing.made import HEADER, elapsed, signals, stamps, table
 from tests.scenarios.conftest import names
 
@@ -162,6 +163,20 @@ def test_two_imports_into_one_folder_at_once_list_both_runs(log, monkeypatch):
     other.join()
     runs = json.loads(Path("runs/imported.json").read_text())["runs"]
     assert list(runs) == ["20260302_0715.csv", "20260303_0715.csv"]
+
+
+def test_what_another_import_decided_in_the_meantime_stays(log, refused, monkeypatch):
+    def beside_another(*arguments: object) -> Imported:
+        monkeypatch.setattr(import_, "import_files", import_files)
+        assert main(line) == 0
+        return import_files(*arguments)
+
+    line = ["import", "log.csv", "-o", "runs", "--unit", "Druck [bar]=1"]
+    monkeypatch.setattr(import_, "import_files", beside_another)
+    said = refused(["import", "log.csv", "-o", "runs"])
+    assert "runs/import.toml: has changed since this import began: import again" in said
+    assert '"Druck [bar]" = {name = "Druck", unit = "1"}' in Path("runs/import.toml").read_text()
+    assert main(["import", "log.csv", "-o", "runs"]) == 0
 
 
 def test_commands_take_runs_with_the_mark_of_a_warm_start(log, prints):
