@@ -96,11 +96,11 @@ class Signal:
         return low - rounding * abs(low), high + rounding * abs(high)
 
     def whole(self, raw: float) -> float:
-        """Return a raw value, rounded unless it is a floating-point number."""
+        """Return a raw value [1], rounded unless it is a floating-point number."""
         return raw if self.is_float else round(raw)
 
     def held(self, raw: float) -> float | None:
-        """Return a raw value as the signal holds it; None outside the allowed range."""
+        """Return a raw value [1] as the signal holds it; None outside the allowed range."""
         # A value up to half a step outside the range still rounds to its end.
         raw, (low, high) = self.whole(raw), self.allowed_raw
         # An end of more than 53 bits may be more as a float than the signal holds.
