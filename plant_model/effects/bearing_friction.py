@@ -9,6 +9,13 @@ from plant_model.item_forms import ItemSpec, NumberSpec
 from plant_model.machine import Item
 from plant_model.parameters import FloatArray
 
+PALMGREN = 2.0 / 3.0
+"""Exponent of viscosity times speed in the viscous torque, given by Palmgren [1]."""
+
+LEAST = 160.0
+"""That power where viscosity times speed is about 2000 and below, given by Palmgren
+[(mm2/s r/min)^(2/3)]."""
+
 
 def viscous_torque(
     f0: FloatArray, viscosity: FloatArray, speed: FloatArray, diameter: FloatArray
@@ -28,11 +35,16 @@ def viscous_torque(
 
     Notes
     -----
-    1e-7 f0 (nu n)^(2/3) d^3 for nu n >= 2000, else 160e-7 f0 d^3. Harris and Kotzalas, Essential
+    1e-7 f0 (nu n)^(2/3) d^3, and 160e-7 f0 d^3 where that is more. Harris and Kotzalas, Essential
     Concepts of Bearing Technology, 5th ed., ch. 10. At standstill this torque gives no heat.
     """
-    product = viscosity * np.abs(speed)
-    return 1e-7 * f0 * diameter**3 * np.where(product >= 2000.0, product ** (2.0 / 3.0), 160.0)
+    film = (viscosity * np.abs(speed)) ** PALMGREN
+    return torque_size(f0, diameter) * np.maximum(film, LEAST)
+
+
+def torque_size(f0: FloatArray, diameter: FloatArray) -> FloatArray:
+    """Return the viscous torque over (nu n)^(2/3), from f0 [1] and mean diameters [mm]."""
+    return 1e-7 * f0 * diameter**3
 
 
 def friction_heat(speed: FloatArray, torque: FloatArray) -> FloatArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from plant_model.effects.base import Effect, Inputs
-from plant_model.effects.bearing_friction import add_to_sides, friction_heat, viscous_torque
+from plant_model.effects.bearing_friction import LEAST, PALMGREN, friction_heat, torque_size
 from plant_model.parameters import FloatArray, Parameter
 
 
@@ -28,20 +28,26 @@ class ViscosityTemperature(Effect):
     needs = ("bearing_friction",)
 
     def prepare(self) -> None:
-        """Find the bearings."""
-        self._bearings = self.machine.of_kind("sources", "bearing")
+        """Collect what does not change: stepping asks for the heat thousands of times."""
+        self._thins = PALMGREN * self.own("slope")
+        self._bearings = []
+        for item in self.machine.of_kind("sources", "bearing"):
+            size = torque_size(self.of(item, "f0"), self.of(item, "mean_diameter"))
+            factor = self.scale_of("bearing_friction") * self.of(item, "count")
+            inner, outer = (self.nodes(item, side)[0] for side in ("inner", "outer"))
+            numbers = (factor * size, self.of(item, "viscosity") ** PALMGREN)
+            more = (self.of(item, "viscosity_at"), self.of(item, "inner_share"))
+            self._bearings.append((item.refs["driven_by"][0], inner, outer, *numbers, *more))
 
     def heat(
         self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add the difference to the heat at constant viscosity."""
-        for item in self._bearings:
-            speed = inputs[item.refs["driven_by"][0]]
-            f0, nu0 = self.of(item, "f0"), self.of(item, "viscosity")
-            diameter = self.of(item, "mean_diameter")
-            warm = temperatures[..., self.nodes(item, "inner")[0]] - self.of(item, "viscosity_at")
-            nu = nu0 * np.exp(-self.own("slope") * warm)
-            change = viscous_torque(f0, nu, speed, diameter)
-            change = change - viscous_torque(f0, nu0, speed, diameter)
-            factor = self.scale_of("bearing_friction") * self.of(item, "count")
-            add_to_sides(self, item, factor * friction_heat(speed, change), out)
+        for driver, inner, outer, size, thick, at, share in self._bearings:
+            speed = inputs[driver]
+            film = thick * np.abs(speed) ** PALMGREN
+            thinned = film * np.exp(self._thins * (at - temperatures[..., inner]))
+            change = size * (np.maximum(thinned, LEAST) - np.maximum(film, LEAST))
+            power = friction_heat(speed, change)
+            out[..., inner] += share * power
+            out[..., outer] += (1.0 - share) * power
