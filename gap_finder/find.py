@@ -76,6 +76,12 @@ class GapResult:
         return self.search.best.keys
 
     @property
+    def stages(self) -> tuple[tuple[str, ...], ...]:
+        """What was added before each step that added something, and in the end."""
+        taken = (step.baseline.keys for step in self.search.steps if step.is_taken)
+        return (*taken, self.keys)
+
+    @property
     def observed(self) -> tuple[Observations, ...]:
         """What was compared, including which effects had not begun yet in each run."""
         return self.after.observed
@@ -155,13 +161,23 @@ class Judged:
         if not self.result.keys:
             return ""
         if not all(later < earlier for earlier, later in pairwise(self.course)):
-            which = "it does not improve" if len(self.course) == 2 else "not every name improves"
-            return f"{which} the prediction of the held-out run"
+            return f"{self._idle()} the prediction of the held-out run"
         if not self.is_adequate:
             return "too much error remains with it"
         if not is_closed_where_better(self.result.before.left, self.result.after.left):
             return "more error remains where it acts than elsewhere"
         return ""
+
+    def _idle(self) -> str:
+        """Return, in words, that names do not improve something."""
+        keys = self.result.keys
+        if len(keys) == 1:
+            return "it does not improve"
+        steps = zip(pairwise(self.course), pairwise(self.result.stages), strict=True)
+        added = [{*has} - {*had} for (was, now), (had, has) in steps if now >= was]
+        idle = [key.replace(":", " ") for key in keys if any(key in names for names in added)]
+        does = "do" if len(idle) > 1 else "does"
+        return f"{' and '.join(idle) or 'one of several'} {does} not improve"
 
 
 def is_closed_where_better(before: FloatArray, after: FloatArray) -> bool:

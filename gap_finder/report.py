@@ -14,10 +14,11 @@ from gap_finder.candidates import beyond_usual_range
 from gap_finder.comparison import GapComparison
 from gap_finder.data_faults import DataFault
 from gap_finder.find import Judged
-from gap_finder.forward_backward import MARGIN, Hypothesis
+from gap_finder.forward_backward import MARGIN, Hypothesis, units_of
 from gap_finder.hypotheses import AddedChange
 from gap_finder.keys import driver_of, is_switched, law_of, place_of
 from gap_finder.reference import ReferenceModel
+from gap_finder.regimes import RunResiduals
 from gap_finder.score import Fit
 from plant_model.effect_names import name_of
 from plant_model.effects import catalogue
@@ -55,7 +56,7 @@ def report_of(
         "one_of_keys": keys,
         "separate_by": _separated(first, result.after.machine),
         "runners_up": _runners_up(judged),
-        "look_at": look_at(result.before, judged.used),
+        "look_at": look_at(result.after, judged.used.after),
         "where": _places(judged),
         "gap": {
             "calibration": judged.used.gap_against(reference.used),
@@ -83,17 +84,17 @@ def report_of(
     return table if cosimulation is None else table | {"cosimulation": dict(cosimulation)}
 
 
-def look_at(before: Fit, used: GapComparison) -> list[str]:
+def look_at(fit: Fit, left: Sequence[RunResiduals]) -> list[str]:
     """Return what calibration shows about the description, in lines that name a number or channel.
 
     Parameters
     ----------
-    before : Fit
-        The given machine, calibrated.
-    used : GapComparison
+    fit : Fit
+        The calibrated machine, with what is named.
+    left : sequence of RunResiduals
         On the runs used.
     """
-    lines = advice(before.machine, used.before, before.calibration.parameters)
+    lines = advice(fit.machine, left, fit.calibration.parameters)
     kinds = ("far_from_usual", "worse_than_no_model", "not_moved")
     return [line.text for kind in kinds for line in lines if line.kind == kind][:MOST_LINES]
 
@@ -107,20 +108,23 @@ def _channels(unseen: GapComparison, reference: ReferenceModel) -> dict[str, dic
 
 
 def _runners_up(judged: Judged) -> list[dict[str, Any]]:
-    """Return what was fully scored in the first step and not named, the best first."""
-    steps = judged.result.search.steps
-    if not steps:
+    """Return what was fully scored in the first step and not named, the best first.
+
+    Their probabilities are relative to the answer and to "nothing".
+    """
+    search = judged.result.search
+    if not search.steps:
         return []
-    first = steps[0]
-    scores = np.array([0.0, *(hypothesis.score(first.units) for hypothesis in first.tried)])
-    scores[0] = first.baseline.score(first.units)
-    odds = np.exp(-(scores - scores.min()) / 2.0)
-    likely = zip(first.tried, (odds / odds.sum())[1:].tolist(), strict=True)
-    return [
-        {**named(hypothesis.keys[-1], hypothesis.fit.machine), "probability": p}
-        for hypothesis, p in likely
-        if hypothesis.keys[-1] not in judged.result.keys
-    ][:MOST_LINES]
+    others = [one for one in search.steps[0].tried if one.keys[-1] not in search.best.keys]
+    together = [search.best, search.nothing, *others]
+    units = units_of(search.nothing, together)
+    scores = np.array([hypothesis.score(units) for hypothesis in together])
+    odds = np.exp(-(scores - scores.min()) / 2.0)[0 if search.best.keys else 1 :]
+    likely = (odds / odds.sum())[-len(others) :].tolist() if others else []
+    ranked = sorted(zip(likely, others, strict=True), key=lambda pair: -pair[0])
+    return [{**named(other.keys[-1], other.fit.machine), "probability": p} for p, other in ranked][
+        :MOST_LINES
+    ]
 
 
 def _separated(entry: Mapping[str, Any] | None, machine: Machine) -> str:
@@ -244,8 +248,14 @@ def _number(estimate: Any) -> dict[str, Any]:
 def _evidence(judged: Judged) -> str:
     result = judged.result
     step = result.search.steps[0]
-    together = "all names together explain" if len(result.keys) > 1 else "it explains"
+    several = len(result.keys) > 1
+    together = "all names together explain" if several else "it explains"
+    eased = result.before.moved_cost - result.after.moved_cost
+    units = units_of(result.search.nothing, [result.search.best])
+    gained = float(np.sum((result.before.left - result.after.left) / units))
+    mostly = f", mostly because with {'them' if several else 'it'} the file's numbers need not move"
     return (
-        f"{together} {result.explained:.0%} of the error on runs predicted from the others; "
-        f"the score falls by {step.fall:.0f} ({MARGIN:.0f} needed)"
+        f"{together} {max(result.explained, 0.0):.0%} of the error on runs predicted from the "
+        f"others; the score falls by {step.fall:.0f} ({MARGIN:.0f} needed)"
+        f"{mostly if eased > gained else ''}"
     )

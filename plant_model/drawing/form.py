@@ -350,7 +350,7 @@ class CarrierForm(Form):
     on: str | None = None
     """The carrier that holds it."""
     joint: Conductance | None = None
-    """To the part that it holds or stands on; class value."""
+    """To the part that it holds, else to the one that it stands on; class value."""
     air: str | None = None
     """``ambient``, unless another input or the enclosure."""
     grows: GrowForm = Field(default_factory=GrowForm)

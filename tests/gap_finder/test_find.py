@@ -133,7 +133,7 @@ def test_a_name_that_acts_everywhere_alike_has_nowhere_to_be_judged_by():
         ((2.0, 1.9), 0.7, ""),
         ((5.0, 3.0, 2.0), 0.7, ""),
         ((2.0, 2.0), 0.7, "it does not improve the prediction of the held-out run"),
-        ((5.0, 1.5, 2.0), 0.7, "not every name improves the prediction of the held-out run"),
+        ((5.0, 1.5, 2.0), 0.7, "tool b does not improve the prediction of the held-out run"),
         ((5.0, 3.1), 0.7, "too much error remains with it"),  # over twice the regression's
         ((2.0, 1.9), 2.03, "more error remains where it acts than elsewhere"),
     ],
@@ -144,7 +144,8 @@ def test_a_name_is_in_doubt_for_what_it_leaves_and_for_unseen_runs(course, actin
     before, after = np.full((4, 12), 0.7), np.full((4, 12), 0.7)
     before[:, 2], after[:, 2] = 28.0, acting
     found: Any = SimpleNamespace(
-        keys=("windage",),
+        keys=("windage", "tool:b")[: len(course) - 1],
+        stages=((), ("windage",), ("windage", "tool:b"))[: len(course)],
         before=SimpleNamespace(left=before, left_each=before.mean()),
         after=SimpleNamespace(left=after, left_each=after.mean()),
     )
