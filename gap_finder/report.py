@@ -248,14 +248,12 @@ def _number(estimate: Any) -> dict[str, Any]:
 def _evidence(judged: Judged) -> str:
     result = judged.result
     step = result.search.steps[0]
-    several = len(result.keys) > 1
-    together = "all names together explain" if several else "it explains"
+    together = "all names together explain" if len(result.keys) > 1 else "it explains"
     eased = result.before.moved_cost - result.after.moved_cost
     units = units_of(result.search.nothing, [result.search.best])
     gained = float(np.sum((result.before.left - result.after.left) / units))
-    mostly = f", mostly because with {'them' if several else 'it'} the file's numbers need not move"
+    mostly = ", mostly because the file's numbers then need to move less" if eased > gained else ""
     return (
         f"{together} {max(result.explained, 0.0):.0%} of the error on runs predicted from the "
-        f"others; the score falls by {step.fall:.0f} ({MARGIN:.0f} needed)"
-        f"{mostly if eased > gained else ''}"
+        f"others; the score falls by {step.fall:.0f} ({MARGIN:.0f} needed){mostly}"
     )

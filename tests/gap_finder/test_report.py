@@ -1,5 +1,6 @@
 """What the report says of channels and of what was left out."""
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -7,9 +8,47 @@ import pytest
 
 from gap_finder.comparison import GapComparison
 from gap_finder.five_lines import _added, _left_out, five_lines
+from gap_finder.forward_backward import Hypothesis
 from gap_finder.observations import observe
+from gap_finder.report import _evidence, _runners_up
 from measurement.runs import Run
 from tests.gap_finder.conftest import runs_of
+
+
+def hypothesis(*keys: str, left: float, moved: float = 0.0) -> Hypothesis:
+    """Return additions that leave as much in each run and channel, and move the file's numbers."""
+    squares = np.full((4, 3), left)
+    machine = SimpleNamespace(effects={}, inputs=())
+    fit: Any = SimpleNamespace(left=squares, moved_cost=moved, machine=machine)
+    added: Any = tuple(SimpleNamespace(key=key, size_cost=lambda: 0.0) for key in keys)
+    return Hypothesis(added, (8.0,) * len(keys), fit)
+
+
+def judged_of(best: Hypothesis, nothing: Hypothesis, *others: Hypothesis) -> Any:
+    step = SimpleNamespace(tried=(best, *others), fall=20.0)
+    search = SimpleNamespace(best=best, nothing=nothing, steps=(step,))
+    total = best.fit.left.sum() / nothing.fit.left.sum()
+    result = SimpleNamespace(
+        search=search, keys=best.keys, before=nothing.fit, after=best.fit, explained=1.0 - total
+    )
+    return SimpleNamespace(result=result)
+
+
+@pytest.mark.parametrize(("left", "spared"), [(1.0, False), (5.1, True)])
+def test_an_answer_that_mostly_spares_the_files_numbers_says_so(left, spared):
+    nothing = hypothesis(left=5.0, moved=25.0)
+    said = _evidence(judged_of(hypothesis("radiation", left=left, moved=5.0), nothing))
+    assert said.startswith("it explains 0%" if spared else "it explains 80%")
+    assert ("numbers then need to move less" in said) == spared
+
+
+def test_runners_up_have_odds_against_the_answer():
+    nothing, best = hypothesis(left=5.0), hypothesis("radiation", "windage", left=1.0)
+    others = (hypothesis("windage", left=1.2), hypothesis("air_gap", left=2.0))
+    (told,) = _runners_up(judged_of(best, nothing, *others))
+    assert told["name"] == "air_gap"
+    # 12 values of 2 and a prior of 8, against 12 of 1 and two priors: in units of 1, 4 more.
+    assert told["probability"] == pytest.approx(1.0 / (1.0 + np.exp(2.0)), abs=1e-6)
 
 
 def test_channels_are_judged_beside_no_model(jig_borer_lumps):
