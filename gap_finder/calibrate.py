@@ -257,7 +257,7 @@ def _descend(
 ) -> None:
     """Descend from all starts side by side, within physical bounds."""
     for iteration in range(ITERATIONS):
-        going = [descent for descent in descents if not (descent.is_done or descent.at.is_least)]
+        going = [descent for descent in descents if not descent.is_done]
         hopeless = min(descent.at.expected for descent in descents) > cost_limit
         if not going or (hopeless and iteration >= FIRST):
             break

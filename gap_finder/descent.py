@@ -19,8 +19,7 @@ calibrations of five lathes of the twenty-first split: after one, the derivative
 one that fits well enough, after two none."""
 
 ENOUGH = 1e-3
-"""Relative improvement of the cost, gained or to be expected, below which a descent has converged
-[1]; set on no data."""
+"""Relative improvement of the cost below which a descent has converged [1]; set on no data."""
 
 SHARES = (0.0, 1 / 6.0, 1.0, 6.0)
 """Multiples of the last damping that are tried together [1]; set on no data."""
@@ -55,11 +54,6 @@ class Point:
     def cost(self) -> float:
         """The cost there."""
         return self.about.cost
-
-    @property
-    def is_least(self) -> bool:
-        """Whether the derivatives promise nothing more."""
-        return self.cost - self.expected < ENOUGH * self.cost
 
 
 @dataclass(eq=False)
