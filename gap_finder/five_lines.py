@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gap_finder.advice import unit_after
-from gap_finder.reference import START
+from gap_finder.reference import LAGS_MIN, START
 
 KINDS = {
     "level_jump": "wrong level",
@@ -168,7 +168,8 @@ def _left(table: Mapping[str, Any]) -> str:
 
 def _source(source: Mapping[str, Any]) -> str:
     name = "how warm the machine started" if source["input"] == START else source["input"]
-    return f"{name} with a lag of {source['lag_min']:.0f} min ({source['share']:.0%})"
+    lag = f"{source['lag_min']:.0f} min{' or more' if source['lag_min'] == LAGS_MIN[-1] else ''}"
+    return f"{name} with a lag of {lag} ({source['share']:.0%})"
 
 
 def _left_out(faults: Sequence[Mapping[str, Any]]) -> str:

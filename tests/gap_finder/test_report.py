@@ -157,6 +157,15 @@ def test_channels_keep_their_names_in_the_answer():
     assert nothing.endswith(told)
 
 
+@pytest.mark.parametrize(("minutes", "told"), [(220.0, "220 min"), (500.0, "500 min or more")])
+def test_the_longest_lag_stands_for_any_longer_one(minutes, told):
+    source = {"input": "speed", "lag_min": minutes, "share": 0.4}
+    where = [{"channel": "S1", "regime": "standing"}]
+    remaining = {"is_adequate": False, "where": where, "share": 0.5, "predicted_by": [source]}
+    missing = five_lines(answer(verdict="unknown", remaining=remaining))[0]
+    assert f"by speed with a lag of {told} (40%), mostly in S1 standing" in missing
+
+
 def test_the_setting_of_what_a_part_switches_is_told():
     switched_at = {
         "on_above": {"value": 25.5, "unit": "degC"},
