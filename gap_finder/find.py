@@ -13,7 +13,7 @@ from gap_finder.calibrate import Progress, quiet
 from gap_finder.comparison import GapComparison
 from gap_finder.data_faults import DataFault, without_bad_readings
 from gap_finder.design import all_sensitivities
-from gap_finder.forward_backward import Searching, SearchResult
+from gap_finder.forward_backward import Hypothesis, Searching, SearchResult
 from gap_finder.observations import Observations, observe
 from gap_finder.reference import ReferenceModel
 from gap_finder.score import LAW, Fit, scored
@@ -76,10 +76,10 @@ class GapResult:
         return self.search.best.keys
 
     @property
-    def stages(self) -> tuple[tuple[str, ...], ...]:
-        """What was added before each step that added something, and in the end."""
-        taken = (step.baseline.keys for step in self.search.steps if step.is_taken)
-        return (*taken, self.keys)
+    def stages(self) -> tuple[Hypothesis, ...]:
+        """Where each step that added something began, and the best in the end."""
+        taken = (step.baseline for step in self.search.steps if step.is_taken)
+        return (*taken, self.search.best)
 
     @property
     def observed(self) -> tuple[Observations, ...]:
@@ -118,10 +118,10 @@ class Judged:
         """Judge a result."""
         before, after = result.before.machine, result.after.machine
         used, later = (GapComparison(before, after, runs) for runs in (result.observed, unseen))
-        begun = [step.baseline.fit.machine for step in result.search.steps if step.is_taken]
-        between = [GapComparison(before, step, unseen).gap()["after"] for step in begun[1:]]
+        stages = [stage.fit.machine for stage in result.stages]
+        between = [GapComparison(before, stage, unseen).gap()["after"] for stage in stages[1:-1]]
         gap = later.gap()
-        course = (gap["before"], *between, gap["after"]) if begun else (gap["after"],)
+        course = (gap["before"], *between, gap["after"]) if len(stages) > 1 else (gap["after"],)
         return cls(result, used, later, ReferenceModel(after, used.after, later.after), course)
 
     @property
@@ -174,7 +174,7 @@ class Judged:
         if len(keys) == 1:
             return "it does not improve"
         steps = zip(pairwise(self.course), pairwise(self.result.stages), strict=True)
-        added = [{*has} - {*had} for (was, now), (had, has) in steps if now >= was]
+        added = [{*has.keys} - {*had.keys} for (was, now), (had, has) in steps if now >= was]
         idle = [key.replace(":", " ") for key in keys if any(key in names for names in added)]
         does = "do" if len(idle) > 1 else "does"
         return f"{' and '.join(idle) or 'one of several'} {does} not improve"

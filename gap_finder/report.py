@@ -23,6 +23,7 @@ from gap_finder.score import Fit
 from plant_model.effect_names import name_of
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
+from plant_model.parameters import FloatArray
 
 MACHINE_AFTER = "machine_after.toml"
 
@@ -116,15 +117,20 @@ def _runners_up(judged: Judged) -> list[dict[str, Any]]:
     if not search.steps:
         return []
     others = [one for one in search.steps[0].tried if one.keys[-1] not in search.best.keys]
-    together = [search.best, search.nothing, *others]
-    units = units_of(search.nothing, together)
-    scores = np.array([hypothesis.score(units) for hypothesis in together])
-    odds = np.exp(-(scores - scores.min()) / 2.0)[0 if search.best.keys else 1 :]
-    likely = (odds / odds.sum())[-len(others) :].tolist() if others else []
-    ranked = sorted(zip(likely, others, strict=True), key=lambda pair: -pair[0])
-    return [{**named(other.keys[-1], other.fit.machine), "probability": p} for p, other in ranked][
-        :MOST_LINES
-    ]
+    # Where nothing is named, the best is "nothing", which counts once.
+    answers = {one.keys: one for one in (search.nothing, search.best)}
+    together = [*others, *answers.values()]
+    odds = _odds(together, units_of(search.nothing, together))[: len(others)]
+    ranked = sorted(zip(odds.tolist(), others, strict=True), key=lambda pair: -pair[0])
+    told = [{**named(one.keys[-1], one.fit.machine), "probability": p} for p, one in ranked]
+    return told[:MOST_LINES]
+
+
+def _odds(hypotheses: Sequence[Hypothesis], units: FloatArray) -> FloatArray:
+    """Return the probability of each hypothesis, if one of them holds [1]."""
+    scores = np.array([hypothesis.score(units) for hypothesis in hypotheses])
+    odds = np.exp(-(scores - scores.min()) / 2.0)
+    return np.asarray(odds / odds.sum())
 
 
 def _separated(entry: Mapping[str, Any] | None, machine: Machine) -> str:
@@ -230,10 +236,7 @@ def _in_place(hypothesis: Hypothesis, best: Hypothesis, place: int) -> str:
 def _probability(judged: Judged, place: int) -> float:
     """Return the probability of an addition relative to its rivals [1]."""
     search = judged.result.search
-    units = search.steps[-1].units
-    scores = [hypothesis.score(units) for hypothesis in (search.best, *search.rivals[place])]
-    odds = np.exp(-(np.array(scores) - min(scores)) / 2.0)
-    return float(odds[0] / odds.sum())
+    return float(_odds((search.best, *search.rivals[place]), search.steps[-1].units)[0])
 
 
 def _number(estimate: Any) -> dict[str, Any]:

@@ -143,9 +143,10 @@ def test_a_name_is_in_doubt_for_what_it_leaves_and_for_unseen_runs(course, actin
     unseen: Any = SimpleNamespace(gap=lambda: gap, gap_against=lambda known: gap)
     before, after = np.full((4, 12), 0.7), np.full((4, 12), 0.7)
     before[:, 2], after[:, 2] = 28.0, acting
+    names = ("windage", "tool:b")[: len(course) - 1]
     found: Any = SimpleNamespace(
-        keys=("windage", "tool:b")[: len(course) - 1],
-        stages=((), ("windage",), ("windage", "tool:b"))[: len(course)],
+        keys=names,
+        stages=[SimpleNamespace(keys=names[:count]) for count in range(len(course))],
         before=SimpleNamespace(left=before, left_each=before.mean()),
         after=SimpleNamespace(left=after, left_each=after.mean()),
     )
