@@ -9,20 +9,19 @@ compensator; a control repeats a probe until the count has advanced.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from math import isfinite, isnan
+from math import inf, isfinite, isnan
 
 import can
 
 from gateway.codec import CountedTime, Encoder, Value, decode
 from gateway.database import MAY_BE_LOST, Frame, key_of
+from gateway.timebase import WORD_HOLDS_S
 from scenarios.wiring import PROBED
 
 PROBE_TIME = "probe_time"
 TAKEN = "probes_taken"
 COUNTED = 4
 """Number of probes after which their count starts again: given by its two bits in the frame."""
-MOST_TRIES = 50
-"""How often a probe is sent until the gateway takes it: set on no data."""
 LATEST_STEPS = MAY_BE_LOST + 1.5
 """Inputs or a probe from a cycle more than this many steps ago are not used."""
 
@@ -108,7 +107,7 @@ class ProbeReceiver:
 
 
 class ProbeSender:
-    """Sends a control's probes until the gateway takes them.
+    """Sends a control's probes until the gateway takes them, or `WORD_HOLDS_S` is over.
 
     Parameters
     ----------
@@ -120,7 +119,7 @@ class ProbeSender:
         self._encoders = [Encoder(frame) for frame in frames]
         self._waiting: dict[str, float] | None = None
         self._count = float("nan")
-        self._left = 0
+        self._until_s = inf
 
     @property
     def names(self) -> list[str]:
@@ -142,7 +141,7 @@ class ProbeSender:
         count : float
             The gateway's present count of probes; NaN if unknown.
         """
-        self._waiting, self._count, self._left = dict(measured), count, MOST_TRIES
+        self._waiting, self._count, self._until_s = dict(measured), count, inf
 
     def messages(self, time_s: float, count: float) -> list[can.Message]:
         """Return the messages to send before the frames of a cycle.
@@ -157,10 +156,10 @@ class ProbeSender:
         if isnan(self._count):
             self._count = count
         taken = not isnan(count) and count != self._count
-        if self._waiting is None or taken or not self._left:
+        self._until_s = min(self._until_s, time_s + WORD_HOLDS_S)
+        if self._waiting is None or taken or time_s >= self._until_s:
             self._waiting = None
             return []
-        self._left -= 1
         counted = CountedTime(self._encoders[-1].frame.signals[PROBE_TIME])
         values: dict[str, Value] = {**self._waiting, PROBE_TIME: counted.carried_s(time_s)}
         return [encoder.message(values) for encoder in self._encoders]

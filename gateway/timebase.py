@@ -17,8 +17,8 @@ a clock right by running it at most 500 ppm faster or slower (``MAXFREQ`` of ``t
 that grows more slowly cannot be told from drift."""
 WORD_HOLDS_S = 60.0
 """How long a machine's word holds [s]: nothing is trusted after its time ran at another rate, it
-counts as cold after it said so, temperatures count as unchanged between two readings, and the same
-line about it is not repeated. Set on no data."""
+counts as cold after it said so, temperatures count as unchanged between two readings, a probe is
+repeated, and the same line about it is not. Set on no data."""
 RATE = "time_rate", "machine_time runs at another rate than this computer's clock times --speed-up"
 
 

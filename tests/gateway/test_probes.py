@@ -11,7 +11,7 @@ import pytest
 
 from gateway.database import MACHINE, Database
 from gateway.node import GatewaySettings
-from gateway.probes import COUNTED, MOST_TRIES, ProbeSender
+from gateway.probes import COUNTED, ProbeSender
 from gateway.unit import CompensatorUnit
 from measurement.runs import read_run
 from scenarios.cli import main
@@ -128,8 +128,8 @@ def test_a_probe_waits_for_a_cycle_that_can_be_used(probed):
 def test_nobody_takes_it_and_the_control_gives_up(database):
     sender = ProbeSender(database.events(MACHINE))
     sender.start(MEASURED, nan)
-    sent = [bool(sender.messages(0.1 * k, nan)) for k in range(MOST_TRIES + 5)]
-    assert sent == [True] * MOST_TRIES + [False] * 5
+    sent = [bool(sender.messages(5.0 + 10.0 * k, nan)) for k in range(8)]
+    assert sent == [True] * 6 + [False] * 2
 
 
 def test_the_machine_probes_as_the_co_simulation_does(database, shipped, tmp_path):
