@@ -13,8 +13,9 @@ Variability: TypeAlias = Literal["continuous", "discrete", "fixed", "tunable"]
 ZERO: dict[str, Value] = {"real": 0.0, "integer": 0, "boolean": False, "string": ""}
 START_DEGC = 20.0
 """Start value of a temperature in both FMUs [degC]: the reference temperature, given by ISO 1."""
-START_TOOL_MM, LONGEST_TOOL_MM = 150.0, 2000.0
-"""Start value and limit of a tool's length in both FMUs [mm]: set on no data."""
+USUAL_TOOL_MM, LONGEST_TOOL_MM = 100.0, 2000.0
+"""Usual length of a tool, with which FMUs start and runs are judged, and its limit [mm]: set on no
+data."""
 
 
 @dataclass(frozen=True)

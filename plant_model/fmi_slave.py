@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from fmu_packaging.slave import DriftSlave, FmuError
-from fmu_packaging.variables import LONGEST_TOOL_MM, START_DEGC, START_TOOL_MM, Variable
+from fmu_packaging.variables import LONGEST_TOOL_MM, START_DEGC, USUAL_TOOL_MM, Variable
 from plant_model.effect_names import name_of
 from plant_model.effects import catalogue
 from plant_model.machine import Input, Machine
@@ -171,8 +171,8 @@ def variables(machine: Machine) -> list[Variable]:
             unit="mm",
             low=0.0,
             high=LONGEST_TOOL_MM,
-            nominal=100.0,
-            start=START_TOOL_MM,
+            nominal=USUAL_TOOL_MM,
+            start=USUAL_TOOL_MM,
         )
     )
     declared += [

@@ -12,7 +12,7 @@ from fmu_compensator.runtime.modelfile import Model
 from fmu_packaging.arrays import NAME, in_array, temperatures
 from fmu_packaging.package import Recipe, slave_of
 from fmu_packaging.publish import Reference
-from fmu_packaging.variables import START_DEGC, START_TOOL_MM
+from fmu_packaging.variables import START_DEGC, USUAL_TOOL_MM
 from plant_model.machine import Machine
 
 REFERENCE_S, REFERENCE_STEP_S = 3600.0, 10.0
@@ -47,7 +47,7 @@ def compensator_reference(model: Model) -> Reference:
         profiles[sensor.name] = partial(_warming, start=start, rise=rise)
     low, high = model.limits.tool_length_mm
     profiles["speed"] = partial(_switched, start=0.0, then=6000.0)
-    profiles["tool_length"] = partial(_steady, value=min(max(START_TOOL_MM, low), high))
+    profiles["tool_length"] = partial(_steady, value=min(max(USUAL_TOOL_MM, low), high))
     return Reference(profiles, REFERENCE_S, REFERENCE_STEP_S)
 
 
@@ -91,7 +91,7 @@ def plant_reference(machine: Machine) -> Reference:
         else:
             then = start + 0.3 * (entry.high - start)
             profiles[entry.name] = partial(_switched, start=start, then=then)
-    profiles["tool_length"] = partial(_steady, value=START_TOOL_MM)
+    profiles["tool_length"] = partial(_steady, value=USUAL_TOOL_MM)
     for axis in "XYZ":
         profiles[f"d{axis}"] = partial(_swing, middle=0.0, swing=5.0)
     return Reference(profiles, REFERENCE_S, REFERENCE_STEP_S)

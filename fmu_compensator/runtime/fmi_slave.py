@@ -10,7 +10,7 @@ from fmu_compensator.runtime.compensator import HOLDING, STATUS_TEXTS, WAITING, 
 from fmu_compensator.runtime.modelfile import Model, ModelFileError, load_model, parse_model
 from fmu_compensator.runtime.prediction import NOT_KNOWN
 from fmu_packaging.slave import DriftSlave, FmuError
-from fmu_packaging.variables import LONGEST_TOOL_MM, START_DEGC, START_TOOL_MM, Kind, Variable
+from fmu_packaging.variables import LONGEST_TOOL_MM, START_DEGC, USUAL_TOOL_MM, Kind, Variable
 
 MODEL_FILE = "compensator.json"
 """Name of the bundled compensator file in the FMU's resources."""
@@ -135,7 +135,7 @@ def variables(model: Model) -> list[Variable]:
     tool = f"From the gauge line to the tool tip; {allowed}"
     limit = f"the bundled file stays within {model.limits.offset_um:g} um"
     sent = f"axis: the drift of the tool tip with the opposite sign; {limit}"
-    start = min(max(START_TOOL_MM, low), high)
+    start = min(max(USUAL_TOOL_MM, low), high)
     units = {target: "urad" if target in ("yaw", "pitch") else "um" for target in model.targets}
     shown = f"drift since the start; counts while {MEASURED} is true"
     return [
@@ -144,7 +144,7 @@ def variables(model: Model) -> list[Variable]:
             for sensor in model.sensors
         ),
         _input("speed", "Spindle speed; NaN: not known", "rpm", -1e6, 1e6, 1e4),
-        _input("tool_length", tool, "mm", -LONGEST_TOOL_MM, LONGEST_TOOL_MM, 100.0, start),
+        _input("tool_length", tool, "mm", -LONGEST_TOOL_MM, LONGEST_TOOL_MM, USUAL_TOOL_MM, start),
         *(
             _input(f"{MEASURED}_{target}", f"Measured {target}, {shown}", unit, -1e6, 1e6, 10.0)
             for target, unit in units.items()

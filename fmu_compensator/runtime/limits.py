@@ -5,10 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fmu_compensator.runtime.fields import Fields
-from fmu_packaging.variables import LONGEST_TOOL_MM
-
-JUDGED_TOOL_MM = 100.0
-"""Runs are judged at this tool length, or the nearest allowed one [mm]: set on no data."""
+from fmu_packaging.variables import LONGEST_TOOL_MM, USUAL_TOOL_MM
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +60,7 @@ class Limits:
 
     def judged_tool(self, asked_mm: float | None = None) -> float:
         """Return the tool length at which runs are judged: the one requested, or the usual [mm]."""
-        return self.nearest_tool(JUDGED_TOOL_MM) if asked_mm is None else asked_mm
+        return self.nearest_tool(USUAL_TOOL_MM) if asked_mm is None else asked_mm
 
     def nearest_tool(self, tool_length_mm: float) -> float:
         """Return the nearest allowed tool length [mm]; the shortest for NaN."""

@@ -6,6 +6,7 @@ from typing import Any
 import can
 import pytest
 
+from fmu_packaging.variables import USUAL_TOOL_MM
 from gateway.codec import decode
 from gateway.database import MACHINE
 from gateway.machine import AnswerReceiver, MachineNode, Pace
@@ -107,7 +108,7 @@ def test_a_machine_tells_the_start_of_an_input_that_no_signal_drives(shipped):
     plant = MachinePlant(shipped / "plant.fmu", read_scenario("training_down").cases[0])
     try:
         plant.start()
-        assert plant.readings()["tool_length"] == 150.0
+        assert plant.readings()["tool_length"] == USUAL_TOOL_MM
     finally:
         plant.close()
 
