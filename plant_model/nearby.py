@@ -19,16 +19,12 @@ import numpy.typing as npt
 
 from plant_model.drive import Drive
 from plant_model.exchange import Exchange
-from plant_model.integrate import Modes, linear_steps
+from plant_model.integrate import TOLERANCE, Modes, linear_steps
 from plant_model.level import Ends, Held
 from plant_model.levels import Stretch, levels_on
 from plant_model.network import Network
 from plant_model.parameters import FloatArray
 from plant_model.side_by_side import nodes_read
-
-SLOPE_STEP = 0.05
-"""Step of the derivative by a temperature [K], or by an own state in units of its scale; set on
-no data."""
 
 Places = npt.NDArray[np.intp]
 
@@ -250,7 +246,7 @@ def slopes_along(network: Network, drive: Drive, course: FloatArray) -> Slopes:
     begin = {name: values[:1] for name, values in (drive.held | drive.first).items()}
     warm = nodes_read(network, begin, course[None, :1])
     read = np.append(warm, np.arange(nodes, course.shape[1]))
-    step = SLOPE_STEP * network.error_scale[read]
+    step = TOLERANCE * network.error_scale[read]  # what stepping takes for equal
     slopes = []
     for at, around in ((course[:-1], drive.first), (course[1:], drive.last)):
         near = np.repeat(at[None], len(read) + 1, axis=0)
