@@ -31,10 +31,6 @@ SLOWEST_H = 30.0
 MOST_DRIFT, LEAST_DRIFT = 500.0, 1.0
 """Plausible range of the nose's drift at full speed [um]: set on no data."""
 
-NEAR = 0.3
-"""A part is next to a thermometer if more than this share of its conductance leads to a part that
-has one [1]: set on no data."""
-
 TURNING = ("inner", "rotor")
 
 USUAL = {
@@ -73,7 +69,7 @@ class Part:
     heat : float
         Generated in it at full speed [W].
     seen : str
-        ``read`` by a thermometer, ``beside`` one, or ``unseen``.
+        ``read`` by a thermometer, ``beside`` such a part, or ``unseen``.
     """
 
     name: str
@@ -258,11 +254,9 @@ def _part(look: _Look, name: str, which: list[int]) -> Part:
     inside = look.matrix[np.ix_(which, which)].sum()
     capacity = float(look.capacity[which].sum())
     conductance = float(inside)
-    seen = "read" if name in look.read else "unseen"
-    if name not in look.read:
-        beside = [node for part in look.read for node in look.groups[part]]
-        if -look.matrix[np.ix_(which, beside)].sum() > NEAR * max(conductance, 1e-12):
-            seen = "beside"
+    beside = [node for part in look.read for node in look.groups[part]]
+    seen = "beside" if look.matrix[np.ix_(which, beside)].any() else "unseen"
+    seen = "read" if name in look.read else seen
     hours = capacity / conductance / 3600.0 if conductance > 1e-9 else np.inf
     return Part(
         name,
