@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from gap_finder.advice import unit_after
+from gap_finder.priors import FAR
 from gap_finder.reference import LAGS_MIN, START
 
 KINDS = {
@@ -55,6 +56,9 @@ def five_lines(table: dict[str, Any]) -> list[str]:
 def _what(table: Mapping[str, Any]) -> str:
     """Return what is missing; if that is in doubt, also what it may be instead."""
     look = f" Check: {table['look_at'][0]}." if table["look_at"] else ""
+    off = table["remaining"]["numbers_off"]
+    if off >= FAR:
+        look = f" The file's numbers are off by {off:.1f} deviations on average.{look}"
     left = _left(table)
     if table["effects"]:
         titles = "; and ".join(_title(entry) for entry in table["effects"])

@@ -14,12 +14,12 @@ from gap_finder.design import RunSensitivities, all_sensitivities
 from gap_finder.hypotheses import AddedEffect, Addition, Listed, all_additions
 from gap_finder.keys import effect_of
 from gap_finder.proposals import LEADERS, PLACES_TRIED, is_far_from_linear, screened
-from gap_finder.score import Fit, fit, units_for
+from gap_finder.score import Fit, Units, fit
 from gap_finder.search import Search
 from plant_model.effect_names import name_of
 from plant_model.integrate import IntegrationError
 from plant_model.machine import Machine
-from plant_model.parameters import FloatArray, ParameterError
+from plant_model.parameters import ParameterError
 
 MARGIN = 6.0
 """Difference in score that tells two hypotheses apart, odds of one in twenty: an addition is named
@@ -57,14 +57,16 @@ class Hypothesis:
         """-2 log of the prior including sizes; 0 for "nothing"."""
         return sum(self.prior) + sum(addition.size_cost() for addition in self.additions)
 
-    def score(self, units: FloatArray) -> float:
-        """Return the score; *units* are the best hypothesis' squared errors per channel and run.
+    def score(self, units: Units) -> float:
+        """Return the score, in the units of the best hypothesis.
 
-        A channel that no hypothesis follows says little about any of them. Unlikely parameters or
-        thermometer errors cost as much as residuals, because what they absorb is missing all the
-        same.
+        A channel that no hypothesis follows says little about any of them, and so do the numbers of
+        a file that is wrong with any of them. Unlikely parameters or thermometer errors cost as
+        much as residuals, because what they absorb is missing all the same.
         """
-        return float(np.sum(self.fit.left / units)) + self.fit.moved_cost + self.prior_cost
+        left = float(np.sum(self.fit.left / units.channels))
+        moved = self.fit.numbers_moved / units.numbers + self.fit.others_moved
+        return left + moved + self.prior_cost
 
     @property
     def cost_in_fit(self) -> float:
@@ -76,10 +78,11 @@ class Hypothesis:
         return self.cost_in_fit + MARGIN < other.cost_in_fit
 
 
-def units_of(nothing: Hypothesis, hypotheses: Iterable[Hypothesis]) -> FloatArray:
-    """Return the units of some hypotheses' scores, shape (C,) [tolerances squared]."""
-    least = np.min([hypothesis.fit.left.mean(axis=0) for hypothesis in hypotheses], axis=0)
-    return units_for(least, nothing.fit.left.mean(axis=0))
+def units_of(nothing: Hypothesis, hypotheses: Iterable[Hypothesis]) -> Units:
+    """Return the units of some hypotheses' scores."""
+    fits = [hypothesis.fit for hypothesis in hypotheses]
+    left = np.min([fit.left.mean(axis=0) for fit in fits], axis=0)
+    return Units.of(left, min(fit.numbers_moved for fit in fits), nothing.fit)
 
 
 @dataclass(frozen=True)
@@ -92,13 +95,13 @@ class Step:
         Starting point of the step.
     tried : tuple of Hypothesis
         Fully scored, each with one more addition, the best first.
-    units : array, shape (C,)
-        Least squared error per channel and run of all of them [tolerances squared].
+    units : Units
+        Of all of them.
     """
 
     baseline: Hypothesis
     tried: tuple[Hypothesis, ...]
-    units: FloatArray
+    units: Units
 
     @property
     def fall(self) -> float:

@@ -37,6 +37,8 @@ class LeaveOneOut:
     designs : tuple of RunDesign
     clean : list of array, each (N, Q)
         Shared columns of every run, minus what its own unknowns can imitate.
+    calibrated : int
+        Number of parameters that calibration moves, P.
     position : array, shape (Q,)
         Distance of the shared unknowns from the centre of their prior.
     grams : array, shape (R, Q, Q)
@@ -53,8 +55,8 @@ class LeaveOneOut:
         pairs = list(zip(designs, self.clean, strict=True))
         self.grams = np.array([design.shared.T @ columns for design, columns in pairs])
         self.slopes = np.array([columns.T @ design.residual for design, columns in pairs])
-        self._moved = len(calibrated)
-        self.position = np.pad(calibrated, (0, self.grams.shape[1] - self._moved))
+        self.calibrated = len(calibrated)
+        self.position = np.pad(calibrated, (0, self.grams.shape[1] - self.calibrated))
 
     def without(self, run: int) -> Runs:
         """Return the positions of all runs but one."""
@@ -83,8 +85,13 @@ class LeaveOneOut:
 
     def other_position(self) -> FloatArray:
         """Return estimates of the unknowns that calibration does not move, shape (Q - P,)."""
-        inner = self.normal(self.every)[self._moved :, self._moved :]
-        return np.asarray(-np.linalg.solve(inner, self.slopes.sum(axis=0)[self._moved :]))
+        inner = self.normal(self.every)[self.calibrated :, self.calibrated :]
+        return np.asarray(-np.linalg.solve(inner, self.slopes.sum(axis=0)[self.calibrated :]))
+
+    def determined(self) -> float:
+        """Return as how many independent numbers the runs determine the calibrated ones [1]."""
+        known = np.diag(np.linalg.inv(self.normal(self.every)))[: self.calibrated]
+        return float(np.sum(1.0 - known))
 
     def spread(self, unit: float) -> FloatArray:
         """Return the parameters' standard deviations in the fitting scale, shape (P,).
@@ -96,7 +103,7 @@ class LeaveOneOut:
             errors within a run depend on each other [squared units of the channels].
         """
         covariance: FloatArray = np.asarray(np.linalg.inv(self.normal(self.every)))
-        spread = np.sqrt(np.diag(covariance))[: self._moved]
+        spread = np.sqrt(np.diag(covariance))[: self.calibrated]
         for design in self.designs:
             spread[list(design.alone)] = design.deviations_alone(covariance)
         return np.asarray(np.minimum(spread * np.sqrt(unit), 1.0))

@@ -11,7 +11,7 @@ from gap_finder.design import RunSensitivities, design_of
 from gap_finder.hypotheses import AddedChange, AddedEffect, Addition, Listed
 from gap_finder.keys import effect_of
 from gap_finder.leave_one_out import LeaveOneOut
-from gap_finder.score import Fit, units_for
+from gap_finder.score import Fit, Units
 from gap_finder.screen import Screen
 from plant_model.effect_names import name_of
 
@@ -62,8 +62,10 @@ def screened(
     # will also move each law's numbers, so the best may leave less than any of them does here.
     before, after = best.left.sum(axis=0), scores.left * calibration.units
     least = np.minimum(calibration.units, after.min(axis=0) / len(best.left))
-    units = units_for(least, nothing.left.mean(axis=0))
-    won = np.sum((before - after) / units, axis=1) + scores.prior_gain
+    moved = best.numbers_moved - scores.numbers_gain.max()
+    units = Units.of(least, moved, nothing)
+    won = np.sum((before - after) / units.channels, axis=1)
+    won += scores.numbers_gain / units.numbers + scores.others_gain
     won -= [addition.size_cost() for addition in sized]
     order = np.argsort(-(won - prior)).tolist()
     likely = _best_of_kinds(tried, order, 1)

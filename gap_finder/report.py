@@ -19,7 +19,7 @@ from gap_finder.hypotheses import AddedChange
 from gap_finder.keys import driver_of, is_switched, law_of, place_of
 from gap_finder.reference import ReferenceModel
 from gap_finder.regimes import RunResiduals
-from gap_finder.score import Fit
+from gap_finder.score import Fit, Units
 from plant_model.effect_names import name_of
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
@@ -45,6 +45,7 @@ def report_of(
         The gap of the plant FMUs on the held-out runs.
     """
     result, reference = judged.result, judged.reference
+    units = units_of(result.search.nothing, [result.search.best])
     steps = result.search.steps
     entries = [_entry(judged, place) for place in range(len(result.keys))]
     first = next((entry for entry in entries if len(entry["one_of"]) > 1), None)
@@ -67,6 +68,7 @@ def report_of(
         "remaining": {
             "is_adequate": judged.is_adequate,
             "left_per_run_and_channel": result.after.left_each,
+            "numbers_off": float(np.sqrt(units.numbers)),
             "limit": judged.limit,
             "share": reference.share,
             "where": [asdict(predicted) for predicted in reference.places()],
@@ -126,7 +128,7 @@ def _runners_up(judged: Judged) -> list[dict[str, Any]]:
     return told[:MOST_LINES]
 
 
-def _odds(hypotheses: Sequence[Hypothesis], units: FloatArray) -> FloatArray:
+def _odds(hypotheses: Sequence[Hypothesis], units: Units) -> FloatArray:
     """Return the probability of each hypothesis, if one of them holds [1]."""
     scores = np.array([hypothesis.score(units) for hypothesis in hypotheses])
     odds = np.exp(-(scores - scores.min()) / 2.0)
@@ -252,9 +254,10 @@ def _evidence(judged: Judged) -> str:
     result = judged.result
     step = result.search.steps[0]
     together = "all names together explain" if len(result.keys) > 1 else "it explains"
-    eased = result.before.moved_cost - result.after.moved_cost
     units = units_of(result.search.nothing, [result.search.best])
-    gained = float(np.sum((result.before.left - result.after.left) / units))
+    before, after = result.before, result.after
+    eased = (before.numbers_moved - after.numbers_moved) / units.numbers
+    gained = float(np.sum((before.left - after.left) / units.channels))
     mostly = ", mostly because the file's numbers then need to move less" if eased > gained else ""
     return (
         f"{together} {max(result.explained, 0.0):.0%} of the error on runs predicted from the "

@@ -40,6 +40,8 @@ class Fit:
         squared, times the number of independent values].
     other_position : array, shape (Q - P,)
         Estimates of the unknowns that calibration does not move [standard deviations].
+    determined : float
+        As how many independent numbers the runs determine the calibrated parameters [1].
     """
 
     base: Machine
@@ -47,6 +49,7 @@ class Fit:
     observed: tuple[Observations, ...]
     left: FloatArray
     other_position: FloatArray
+    determined: float
 
     @property
     def machine(self) -> Machine:
@@ -59,10 +62,15 @@ class Fit:
         return float(self.left.sum())
 
     @property
-    def moved_cost(self) -> float:
-        """-2 log of the prior density of all unknowns at their estimates."""
-        x = np.append(self.position(), self.other_position)
+    def numbers_moved(self) -> float:
+        """Squared distance of the file's numbers from their values before [deviations squared]."""
+        x = self.position()
         return float(x @ x)
+
+    @property
+    def others_moved(self) -> float:
+        """The same of the unknowns that calibration does not move."""
+        return float(self.other_position @ self.other_position)
 
     @property
     def left_each(self) -> float:
@@ -123,19 +131,40 @@ def scored(
     spread = folds.spread(max(1.0, float(left.sum()) / left.size))
     estimates = intervals(base, moved, x, spread)
     calibrated = replace(calibration, parameters=estimates)
-    return Fit(base, calibrated, tuple(observed), left * units, folds.other_position())
+    other, determined = folds.other_position(), folds.determined()
+    return Fit(base, calibrated, tuple(observed), left * units, other, determined)
 
 
-def units_for(least: FloatArray, nothing: FloatArray) -> FloatArray:
-    """Return the units in which the score counts each channel's squares, shape (C,).
+@dataclass(frozen=True)
+class Units:
+    """The units in which a score counts squares: what the best hypothesis leaves unexplained.
 
-    In squared tolerances; never less than one, nor than the accuracy of laws where they act.
-
-    Parameters
+    Attributes
     ----------
-    least : array, shape (C,)
-        Least squared error per run of what is compared [tolerances squared].
-    nothing : array, shape (C,)
-        The same without any addition.
+    channels : array, shape (C,)
+        Squared error of each channel per run [tolerances squared].
+    numbers : float
+        Squared distance of the file's numbers from their values, each [deviations squared].
     """
-    return np.maximum(np.maximum(1.0, LAW * nothing), least)
+
+    channels: FloatArray
+    numbers: float
+
+    @classmethod
+    def of(cls, left: FloatArray, moved: float, nothing: Fit) -> Units:
+        """Return the units for what the best leaves.
+
+        Never less than what the file says, nor, in the channels, than the accuracy of laws where
+        they act.
+
+        Parameters
+        ----------
+        left : array, shape (C,)
+            Least squared error per run [tolerances squared].
+        moved : float
+            Least squared distance of the file's numbers [deviations squared].
+        nothing : Fit
+            Without any addition.
+        """
+        channels = np.maximum(np.maximum(1.0, LAW * nothing.left.mean(axis=0)), left)
+        return cls(channels, max(1.0, moved / nothing.determined))

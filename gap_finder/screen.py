@@ -36,14 +36,16 @@ class Scores:
     ----------
     left : array, shape (m, C)
         Squared error of each channel over all runs, in the designs' units.
-    prior_gain : array, shape (m,)
-        Reduction of the squared distance of all shared unknowns from their priors' centres.
+    numbers_gain, others_gain : array, shape (m,)
+        Reduction of the squared distance of the file's numbers from their priors' centres, and of
+        that of all other shared unknowns.
     scale : array, shape (m,)
         Factor on the candidate's response, from all runs together.
     """
 
     left: FloatArray
-    prior_gain: FloatArray
+    numbers_gain: FloatArray
+    others_gain: FloatArray
     scale: FloatArray
 
 
@@ -75,10 +77,11 @@ class Screen:
         """Score every candidate."""
         runs = self._runs
         step, follow, scale = self._recalibrated(runs.every)
-        prior_gain = 2.0 * scale * ((runs.position + step) @ follow)
-        prior_gain -= scale**2 * np.sum(follow**2, axis=0)
+        reached = (runs.position + step)[:, None]
+        gain = reached**2 - (reached - scale * follow) ** 2
+        numbers, others = (part.sum(axis=0) for part in np.split(gain, [runs.calibrated]))
         left = sum(self._predicted(run) for run in runs.every.tolist())
-        return Scores(np.asarray(left), prior_gain, scale)
+        return Scores(np.asarray(left), numbers, others, scale)
 
     def _recalibrated(self, kept: Runs) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return what some runs make of the unknowns.

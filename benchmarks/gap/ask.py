@@ -103,16 +103,19 @@ def _details(judged: Judged) -> dict[str, Any]:
             {
                 "from": list(step.baseline.keys),
                 "fall": step.fall,
-                "unit": float(step.units.mean()),
+                "unit": float(step.units.channels.mean()),
+                "numbers_unit": step.units.numbers,
                 "base": step.baseline.fit.left.sum(axis=0).tolist(),
-                "base_moved": step.baseline.fit.moved_cost,
+                "base_moved": step.baseline.fit.numbers_moved,
+                "base_others": step.baseline.fit.others_moved,
                 "base_prior": step.baseline.prior_cost,
                 "tried": {
                     one.keys[-1]: {
                         "cost": one.fit.cost,
                         "left": one.fit.left.sum(axis=0).tolist(),
                         "runs": len(one.fit.left),
-                        "moved": one.fit.moved_cost,
+                        "moved": one.fit.numbers_moved,
+                        "others": one.fit.others_moved,
                         "prior": one.prior_cost,
                     }
                     for one in step.tried

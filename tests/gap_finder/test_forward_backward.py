@@ -14,14 +14,23 @@ from gap_finder.forward_backward import (
     Step,
     units_of,
 )
-from gap_finder.score import LAW
+from gap_finder.score import LAW, Units
 from gap_finder.search import Search
 
+DETERMINED = 10.0
 
-def hypothesis(left: Any, calibrated: float = 0.0, prior: float = 0.0) -> Hypothesis:
+
+def moved_by(squares: float) -> dict[str, float]:
+    """Return how far a fit's unknowns moved; its runs determine ten of the file's numbers."""
+    return {"numbers_moved": squares, "others_moved": 0.0, "determined": DETERMINED}
+
+
+def hypothesis(
+    left: Any, calibrated: float = 0.0, prior: float = 0.0, moved: float = 0.0
+) -> Hypothesis:
     """Return one with what it leaves (R, C), the cost of its calibration, and what it costs."""
     calibration = SimpleNamespace(cost=calibrated)
-    fit: Any = SimpleNamespace(left=np.asarray(left), moved_cost=0.0, calibration=calibration)
+    fit: Any = SimpleNamespace(left=np.asarray(left), calibration=calibration, **moved_by(moved))
     return Hypothesis((), (prior,), fit)
 
 
@@ -30,8 +39,17 @@ def test_what_is_missing_in_one_channel_hides_nothing_in_another():
     first = hypothesis([[2.0, 11.0], [2.0, 9.0]])
     second = hypothesis([[2.0, 1.0], [2.0, 1.0]])
     units = units_of(nothing, [first, second])
-    np.testing.assert_allclose(units, [LAW * 500.0, 1.0])
+    np.testing.assert_allclose(units.channels, [LAW * 500.0, 1.0])
     assert first.score(units) - second.score(units) == pytest.approx(18.0)
+
+
+@pytest.mark.parametrize(("spared", "falls"), [(60.0, 10.0), (100.0, 50.0), (118.0, 118.0)])
+def test_sparing_the_numbers_counts_by_how_far_off_they_then_still_are(spared, falls):
+    """In a file that is wrong with any name, 60 of 120 say little; what spares all 120 is right."""
+    nothing = hypothesis([[1.0]], moved=120.0)
+    sparing = hypothesis([[1.0]], moved=120.0 - spared)
+    units = units_of(nothing, [nothing, sparing])
+    assert nothing.score(units) - sparing.score(units) == pytest.approx(falls)
 
 
 @pytest.mark.parametrize(("won", "better"), [(0.3, False), (MARGIN - 0.1, False), (6.1, True)])
@@ -39,6 +57,9 @@ def test_what_fits_better_does_so_by_the_margin_and_what_its_prior_costs(won, be
     before = hypothesis([[1.0]], calibrated=100.0)
     after = hypothesis([[0.1]], calibrated=100.0 - 15.9 - won, prior=15.9)
     assert after.fits_better(before) is better
+
+
+PLAIN = Units(np.ones(1), 1.0)
 
 
 class GoingRound(Searching):
@@ -53,7 +74,7 @@ class GoingRound(Searching):
         self.steps += 1
         assert self.steps < 9, "goes round for ever"
         added = "b" if best.keys == ("a",) else "a"
-        return Step(best, (named(*best.keys, added, left=best.fit.left - 40.0),), np.ones(1))
+        return Step(best, (named(*best.keys, added, left=best.fit.left - 40.0),), PLAIN)
 
     def _settled(self, best, tried, sensitivities):
         return named(best.keys[-1], left=500.0), ((),)
@@ -61,7 +82,7 @@ class GoingRound(Searching):
 
 def named(*keys: str, left: Any) -> Hypothesis:
     machine = SimpleNamespace(node_index={})
-    fit: Any = SimpleNamespace(left=np.full((1, 1), left), moved_cost=0.0, machine=machine)
+    fit: Any = SimpleNamespace(left=np.full((1, 1), left), machine=machine, **moved_by(0.0))
     parts: Any = tuple(SimpleNamespace(key=key, size_cost=lambda: 0.0) for key in keys)
     return Hypothesis(parts, (0.0,) * len(keys), fit)
 

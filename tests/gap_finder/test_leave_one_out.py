@@ -1,5 +1,6 @@
 """Score and screening against dense least-squares problems that eliminate nothing."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -92,5 +93,14 @@ def test_a_candidate_is_one_more_unknown_of_all_runs(designs):
     before, after = (_solved(designs, EVERY, X, columns) for columns in (plain, more))
     assert scores.scale[0] == pytest.approx(after[-1], rel=1e-9)
     moved = np.pad(X, (0, OTHER))
-    squares = np.sum((moved + before) ** 2) - np.sum((moved + after[:-1]) ** 2)
-    assert scores.prior_gain[0] == pytest.approx(squares, rel=1e-9)
+    squares = (moved + before) ** 2 - (moved + after[:-1]) ** 2
+    assert scores.numbers_gain[0] == pytest.approx(squares[:MOVED].sum(), rel=1e-9)
+    assert scores.others_gain[0] == pytest.approx(squares[MOVED:].sum(), rel=1e-9)
+
+
+def test_numbers_that_no_run_depends_on_are_not_determined(designs):
+    """The second of the two is; the first is as uncertain as its prior says."""
+    without = [np.where(np.arange(MOVED + OTHER) == 0, 0.0, d.shared) for d in designs]
+    blind = [replace(d, shared=columns) for d, columns in zip(designs, without, strict=True)]
+    assert LeaveOneOut(designs, X).determined() == pytest.approx(2.0, abs=0.05)
+    assert LeaveOneOut(blind, X).determined() == pytest.approx(1.0, abs=0.03)

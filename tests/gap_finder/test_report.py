@@ -19,7 +19,8 @@ def hypothesis(*keys: str, left: float, moved: float = 0.0) -> Hypothesis:
     """Return additions that leave as much in each run and channel, and move the file's numbers."""
     squares = np.full((4, 3), left)
     machine = SimpleNamespace(effects={}, inputs=())
-    fit: Any = SimpleNamespace(left=squares, moved_cost=moved, machine=machine)
+    numbers = {"numbers_moved": moved, "others_moved": 0.0, "determined": 30.0}
+    fit: Any = SimpleNamespace(left=squares, machine=machine, **numbers)
     added: Any = tuple(SimpleNamespace(key=key, size_cost=lambda: 0.0) for key in keys)
     return Hypothesis(added, (8.0,) * len(keys), fit)
 
@@ -89,7 +90,7 @@ def answer(**more: Any) -> dict[str, Any]:
         "one_of_keys": [],
         "runners_up": [],
         "evidence": {"doubt": ""},
-        "remaining": {"is_adequate": True, "where": [], "share": 0.0},
+        "remaining": {"is_adequate": True, "where": [], "share": 0.0, "numbers_off": 1.0},
         "look_at": [],
         "channels": {},
         "machine": "machine_after.toml",
@@ -147,7 +148,7 @@ def test_channels_that_got_worse_are_told():
 
 def test_channels_keep_their_names_in_the_answer():
     where = [{"channel": "PT03", "regime": "standing"}]
-    remaining = {"is_adequate": False, "where": where, "share": 0.23, "predicted_by": []}
+    remaining = {"where": where, "share": 0.23, "predicted_by": [], "numbers_off": 1.0}
     missing = five_lines(answer(verdict="unknown", remaining=remaining))[0]
     assert missing.endswith(
         " 23% of the remaining error can be predicted from the inputs, mostly in PT03 standing."
@@ -157,11 +158,18 @@ def test_channels_keep_their_names_in_the_answer():
     assert nothing.endswith(told)
 
 
+@pytest.mark.parametrize(("off", "told"), [(1.9, False), (2.6, True)])
+def test_a_file_whose_numbers_are_generally_off_is_told(off, told):
+    remaining = {"where": [], "share": 0.0, "predicted_by": [], "numbers_off": off}
+    said = five_lines(answer(verdict="unknown", remaining=remaining))[0]
+    assert ("The file's numbers are off by 2.6 deviations on average." in said) == told
+
+
 @pytest.mark.parametrize(("minutes", "told"), [(220.0, "220 min"), (500.0, "500 min or more")])
 def test_the_longest_lag_stands_for_any_longer_one(minutes, told):
     source = {"input": "speed", "lag_min": minutes, "share": 0.4}
     where = [{"channel": "S1", "regime": "standing"}]
-    remaining = {"is_adequate": False, "where": where, "share": 0.5, "predicted_by": [source]}
+    remaining = {"where": where, "share": 0.5, "predicted_by": [source], "numbers_off": 1.0}
     missing = five_lines(answer(verdict="unknown", remaining=remaining))[0]
     assert f"by speed with a lag of {told} (40%), mostly in S1 standing" in missing
 
