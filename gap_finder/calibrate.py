@@ -246,7 +246,7 @@ def _begun(problem: _Problem, points: FloatArray) -> list[Descent]:
     begun = []
     for x in points:
         with suppress(IntegrationError):
-            begun.append(Descent(problem.at(x)))
+            begun.append(Descent(problem.at(x), is_done=not x.size))
     if not begun:
         raise IntegrationError("the machine cannot be stepped from where calibration starts")
     return begun

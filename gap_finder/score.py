@@ -167,4 +167,4 @@ class Units:
             Without any addition.
         """
         channels = np.maximum(np.maximum(1.0, LAW * nothing.left.mean(axis=0)), left)
-        return cls(channels, max(1.0, moved / nothing.determined))
+        return cls(channels, max(1.0, moved / max(nothing.determined, 1.0)))

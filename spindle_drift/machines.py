@@ -294,6 +294,8 @@ def calibrate(
     from scenarios.gap_runner import remarks, usable_runs
 
     given, recorded = as_machine(machine), as_runs(runs)
+    if not any(p.calibrate and p.high > p.low for p in given.model.parameters.values()):
+        raise BadInput(given.name, "", "nothing to calibrate: no number has calibrate = true")
     used, _, faults = usable_runs(given.model, recorded)
     fitted, observed, stood = calibrated(
         given.model, used, starts=starts, seed=seed, progress=progress

@@ -4,6 +4,8 @@ The finder's figures come from an independent simulator in ``benchmarks/gap``; t
 that its parts do what they say.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 
@@ -12,7 +14,7 @@ from plant_model.machine import Machine
 from plant_model.simulate import simulate
 from tests.plant_model.conftest import jig_borer_lumps
 
-__all__ = ["inputs_of", "jig_borer_lumps", "runs_of"]
+__all__ = ["inputs_of", "jig_borer_lumps", "only_free", "runs_of"]
 
 SPECTRA = {
     "down": ([0.0, 1.2, 2.2], [12000.0, 7000.0, 0.0]),
@@ -43,3 +45,25 @@ def runs_of(machine: Machine, every_s: float = 30.0, seed: int = 1) -> list[Run]
         Run(name, simulate(machine, inputs_of(name, every_s), noise_seed=seed + i).run_frame())
         for i, name in enumerate(SPECTRA)
     ]
+
+
+def only_free(machine: Machine, *names: str) -> Machine:
+    """Return the machine with nothing but some parameters free."""
+    items = tuple(
+        replace(
+            item,
+            parameters={
+                key: replace(p, calibrate=item.parameter_name(key) in names)
+                for key, p in item.parameters.items()
+            },
+        )
+        for item in machine.items
+    )
+    nodes = tuple(
+        replace(node, capacity=replace(node.capacity, calibrate=False)) for node in machine.nodes
+    )
+    effects = {
+        key: {name: replace(p, calibrate=False) for name, p in table.items()}
+        for key, table in machine.effects.items()
+    }
+    return replace(machine, items=items, nodes=nodes, effects=effects)

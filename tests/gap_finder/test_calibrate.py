@@ -15,7 +15,7 @@ from gap_finder.priors import Priors
 from measurement.runs import Run
 from plant_model.machine_file import read_machine
 from plant_model.machine_writer import write_machine
-from tests.gap_finder.conftest import runs_of
+from tests.gap_finder.conftest import only_free, runs_of
 from tests.refusing import refusal
 
 
@@ -125,3 +125,9 @@ def test_calibration_finds_what_the_runs_determine_and_leaves_the_rest(jig_borer
         for machine in (jig_borer_lumps, found.machine)
     )
     assert after < before / 20.0
+
+
+def test_a_machine_without_free_numbers_stays_as_it_is(jig_borer_lumps):
+    fixed = only_free(jig_borer_lumps)
+    found = calibrate(fixed, observe(fixed, runs_of(jig_borer_lumps)))
+    assert (found.machine, found.parameters) == (fixed, ())

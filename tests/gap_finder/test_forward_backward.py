@@ -1,5 +1,6 @@
 """What one hypothesis must win against another."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -50,6 +51,12 @@ def test_sparing_the_numbers_counts_by_how_far_off_they_then_still_are(spared, f
     sparing = hypothesis([[1.0]], moved=120.0 - spared)
     units = units_of(nothing, [nothing, sparing])
     assert nothing.score(units) - sparing.score(units) == pytest.approx(falls)
+
+
+def test_a_file_without_free_numbers_has_a_unit():
+    nothing = hypothesis([[1.0]])
+    fixed = replace(nothing, fit=SimpleNamespace(**vars(nothing.fit) | {"determined": 0.0}))
+    assert units_of(fixed, [fixed]).numbers == 1.0
 
 
 @pytest.mark.parametrize(("won", "better"), [(0.3, False), (MARGIN - 0.1, False), (6.1, True)])

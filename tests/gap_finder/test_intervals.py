@@ -18,7 +18,7 @@ from gap_finder.priors import Priors
 from gap_finder.score import fit
 from measurement.runs import Run
 from plant_model.machine import Machine
-from tests.gap_finder.conftest import runs_of
+from tests.gap_finder.conftest import only_free, runs_of
 
 FREE = "links.front_inner-front_outer.conductance"
 
@@ -43,28 +43,6 @@ def test_a_number_that_left_its_range_stands_beside_the_range_of_the_file(jig_bo
         given = jig_borer_lumps.parameters[one.name]
         assert one.range == (given.low, given.high)
         assert one.value != given.value
-
-
-def only_free(machine: Machine, *names: str) -> Machine:
-    """Return the machine with nothing but some parameters free."""
-    items = tuple(
-        replace(
-            item,
-            parameters={
-                key: replace(p, calibrate=item.parameter_name(key) in names)
-                for key, p in item.parameters.items()
-            },
-        )
-        for item in machine.items
-    )
-    nodes = tuple(
-        replace(node, capacity=replace(node.capacity, calibrate=False)) for node in machine.nodes
-    )
-    effects = {
-        key: {name: replace(p, calibrate=False) for name, p in table.items()}
-        for key, table in machine.effects.items()
-    }
-    return replace(machine, items=items, nodes=nodes, effects=effects)
 
 
 @pytest.fixture(scope="module")

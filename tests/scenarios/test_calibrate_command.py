@@ -5,7 +5,7 @@ import json
 import pytest
 
 from measurement.runs import Run
-from plant_model.machine_file import read_machine
+from plant_model.machine_file import machine_path, read_machine
 from scenarios.outputs import PAGE, check_output
 from spindle_drift import simulate
 from tests.scenarios.conftest import written
@@ -53,3 +53,12 @@ def test_a_page_is_written_beside_the_machine_file(runs, tmp_path, prints, refus
     assert "mine.html: exists and is no page that this program made" in line
     assert (tmp_path / "mine.html").read_text(encoding="utf-8") == "<html>my notes</html>"
     assert out.read_bytes() == before
+
+
+def test_a_file_without_free_numbers_is_refused(runs, tmp_path, refused):
+    fixed = tmp_path / "fixed.toml"
+    text = machine_path("jig_borer_lumps").read_text(encoding="utf-8")
+    fixed.write_text(text.replace("calibrate = true", "calibrate = false"), encoding="utf-8")
+    line = refused(["calibrate", str(fixed), *runs, "-o", str(tmp_path / "mine.toml")])
+    assert "nothing to calibrate: no number has calibrate = true" in line
+    assert not (tmp_path / "mine.toml").exists()
