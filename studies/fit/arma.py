@@ -19,16 +19,12 @@ from fmu_compensator.fit.error_models.options import (
 )
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput
+from measurement.resampling import GAP_INTERVALS
 from studies.fit.arx import usual_step
 from studies.runtime.arma import MOST_DIFFERENCES
 
 SIGNIFICANCE = 0.05
 """Significance level of the ADF test, the usual one: set on no data [1]."""
-LARGEST_ORDER = 3
-"""Largest p and q, which the option ``order`` may lower: a judgement, set on no data. The study's
-own orders are missing from its text."""
-GAP_STEPS, FEWEST_IN_STRETCH = 3.0, 10
-"""A series ends at a longer gap, and has at least this many rows: a judgement, set on no data."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +94,7 @@ class AutoregressiveMovingAverage(FittedModel):
         step_s : float, optional
             Length of a step; by default the usual sampling interval [s].
         order : int
-            p and q are searched from 0 to this.
+            p and q are searched from 0 to this; the study's own are missing from its text.
 
         Raises
         ------
@@ -108,14 +104,14 @@ class AutoregressiveMovingAverage(FittedModel):
         refuse_unknown("arma", options, ("step_s", "order"))
         refuse_poor(task)
         step = usual_step(task) if step_s is None else within("arma", "step_s", step_s, 0.1, 1e5)
-        largest = whole("arma", "order", order, 1, LARGEST_ORDER)
+        largest = whole("arma", "order", order, 1, FEWEST_ROWS // 2)
         of_runs = [(run.name, _even(run, step)) for run in task.runs]
         pieces = [piece for _, parts in of_runs for piece in parts]
-        if sum(len(piece) for piece in pieces) < FEWEST_ROWS:
+        if not pieces:
             raise BadInput("training runs", "", "no stretch of drift is long enough for a series")
         targets = range(len(task.target_names))
         series = [_fit_series([piece[:, t] for piece in pieces], largest) for t in targets]
-        short = f"no {FEWEST_IN_STRETCH} rows in it follow each other within {GAP_STEPS * step:g} s"
+        short = f"no {FEWEST_ROWS} steps in it without a gap of {GAP_INTERVALS * step:g} s"
         notes = tuple(
             f"{name} is left out of the time series: {short}"
             for name, parts in of_runs
@@ -154,13 +150,12 @@ class AutoregressiveMovingAverage(FittedModel):
 def _even(run: TrainingRun, step_s: float) -> list[Array]:
     """Return the run's drift on the even clock, split where it was not measured for a while."""
     time, targets = run.time_s[run.known], run.targets[run.known]
-    cuts = np.flatnonzero(np.diff(time) > GAP_STEPS * step_s) + 1
+    cuts = np.flatnonzero(np.diff(time) > GAP_INTERVALS * step_s) + 1
     pieces = []
     for part, values in zip(np.split(time, cuts), np.split(targets, cuts), strict=True):
-        if len(part) < FEWEST_IN_STRETCH:
-            continue
-        grid = np.arange(part[0], part[-1], step_s)
-        pieces.append(np.column_stack([np.interp(grid, part, column) for column in values.T]))
+        grid = np.arange(part[0], part[-1], step_s) if len(part) else part
+        if len(grid) >= FEWEST_ROWS:
+            pieces.append(np.column_stack([np.interp(grid, part, column) for column in values.T]))
     return pieces
 
 
@@ -169,8 +164,7 @@ def _fit_series(pieces: list[Array], largest: int) -> Series:
         warnings.simplefilter("ignore", FutureWarning)  # the kind of tuple that they return
         differences, p_values = _stationary_order(pieces)
     # Differences are taken within each piece, never from one run to the next.
-    parts = [np.diff(piece, differences) for piece in pieces if len(piece) > differences + 1]
-    w = np.concatenate(parts)
+    w = np.concatenate([np.diff(piece, differences) for piece in pieces])
     mean, scale = float(w.mean()), float(w.std())
     if scale < 1e-9:
         empty = np.zeros(0)
@@ -251,7 +245,7 @@ def _stationary_order(pieces: list[Array]) -> tuple[int, list[float]]:
         of_pieces = []
         for piece in sorted(pieces, key=len)[-5:]:
             w = np.diff(piece, differences)
-            if len(w) > 20 and np.ptp(w) > 0.0:
+            if np.ptp(w) > 0.0:
                 of_pieces.append(float(adfuller(w, maxlag=min(10, len(w) // 4), autolag="AIC")[1]))
         p_values.append(round(float(np.median(of_pieces)), 4) if of_pieces else 0.0)
         if p_values[-1] < SIGNIFICANCE:

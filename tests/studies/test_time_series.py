@@ -175,7 +175,7 @@ def test_a_run_that_is_sampled_too_coarsely_for_arma_is_named():
     chosen, _ = recipe.choose(prepared, prepared.runs)
     notes = list(recipe.fit(prepared, prepared.runs, chosen).notes)
     assert notes == [
-        "coarse is left out of the time series: no 10 rows in it follow each other within 180 s"
+        "coarse is left out of the time series: no 30 steps in it without a gap of 300 s"
     ]
 
 
