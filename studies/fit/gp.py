@@ -12,15 +12,9 @@ from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, whole
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.resampling import SLOW_S
-from studies.fit.evidence import Posterior, posterior
+from studies.fit.evidence import posterior
 from studies.fit.lagged import lagged, thinned
 from studies.fit.thermal_states import LAG_SETS_S
-
-LENGTHS = (0.5, 1.0, 2.0)
-"""Candidate lengths of the Gaussian kernel over the median distance of two samples [1]: set on no
-data."""
-BUMPS = (0.0, 0.3, 1.0, 3.0)
-"""Candidate sizes of the bumps relative to the plane [1]: set on no data."""
 
 
 class GaussianProcess(FittedModel):
@@ -44,8 +38,9 @@ class GaussianProcess(FittedModel):
     Notes
     -----
     The bumps are centred on some of the training samples, a subset of regressors (Quinonero-Candela
-    and Rasmussen (2005), JMLR 6:1939), made independent by scikit-learn's `Nystroem`. Kernel
-    length, size of the bumps and noise maximise the evidence, with a run counting as four samples.
+    and Rasmussen (2005), JMLR 6:1939), made independent by scikit-learn's `Nystroem`. The length is
+    the samples' median distance, and so is b, or 0 if the evidence is larger without bumps. The
+    noise maximises the evidence, with a run counting as four samples.
     """
 
     title = "Gaussian process on lagged temperatures"
@@ -100,26 +95,28 @@ class GaussianProcess(FittedModel):
         middle = np.mean([y.mean(axis=0) for y in targets], axis=0)
         constant = middle if fixed else np.zeros(targets[0].shape[1])
         shift = everything.mean(axis=0) if fixed else np.zeros(everything.shape[1])
-        spread = float(np.median(pdist(everything[::7]))) or 1.0
-        best: tuple[Posterior, float, float, Nystroem] | None = None
-        for length in (factor * spread for factor in LENGTHS):
-            bumps = Nystroem(
-                gamma=0.5 / length**2, n_components=min(wanted, len(everything)), random_state=0
-            ).fit(everything)
-            for size in BUMPS:
-                solved = posterior(
-                    [np.hstack([x - shift, size * spread * bumps.transform(x)]) for x in rows],
-                    [y - constant for y in targets],
+        length = float(np.median(pdist(everything[::7]))) or 1.0
+        bumps = Nystroem(
+            gamma=0.5 / length**2, n_components=min(wanted, len(everything)), random_state=0
+        ).fit(everything)
+        solved, size = max(
+            (
+                (
+                    posterior(
+                        [np.hstack([x - shift, size * bumps.transform(x)]) for x in rows],
+                        [y - constant for y in targets],
+                    ),
+                    size,
                 )
-                if best is None or solved.log_evidence > best[0].log_evidence:
-                    best = solved, length, size, bumps
-        assert best is not None
-        solved, length, size, bumps = best
+                for size in (0.0, length)
+            ),
+            key=lambda found: found[0].log_evidence,
+        )
         width = everything.shape[1]
         linear = solved.weights[:width].T
         diagnostics = {
             "length": round(length, 4),
-            "bump_size": size,
+            "bump_size": size / length,
             "centres": len(bumps.components_),
             "noise_over_prior": solved.ratio,
         }
@@ -129,7 +126,7 @@ class GaussianProcess(FittedModel):
             constant - linear @ shift,
             linear,
             bumps.components_,
-            size * spread * solved.weights[width:].T @ bumps.normalization_,
+            size * solved.weights[width:].T @ bumps.normalization_,
             diagnostics,
         )
 
