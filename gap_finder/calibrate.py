@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from gap_finder.descent import FIRST, ITERATIONS, Descent, Point
+from gap_finder.descent import ITERATIONS, Descent, Point
 from gap_finder.directions import fewer
 from gap_finder.likelihood import Likelihood, Quadratic
 from gap_finder.linearise import (
@@ -157,8 +157,8 @@ class _Problem:
         of_runs = self.likelihood.about(parts)
         matrix, right = of_runs.matrix + np.eye(len(x)), of_runs.right + x
         about = Quadratic(matrix, right, of_runs.cost + float(x @ x), of_runs.units)
-        step = self.trials(x, about, [0.0])[0] - x
-        expected = about.cost + float((2.0 * right + matrix @ step) @ step)
+        # Without limits on the step: from far away, the goal takes several steps.
+        expected = about.cost - float(right @ np.linalg.solve(matrix, right))
         return Point(x, tuple(parts), about, expected)
 
     def trials(self, x: FloatArray, about: Quadratic, dampings: Sequence[float]) -> FloatArray:
@@ -209,7 +209,7 @@ def calibrate(
     start_from : sequence of Machine
         Starting points instead of the machine itself; the priors stay the machine's.
     cost_limit : float
-        Calibration ends after a few iterations if it cannot be expected to reach this.
+        Calibration ends if it cannot be expected to reach this.
     sensitivities : sequence of Sensitivities, optional
         Derivatives of each run about a similar machine, if already known.
     progress : callable
@@ -258,8 +258,7 @@ def _descend(
     """Descend from all starts side by side, within physical bounds."""
     for iteration in range(ITERATIONS):
         going = [descent for descent in descents if not descent.is_done]
-        hopeless = min(descent.at.expected for descent in descents) > cost_limit
-        if not going or (hopeless and iteration >= FIRST):
+        if not going or not any(descent.may_reach(cost_limit) for descent in descents):
             break
         progress(f"iteration {iteration + 1}")
         trials = [problem.trials(d.at.x, d.at.about, d.dampings) for d in going]

@@ -13,11 +13,6 @@ from plant_model.parameters import FloatArray
 ITERATIONS = 20
 """Maximum number of steps; set for time, on no data."""
 
-FIRST = 2
-"""Iterations after which a calibration that is not expected to reach a given cost ends. Set on 66
-calibrations of five lathes of the twenty-first split: after one, the derivatives would have ended
-one that fits well enough, after two none."""
-
 ENOUGH = 1e-3
 """Relative improvement of the cost below which a descent has converged [1]; set on no data."""
 
@@ -71,16 +66,26 @@ class Descent:
         In diagonals of the normal matrix [1].
     is_done : bool
         Whether it has converged, or no step helps.
+    won : float
+        Gain of its last step.
     """
 
     at: Point
     damping: float = 1e-2
     is_done: bool = False
+    won: float = np.inf
 
     @property
     def dampings(self) -> list[float]:
         """Dampings to try next."""
         return [self.damping * share for share in SHARES]
+
+    def may_reach(self, cost: float) -> bool:
+        """Whether its derivatives promise a cost, or another step like its last would reach it.
+
+        From far away it takes several steps until the derivatives can be believed.
+        """
+        return self.at.expected <= cost or self.at.cost - self.won <= cost
 
     def best_of(self, costs: FloatArray) -> int | None:
         """Return which of the tried steps to take, or None if none helps.
@@ -97,6 +102,7 @@ class Descent:
             self.damping *= SHARES[-1] / SHARES[1]
             return None
         taken = int(np.argmax(won >= BOLD * won.max()))
+        self.won = float(won[taken])
         self.is_done = bool(won.max() < ENOUGH * self.at.cost)
         self.damping = max(self.damping * max(SHARES[taken], SHARES[1]), 1e-6)
         return taken

@@ -23,7 +23,7 @@ SPLITS = {
             *("development", "reported", "second", "third", "fourth", "fifth", "sixth", "seventh"),
             *("eighth", "ninth", "tenth", "eleventh", "twelfth", "thirteenth", "fourteenth"),
             *("fifteenth", "sixteenth", "seventeenth", "eighteenth", "nineteenth", "twentieth"),
-            *("twenty-first", "twenty-second", "twenty-third", "twenty-fourth"),
+            *("twenty-first", "twenty-second", "twenty-third", "twenty-fourth", "twenty-fifth"),
         ),
         start=1,
     )
@@ -32,7 +32,7 @@ SPLITS = {
 
 The second and third were drawn to ask two versions of the gap finder the same questions, once each;
 the fourth to test the version with one list on cases that none of its rules was set on; the fifth
-to the fifteenth and the seventeenth to the twenty-fourth for the same, after the earlier ones had
+to the fifteenth and the seventeenth to the twenty-fifth for the same, after the earlier ones had
 been examined; the sixteenth to judge compensators (`benchmarks.trust.drawn`)."""
 KINDS = ("none", "effect", "outside", "pair", "beyond", "mistake")
 NONE_SHARE, PAIRS = 25, 25

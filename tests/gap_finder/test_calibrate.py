@@ -8,7 +8,8 @@ import pytest
 
 from gap_finder.calibrate import calibrate
 from gap_finder.data_faults import DataFault, without_bad_readings
-from gap_finder.descent import FIRST
+from gap_finder.descent import Descent, Point
+from gap_finder.likelihood import Quadratic
 from gap_finder.linearise import residuals_of
 from gap_finder.observations import observe
 from gap_finder.priors import Priors
@@ -96,15 +97,31 @@ def test_runs_without_a_channel_to_compare_are_refused(jig_borer_lumps):
 def test_a_calibration_that_cannot_reach_a_cost_ends_early(jig_borer_lumps):
     truth = jig_borer_lumps.with_values({"sources.front_bearing.f0": 0.65})
     iterations: list[str] = []
+    observed = observe(jig_borer_lumps, runs_of(truth))
+    to_the_end = calibrate(jig_borer_lumps, observed, starts=1, progress=iterations.append)
+    within = len(iterations)
+    iterations.clear()
     found = calibrate(
-        jig_borer_lumps,
-        observe(jig_borer_lumps, runs_of(truth)),
-        starts=1,
-        cost_limit=0.0,
-        progress=iterations.append,
+        jig_borer_lumps, observed, starts=1, cost_limit=0.0, progress=iterations.append
     )
-    assert len(iterations) == FIRST
-    assert 0.0 < found.expected <= found.cost
+    assert 0 < len(iterations) < within
+    assert found.expected < found.cost
+    assert to_the_end.cost < found.cost
+
+
+@pytest.mark.parametrize(
+    ("cost", "expected", "won", "may"),
+    [
+        (340.0, 338.0, np.inf, True),  # nothing tried yet
+        (340.0, 331.0, 4.0, True),
+        (340.0, 338.0, 4.0, False),
+        (568.0, 353.0, 714.0, True),  # far away: the derivatives promise too little
+    ],
+)
+def test_a_descent_goes_on_while_it_may_reach_a_cost(cost, expected, won, may):
+    about = Quadratic(np.eye(1), np.zeros(1), cost, np.ones(1))
+    descent = Descent(Point(np.zeros(1), (), about, expected), won=won)
+    assert descent.may_reach(332.0) is may
 
 
 def test_calibration_finds_what_the_runs_determine_and_leaves_the_rest(jig_borer_lumps):
