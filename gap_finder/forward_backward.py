@@ -320,8 +320,8 @@ def added_to(
     observed = [addition.marked(i, run) for i, run in enumerate(best.fit.observed)]
     points = [addition.put_into(best.fit.machine)]
     if is_far_from_linear(addition):
-        # The size found by linear screening may be far too small.
-        points.append(addition.base(best.fit.machine))
+        # Linear screening may find far too small a size where other numbers have absorbed it.
+        points.append(addition.base(best.fit.base))
     if leader is not None:
         points.append(_in_place_of(leader, best, addition))
     # Otherwise it does not fit better by enough, however usual its size.

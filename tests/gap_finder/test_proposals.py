@@ -6,10 +6,11 @@ from typing import Any
 
 import pytest
 
+from gap_finder import forward_backward
 from gap_finder.calibrate import calibrate
-from gap_finder.candidates import candidates
+from gap_finder.candidates import Candidate, candidates
 from gap_finder.design import all_sensitivities
-from gap_finder.forward_backward import Hypothesis, _in_place_of
+from gap_finder.forward_backward import Hypothesis, _in_place_of, added_to
 from gap_finder.hypotheses import AddedChange, AddedEffect, Listed, all_additions, prior_costs
 from gap_finder.kinds.heat_path import HeatPath
 from gap_finder.observations import observe
@@ -54,6 +55,23 @@ def test_a_channel_that_nothing_follows_is_asked_first(jig_borer_lumps):
         listed = all_additions(pool, now, sensitivities, catalogue())
     likely = screened(now, now, sensitivities, listed).likely
     assert likely[0].key == "sensor_place:T8+housing_motor_yp"
+
+
+@pytest.mark.parametrize(("law", "starts"), [("windage", [1.1]), ("joint_resistance", [1.1, 1.0])])
+def test_what_is_far_from_linear_also_starts_from_the_file(
+    jig_borer_lumps, monkeypatch, law, starts
+):
+    (moved, *_) = [name for name, one in jig_borer_lumps.parameters.items() if one.calibrate]
+    usual = jig_borer_lumps.parameters[moved].value
+    calibrated = jig_borer_lumps.with_values({moved: 1.1 * usual})
+    fit: Any = SimpleNamespace(
+        machine=calibrated, base=jig_borer_lumps, observed=(), calibration=SimpleNamespace(cost=0.0)
+    )
+    values = {name: one.value for name, one in catalogue()[law].parameters.items()}
+    begun: list[Machine] = []
+    monkeypatch.setattr(forward_backward, "fit", lambda *args: begun.extend(args[2]))
+    added_to(Hypothesis((), (), fit), AddedEffect(Candidate(law, values, ())), (0.0,), [])
+    assert [one.parameters[moved].value / usual for one in begun] == pytest.approx(starts)
 
 
 def test_another_place_begins_where_the_one_that_does_best_has_ended(jig_borer_lumps):
