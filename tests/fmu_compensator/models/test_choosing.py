@@ -123,3 +123,12 @@ def test_a_survey_holds_every_way_to_choose():
     assert found.subsets[0].held_out_rmse < 0.5
     assert found.to_dict()["points"][-1] == "T4"
     assert survey(RUNS, RIG, clusters=2, target="yaw").pearson[2] > 0.99
+
+
+def test_plain_r_never_falls_and_adjusted_r2_does():
+    random = np.random.default_rng(3)
+    x = random.standard_normal((60, 3))
+    found = {one.columns: one for one in all_subsets([(x, x[:, 0] + random.standard_normal(60))])}
+    assert found[(0, 1, 2)].multiple_r >= found[(0, 1)].multiple_r >= found[(0,)].multiple_r
+    assert max(found.values(), key=lambda one: one.r2_adjusted).columns != (0, 1, 2)
+    assert np.isnan(found[(0,)].held_out_rmse)  # one run: nothing can be left out
