@@ -154,3 +154,17 @@ def test_a_name_is_in_doubt_for_what_it_leaves_and_for_unseen_runs(course, actin
     assert Judged(found, unseen, unseen, reference, course).doubt == doubt
     found.keys = ()
     assert Judged(found, unseen, unseen, reference, course).doubt == ""
+
+
+@pytest.mark.parametrize(("unseen", "verdict"), [(1.9, "none_missing"), (2.1, "unknown")])
+def test_a_model_that_fits_the_runs_used_is_not_adequate_if_it_fails_the_held_out_one(
+    unseen, verdict
+):
+    here, there = (
+        SimpleNamespace(gap_against=lambda known, gap=gap: {"after": gap, "reference": gap})
+        for gap in (1.0, unseen)
+    )
+    fit = SimpleNamespace(left_each=0.7)
+    found: Any = SimpleNamespace(keys=(), before=fit, after=fit)
+    reference: Any = SimpleNamespace(used=(), unseen=())
+    assert Judged(found, here, there, reference, (unseen,)).verdict == verdict  # type: ignore[arg-type]
