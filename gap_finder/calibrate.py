@@ -265,7 +265,7 @@ def _descend(
         costs = np.split(problem.costs(np.concatenate(trials)), len(going))
         for descent, tried, reached in zip(going, trials, costs, strict=True):
             if (taken := descent.best_of(reached)) is not None:
-                descent.at = problem.at(tried[taken])
+                descent.move(problem.at(tried[taken]))
 
 
 def _bounded_step(

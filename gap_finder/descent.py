@@ -66,14 +66,14 @@ class Descent:
         In diagonals of the normal matrix [1].
     is_done : bool
         Whether it has converged, or no step helps.
-    won : float
-        Gain of its last step.
+    fell : float
+        How much its last step lowered the least cost that is expected.
     """
 
     at: Point
     damping: float = 1e-2
     is_done: bool = False
-    won: float = np.inf
+    fell: float = np.inf
 
     @property
     def dampings(self) -> list[float]:
@@ -81,11 +81,15 @@ class Descent:
         return [self.damping * share for share in SHARES]
 
     def may_reach(self, cost: float) -> bool:
-        """Whether its derivatives promise a cost, or another step like its last would reach it.
+        """Whether its derivatives promise a cost, or will after another step like its last.
 
-        From far away it takes several steps until the derivatives can be believed.
+        From far away they promise too little, and more with every step.
         """
-        return self.at.expected <= cost or self.at.cost - self.won <= cost
+        return self.at.expected - max(self.fell, 0.0) <= cost
+
+    def move(self, at: Point) -> None:
+        """Take a step to another point."""
+        self.fell, self.at = self.at.expected - at.expected, at
 
     def best_of(self, costs: FloatArray) -> int | None:
         """Return which of the tried steps to take, or None if none helps.
@@ -102,7 +106,6 @@ class Descent:
             self.damping *= SHARES[-1] / SHARES[1]
             return None
         taken = int(np.argmax(won >= BOLD * won.max()))
-        self.won = float(won[taken])
         self.is_done = bool(won.max() < ENOUGH * self.at.cost)
         self.damping = max(self.damping * max(SHARES[taken], SHARES[1]), 1e-6)
         return taken

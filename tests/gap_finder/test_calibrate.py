@@ -110,17 +110,20 @@ def test_a_calibration_that_cannot_reach_a_cost_ends_early(jig_borer_lumps):
 
 
 @pytest.mark.parametrize(
-    ("cost", "expected", "won", "may"),
+    ("before", "expected", "may"),
     [
-        (340.0, 338.0, np.inf, True),  # nothing tried yet
-        (340.0, 331.0, 4.0, True),
-        (340.0, 338.0, 4.0, False),
-        (568.0, 353.0, 714.0, True),  # far away: the derivatives promise too little
+        (340.0, 331.0, True),
+        (331.0, 331.5, True),  # promised less than before, but enough
+        (342.0, 338.0, False),
+        (842.0, 353.0, True),  # from far away, more with every step
     ],
 )
-def test_a_descent_goes_on_while_it_may_reach_a_cost(cost, expected, won, may):
-    about = Quadratic(np.eye(1), np.zeros(1), cost, np.ones(1))
-    descent = Descent(Point(np.zeros(1), (), about, expected), won=won)
+def test_a_descent_goes_on_while_it_may_reach_a_cost(before, expected, may):
+    about = Quadratic(np.eye(1), np.zeros(1), 400.0, np.ones(1))
+    first, second = (Point(np.zeros(1), (), about, promised) for promised in (before, expected))
+    descent = Descent(first)
+    assert descent.may_reach(332.0)  # nothing tried yet
+    descent.move(second)
     assert descent.may_reach(332.0) is may
 
 
