@@ -64,6 +64,10 @@ class GapComparison:
         least = gap_of(self.machine, self._with(reference))
         return table | {"reference": least, "reducible": max(table["after"] - least, 0.0)}
 
+    def worst(self) -> float:
+        """Return the gap afterwards in the run where it is largest [1]."""
+        return max(gap_of(self.machine, [run]) for run in self.after)
+
     def _with(self, values: Sequence[FloatArray]) -> list[RunResiduals]:
         return [replace(run, values=left) for run, left in zip(self.after, values, strict=True)]
 

@@ -140,7 +140,9 @@ def test_a_name_that_acts_everywhere_alike_has_nowhere_to_be_judged_by():
 )
 def test_a_name_is_in_doubt_for_what_it_leaves_and_for_unseen_runs(course, acting, doubt):
     gap = {"before": course[0], "after": course[-1], "reference": 1.5}
-    unseen: Any = SimpleNamespace(gap=lambda: gap, gap_against=lambda known: gap)
+    unseen: Any = SimpleNamespace(
+        gap=lambda: gap, gap_against=lambda known: gap, worst=lambda: gap["after"]
+    )
     before, after = np.full((4, 12), 0.7), np.full((4, 12), 0.7)
     before[:, 2], after[:, 2] = 28.0, acting
     names = ("windage", "tool:b")[: len(course) - 1]
@@ -161,8 +163,10 @@ def test_a_model_that_fits_the_runs_used_is_not_adequate_if_it_fails_the_held_ou
     unseen, verdict
 ):
     here, there = (
-        SimpleNamespace(gap_against=lambda known, gap=gap: {"after": gap, "reference": gap})
-        for gap in (1.0, unseen)
+        SimpleNamespace(
+            gap_against=lambda known, gap=gap: {"after": gap, "reference": gap}, worst=lambda: 1.0
+        )
+        for gap in (0.8, unseen)
     )
     fit = SimpleNamespace(left_each=0.7)
     found: Any = SimpleNamespace(keys=(), before=fit, after=fit)
