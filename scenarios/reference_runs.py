@@ -45,9 +45,8 @@ def compensator_reference(model: Model) -> Reference:
             start = sensor.trained_low
             rise = 0.6 * (sensor.trained_high - sensor.trained_low)
         profiles[sensor.name] = partial(_warming, start=start, rise=rise)
-    low, high = model.limits.tool_length_mm
     profiles["speed"] = partial(_switched, start=0.0, then=6000.0)
-    profiles["tool_length"] = partial(_steady, value=min(max(USUAL_TOOL_MM, low), high))
+    profiles["tool_length"] = partial(_steady, value=model.limits.judged_tool())
     return Reference(profiles, REFERENCE_S, REFERENCE_STEP_S)
 
 

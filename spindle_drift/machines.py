@@ -14,6 +14,7 @@ from gap_finder.advice import Advice, advice
 from gap_finder.calibrate import Progress, quiet
 from gap_finder.data_faults import DataFault
 from gap_finder.observations import Observations
+from gap_finder.priors import Priors
 from gap_finder.regimes import by_channel, residuals
 from gap_finder.standing import calibrated
 from measurement.errors import BadInput
@@ -294,7 +295,7 @@ def calibrate(
     from scenarios.gap_runner import remarks, usable_runs
 
     given, recorded = as_machine(machine), as_runs(runs)
-    if not any(p.calibrate and p.high > p.low for p in given.model.parameters.values()):
+    if not Priors.of(given.model, calibrated=True).names:
         raise BadInput(given.name, "", "nothing to calibrate: no number has calibrate = true")
     used, _, faults = usable_runs(given.model, recorded)
     fitted, observed, stood = calibrated(

@@ -135,7 +135,7 @@ def variables(model: Model) -> list[Variable]:
     tool = f"From the gauge line to the tool tip; {allowed}"
     limit = f"the bundled file stays within {model.limits.offset_um:g} um"
     sent = f"axis: the drift of the tool tip with the opposite sign; {limit}"
-    start = min(max(USUAL_TOOL_MM, low), high)
+    start = model.limits.judged_tool()
     units = {target: "urad" if target in ("yaw", "pitch") else "um" for target in model.targets}
     shown = f"drift since the start; counts while {MEASURED} is true"
     return [
