@@ -258,7 +258,7 @@ def _descend(
     """Descend from all starts side by side, within physical bounds."""
     for iteration in range(ITERATIONS):
         going = [descent for descent in descents if not descent.is_done]
-        if not going or not any(descent.may_reach(cost_limit) for descent in descents):
+        if not any(descent.may_reach(cost_limit) for descent in going):
             break
         progress(f"iteration {iteration + 1}")
         trials = [problem.trials(d.at.x, d.at.about, d.dampings) for d in going]

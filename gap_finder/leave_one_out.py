@@ -6,6 +6,7 @@ Recalibrating without a run then only takes sums over the other runs, and no sim
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -88,10 +89,14 @@ class LeaveOneOut:
         inner = self.normal(self.every)[self.calibrated :, self.calibrated :]
         return np.asarray(-np.linalg.solve(inner, self.slopes.sum(axis=0)[self.calibrated :]))
 
+    @cached_property
+    def _covariance(self) -> FloatArray:
+        """Of the shared unknowns, from all runs, (Q, Q)."""
+        return np.asarray(np.linalg.inv(self.normal(self.every)))
+
     def determined(self) -> float:
         """Return as how many independent numbers the runs determine the calibrated ones [1]."""
-        known = np.diag(np.linalg.inv(self.normal(self.every)))[: self.calibrated]
-        return float(np.sum(1.0 - known))
+        return float(np.sum(1.0 - np.diag(self._covariance)[: self.calibrated]))
 
     def spread(self, unit: float) -> FloatArray:
         """Return the parameters' standard deviations in the fitting scale, shape (P,).
@@ -102,8 +107,7 @@ class LeaveOneOut:
             Squared error per left-out run and channel: by how much the variance grows, because the
             errors within a run depend on each other [squared units of the channels].
         """
-        covariance: FloatArray = np.asarray(np.linalg.inv(self.normal(self.every)))
-        spread = np.sqrt(np.diag(covariance))[: self.calibrated]
+        spread = np.sqrt(np.diag(self._covariance))[: self.calibrated]
         for design in self.designs:
-            spread[list(design.alone)] = design.deviations_alone(covariance)
+            spread[list(design.alone)] = design.deviations_alone(self._covariance)
         return np.asarray(np.minimum(spread * np.sqrt(unit), 1.0))
