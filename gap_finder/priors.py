@@ -91,7 +91,7 @@ class Priors:
         return np.asarray((plain - self._centre) / self._width)
 
     def values(self, x: FloatArray) -> dict[str, FloatArray]:
-        """Return parameter values, each (sets,), from the fitting scale, shape (sets, P)."""
+        """Return parameter values, each (sets,), from the fitting scale, shape (sets, P) [1]."""
         plain = self._centre + np.clip(x, self.low, self.high) * self._width
         plain = np.where(self._log, np.exp(np.where(self._log, plain, 0.0)), plain)
         # Rounding in the logarithm must not lead out of the physical range.
