@@ -186,8 +186,8 @@ class Searching:
         limit = self._cost_limit(best, tried)
         tried += self._scored(best, later, listed, sensitivities, cost_limit=limit)
         units = units_of(self.nothing, [best, *tried])
-        leader = min(tried, key=lambda hypothesis: hypothesis.score(units), default=best)
-        if leader.score(units) < best.score(units):
+        leader = min(tried, key=lambda hypothesis: hypothesis.score(units), default=None)
+        if leader is not None:
             kind = name_of(leader.keys[-1])
             more = _other_drivers(leader, tried, listed)
             more += [addition for addition in proposed.places if name_of(addition.key) == kind]

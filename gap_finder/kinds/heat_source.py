@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from typing import ClassVar, Self
 
-from gap_finder.kinds.base import CalibratedRun, Change, fixed, free, with_item
+from gap_finder.kinds.base import CalibratedRun, Change, free, with_item
 from plant_model.machine import Item, Machine
 
 SIZES_W = (20.0, 200.0)
 """Usual powers, which are tried: the response is proportional to them [W]. Set on no data."""
+
+EXPONENTS = (0.5, 3.0)
+"""Exponents of an input, given by what a machine file may say: friction has 1, viscous drag 5/3 or
+2, windage 3 [1]."""
 
 
 @dataclass(frozen=True)
@@ -52,19 +57,30 @@ class HeatSource(Change):
         return "heat_in_" + "_by_".join(self.place)
 
     def points(self) -> list[dict[str, float]]:
-        """Return a small and a large power."""
-        return [{self.amplitude: size} for size in SIZES_W]
+        """Return a small and a large power, at a middling exponent if an input drives it."""
+        law = {"exponent": math.sqrt(math.prod(EXPONENTS))} if len(self.place) > 1 else {}
+        return [{self.amplitude: size, **law} for size in SIZES_W]
+
+    def usual(self, number: str) -> tuple[float, float]:
+        """Return the usual range of the power or the exponent."""
+        return EXPONENTS if number == "exponent" else super().usual(number)
+
+    def possible(self, number: str) -> tuple[float, float]:
+        """Return the range of the prior of the power or the exponent."""
+        return EXPONENTS if number == "exponent" else super().possible(number)
 
     def parameters(self) -> dict[str, str]:
-        """Return the power, at the top of the input's range if one drives it."""
-        return {self.amplitude: f"sources.{self._name}.power"}
+        """Return the power, at the top of the input's range if one drives it, and the exponent."""
+        return {number: f"sources.{self._name}.{number}" for number in self.points()[0]}
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
-        """Return the machine with this source, proportional to its input if it has one."""
-        given = {"power": free(numbers[self.amplitude], "W", self.possible(self.amplitude))}
-        refs: dict[str, tuple[str, ...]] = {"node": self.place[:1]}
-        kind = "steady_heat"
-        if len(self.place) > 1:
-            given["exponent"] = fixed(1.0, "1")
-            refs["driven_by"], kind = self.place[1:], "driven_heat"
+        """Return the machine with this source."""
+        units = {self.amplitude: "W", "exponent": "1"}
+        given = {
+            number: free(value, units[number], self.possible(number))
+            for number, value in numbers.items()
+        }
+        driven = len(self.place) > 1
+        refs = {"node": self.place[:1]} | ({"driven_by": self.place[1:]} if driven else {})
+        kind = "driven_heat" if driven else "steady_heat"
         return with_item(machine, Item("sources", self._name, kind, refs, given), "plain_heat")
