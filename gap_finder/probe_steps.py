@@ -9,6 +9,7 @@ channels, and the readings after them are not used.)
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -67,12 +68,12 @@ class ProbeStep:
 def probe_steps(machine: Machine, runs: Sequence[Run]) -> list[tuple[ProbeStep, ...]]:
     """Return the steps of single probes in every run, in order of time."""
     by_run = [_steps_in(machine, run) for run in runs]
-    # Repeated leaps along the axis come from a bearing, not from a probe.
+    times = Counter(step.channel for steps in by_run for step in steps)
+    # Repeated leaps along the axis, even if in different runs, come from a bearing, not a probe.
     slipping = {
         name
         for name, share in moved_by_elongation(machine).items()
-        if abs(share) > 1e-9
-        and any([step.channel for step in steps].count(name) > 1 for steps in by_run)
+        if abs(share) > 1e-9 and times[name] > 1
     }
     return [tuple(step for step in steps if step.channel not in slipping) for steps in by_run]
 

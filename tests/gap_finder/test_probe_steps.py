@@ -60,6 +60,8 @@ def test_a_bearing_that_slips_again_and_again_is_none(jig_borer_lumps, runs):
     assert [one.channel for one in probe_steps(jig_borer_lumps, [once])[0]] == ["S5"]
     again = slipped(once, 8700.0, S5_um=-5.0)
     assert probe_steps(jig_borer_lumps, [again]) == [()]
+    in_two_runs = [once, slipped(runs[0], S5_um=5.0)]
+    assert probe_steps(jig_borer_lumps, in_two_runs) == [(), ()]
     # A probe that elongation does not move may slip twice.
     radial = slipped(slipped(runs[3], S2_um=5.0), 8700.0, S2_um=4.0)
     assert [one.channel for one in probe_steps(jig_borer_lumps, [radial])[0]] == ["S2", "S2"]
