@@ -45,6 +45,9 @@ HALVED = 2.0
 the held-out run, that of the worst run used [1]: follows from the question that it answers, and set
 on no split."""
 
+ALSO_MISSING = "too much error remains, though no more where it acts than elsewhere"
+"""The mildest doubt: of the model more than of the name."""
+
 
 @dataclass(frozen=True)
 class GapResult:
@@ -166,10 +169,10 @@ class Judged:
             return ""
         if not all(later < earlier for earlier, later in pairwise(self.course)):
             return f"{self._idle()} the prediction of the held-out run"
-        if not self.is_adequate:
-            return "too much error remains with it"
         if not is_closed_where_better(self.result.before.left, self.result.after.left):
             return "more error remains where it acts than elsewhere"
+        if not self.is_adequate:
+            return ALSO_MISSING
         return ""
 
     def _idle(self) -> str:

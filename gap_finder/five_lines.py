@@ -75,10 +75,10 @@ def _what(table: Mapping[str, Any]) -> str:
         )
     if table["verdict"] == "unknown":
         best = table["runners_up"][:1]
-        tried = f"; the closest is {_in_words(best[0])}" if best else ""
+        closest = f"; the closest is {_in_words(best[0])}" if best else ""
         return (
-            f"What is missing: something that nothing in the catalogue explains{tried}. "
-            f"{left[:1].upper()}{left[1:]}.{look}"
+            f"What is missing: unknown, because nothing on the list explains the error{closest}."
+            f"{look} {left[:1].upper()}{left[1:]}."
         )
     return f"What is missing: nothing that these runs show; residuals are within tolerance.{look}"
 
@@ -120,7 +120,11 @@ def _rivals(table: Mapping[str, Any]) -> str:
     if others:
         return f"Rivals: {', '.join(others)}. To tell: {table['separate_by']}."
     best = table["runners_up"][:2]
-    said = ", ".join(f"{_in_words(entry)} ({entry['probability']:.0%})" for entry in best)
+    if table["in_doubt"] or table["verdict"] == "unknown":
+        # Odds are those among the list, from which the truth may be missing.
+        said = ", ".join(map(_in_words, best))
+    else:
+        said = ", ".join(f"{_in_words(entry)} ({entry['probability']:.0%})" for entry in best)
     return f"Rivals: none; next best: {said or 'none'}."
 
 
@@ -173,7 +177,7 @@ def _left(table: Mapping[str, Any]) -> str:
 def _source(source: Mapping[str, Any]) -> str:
     name = "how warm the machine started" if source["input"] == START else source["input"]
     lag = f"{source['lag_min']:.0f} min{' or more' if source['lag_min'] == LAGS_MIN[-1] else ''}"
-    return f"{name} with a lag of {lag} ({source['share']:.0%})"
+    return f"{name} with a lag of {lag}"
 
 
 def _left_out(faults: Sequence[Mapping[str, Any]]) -> str:

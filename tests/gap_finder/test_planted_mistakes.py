@@ -4,9 +4,11 @@ import pytest
 
 from benchmarks.gap.mistakes import mistakes, runs_of
 from gap_finder.find import find_gap
+from gap_finder.kinds.heat_source import HeatSource
 from gap_finder.search import Search
 from measurement.runs import Run
 from plant_model.effects import catalogue
+from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.simulate import simulate
 from tests.gap_finder.conftest import inputs_of
@@ -38,16 +40,24 @@ def test_nothing_is_named_where_the_description_is_right():
     assert find_gap(LATHE, runs_of(LATHE)[:5], ONLY_THE_DESCRIPTION).keys == ()
 
 
+def four_runs(machine: Machine) -> list[Run]:
+    return [
+        Run(spectrum, simulate(machine, inputs_of(spectrum, 60.0), noise_seed=seed).run_frame())
+        for seed, spectrum in enumerate(("down", "stairs", "stops", "steady"))
+    ]
+
+
+def test_a_missing_source_is_named_with_the_power_of_its_input(jig_borer_lumps):
+    missing = HeatSource(("pedestal", "speed"))
+    truth = missing.put_into(jig_borer_lumps, {"power": 400.0, "exponent": 2.5})
+    found = find_gap(jig_borer_lumps, four_runs(truth), ONLY_THE_DESCRIPTION)
+    assert found.keys == (missing.key,)
+    assert missing.read(found.after.machine)["exponent"] == pytest.approx(2.5, abs=0.3)
+
+
 def test_the_wrong_locating_bearing_is_named(jig_borer_lumps):
     name = "structure.front_bearing.at"
     told = jig_borer_lumps.with_values({name: -100.0}, beyond=True)
-    runs = [
-        Run(
-            spectrum,
-            simulate(jig_borer_lumps, inputs_of(spectrum, 60.0), noise_seed=seed).run_frame(),
-        )
-        for seed, spectrum in enumerate(("down", "stairs", "stops", "steady"))
-    ]
-    found = find_gap(told, runs, ONLY_THE_DESCRIPTION)
+    found = find_gap(told, four_runs(jig_borer_lumps), ONLY_THE_DESCRIPTION)
     assert found.keys == ("locating_bearing:to_nose",)
     assert found.after.machine.parameters[name].value == pytest.approx(300.0, abs=50.0)

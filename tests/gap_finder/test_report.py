@@ -114,10 +114,10 @@ def test_the_first_line_of_a_name_in_doubt_says_what_it_may_be_instead(in_doubt)
         runners_up=[{"name": "motor_iron_loss", "probability": 0.2}],
         look_at=["links.film.coefficient is 9 where the file has 3: far from usual"],
         in_doubt=in_doubt,
-        evidence={"doubt": "too much error remains with it" if in_doubt else ""},
+        evidence={"doubt": "too much error remains" if in_doubt else ""},
     )
     missing = five_lines(table)[0]
-    doubted = "What may be missing: Windage. In doubt: too much error remains with it, so the"
+    doubted = "What may be missing: Windage. In doubt: too much error remains, so the"
     assert missing.startswith(doubted) == in_doubt
     assert missing.startswith("What is missing: Windage;") != in_doubt
     assert ("may instead, or also, be motor_iron_loss, or" in missing) == in_doubt
@@ -171,7 +171,7 @@ def test_the_longest_lag_stands_for_any_longer_one(minutes, told):
     where = [{"channel": "S1", "regime": "standing"}]
     remaining = {"where": where, "share": 0.5, "predicted_by": [source], "numbers_off": 1.0}
     missing = five_lines(answer(verdict="unknown", remaining=remaining))[0]
-    assert f"by speed with a lag of {told} (40%), mostly in S1 standing" in missing
+    assert f"by speed with a lag of {told}, mostly in S1 standing" in missing
 
 
 def test_the_setting_of_what_a_part_switches_is_told():
