@@ -8,7 +8,7 @@ from operator import add, mul, sub
 
 from fmu_compensator.runtime.fields import LARGEST, Fields
 from fmu_compensator.runtime.lags import behind, checked_state, share, taus
-from fmu_compensator.runtime.sums import written_out
+from fmu_compensator.runtime.sums import summed, written_out
 
 MOST_PROBES = 8
 """Number of rows that store how far all measurements narrow the interval; their effect on the mean
@@ -83,7 +83,7 @@ class Gaussian:
     ) -> None:
         self.fixed = reference == OF_FIXED
         self.usual, self.noise, self.mean_share = usual, noise, mean_share
-        self.spread = [sqrt(sum(map(mul, row, row))) for row in noise]  # of each target
+        self.spread = [sqrt(summed(map(mul, row, row))) for row in noise]  # of each target
         self.deviations, self.coverage = deviations, coverage
         self._constant, self._settled_h = constant, settled_h
         self._lags_s, self._learnt, self._seen = lags_s, weights, seen
@@ -175,18 +175,18 @@ class Gaussian:
             features.append(value + part * (rise - late * move - value))
         sums, targets = self._sums(features), len(self._bias)
         self._features, self._along = features, sums[targets:]
-        novelty = sum(map(mul, self._prior, map(mul, features, features)))
+        novelty = summed(map(mul, self._prior, map(mul, features, features)))
         for along in self._along:
             novelty -= along * along
         self.novelty = max(novelty, 0.0)
         left = self.novelty + self._walk_per_h * self._hours + self._leaps
         for row in self._probes:
-            along = sum(map(mul, row, features)) + row[-1]
+            along = summed(map(mul, row, features)) + row[-1]
             left -= along * along
         self._left = max(left, 0.0)
         self.variance = 1.0 + self._left
         if self._weights is not self._learnt:
-            sums = [sum(map(mul, weights, features)) for weights in self._weights]
+            sums = [summed(map(mul, weights, features)) for weights in self._weights]
         self.added = list(map(add, self._bias, sums))
 
     @property
@@ -232,7 +232,7 @@ class Gaussian:
         for along, row in zip(self._along, self._seen, strict=True):
             column = [value - along * weight for value, weight in zip(column, row, strict=True)]
         for row in self._probes:
-            along = sum(map(mul, row, features)) + row[-1]
+            along = summed(map(mul, row, features)) + row[-1]
             column = [value - along * weight for value, weight in zip(column, row, strict=False)]
             walk -= along * row[-1]
             covariances.append(along)

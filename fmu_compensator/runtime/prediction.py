@@ -10,6 +10,7 @@ from typing import Any
 from fmu_compensator.runtime.fields import LARGEST
 from fmu_compensator.runtime.modelfile import Model
 from fmu_compensator.runtime.spare import Spare
+from fmu_compensator.runtime.sums import summed
 
 NOT_KNOWN = -1.0
 """Half width of an unmeasured axis, or before the first sample [um]: given by the FMU's
@@ -133,8 +134,8 @@ class Prediction:
             self._tool_length = tool_length
             self._axes = self.model.geometry.weights(tool_length)
             columns = list(zip(*self.gaussian.noise, strict=True))
-            along = [[sum(map(mul, row, column)) for column in columns] for row in self._axes]
-            self._spread = [sqrt(sum(map(mul, row, row))) for row in along]
+            along = [[summed(map(mul, row, column)) for column in columns] for row in self._axes]
+            self._spread = [sqrt(summed(map(mul, row, row))) for row in along]
         return self._axes
 
     def state(self) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import ClassVar, NamedTuple
 
 from fmu_compensator.runtime.error_models.base import Remembering
 from fmu_compensator.runtime.fields import LARGEST, Fields
+from fmu_compensator.runtime.sums import summed
 
 
 class Starts(NamedTuple):
@@ -254,7 +255,7 @@ class Spare(Remembering):
         for place in broken:
             row = self._precision[place]
             kept = exp(-(self._clock - self._seen[place]) / self._memory_s)
-            pulls.append(row[place] * self._own[place] * kept - sum(map(mul, row, rises)))
+            pulls.append(row[place] * self._own[place] * kept - summed(map(mul, row, rises)))
         for place, rise in zip(broken, self._solved(broken, pulls), strict=True):
             used[place] = self._first[place] + rise
         return used
@@ -273,7 +274,7 @@ class Spare(Remembering):
                     rows[below][column] -= part * rows[at][column]
         solution = [0.0] * count
         for at in reversed(range(count)):
-            known = sum(rows[at][column] * solution[column] for column in range(at + 1, count))
+            known = summed(rows[at][column] * solution[column] for column in range(at + 1, count))
             solution[at] = (rows[at][count] - known) / rows[at][at]
         return solution
 
@@ -291,10 +292,10 @@ class Spare(Remembering):
         for weights in axes:
             moved = [
                 root
-                * sum(w * row[place] for w, row in zip(weights, self._sensitivity, strict=True))
+                * summed(w * row[place] for w, row in zip(weights, self._sensitivity, strict=True))
                 for place, root in zip(broken, roots, strict=True)
             ]
-            variances.append(max(sum(map(mul, moved, self._solved(broken, moved)), 0.0), 0.0))
+            variances.append(max(summed(map(mul, moved, self._solved(broken, moved))), 0.0))
         return variances
 
     def _compare(self, used: Sequence[float], stands: bool) -> None:
@@ -305,7 +306,7 @@ class Spare(Remembering):
             return
         row = self._precision[place]
         pairs = zip(row, used, self._first, strict=True)
-        self._own[place] = sum([a * (value - first) for a, value, first in pairs]) / row[place]
+        self._own[place] = summed([a * (value - first) for a, value, first in pairs]) / row[place]
         self._seen[place] = self._clock
 
     @property
@@ -344,4 +345,4 @@ def _check_precision(fields: Fields, precision: list[list[float]]) -> None:
 
 
 def _quadratic(matrix: Sequence[Sequence[float]], weights: Sequence[float]) -> float:
-    return sum(map(mul, weights, (sum(map(mul, row, weights)) for row in matrix)), 0.0)
+    return summed(map(mul, weights, (summed(map(mul, row, weights)) for row in matrix)))

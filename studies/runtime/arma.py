@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from fmu_compensator.runtime.error_models.base import ErrorModel, Remembering
 from fmu_compensator.runtime.fields import LARGEST, Fields
+from fmu_compensator.runtime.sums import summed
 from fmu_compensator.runtime.ticks import ticks
 
 MOST_DIFFERENCES = 2
@@ -55,7 +56,7 @@ class Series(Remembering):
 
     def forecast(self) -> float:
         """Return the next standardised difference, predicted from the past."""
-        return sum(a * w for a, w in zip(self.ar, self.past, strict=True)) + sum(
+        return summed(a * w for a, w in zip(self.ar, self.past, strict=True)) + summed(
             b * e for b, e in zip(self.ma, self.errors, strict=True)
         )
 
@@ -73,7 +74,7 @@ class Series(Remembering):
         reached = self.level(expected)
         if measured is not None:
             if self.synced or not self.tails:
-                w = (measured - sum(self.tails) - self.mean) / self.scale
+                w = (measured - summed(self.tails) - self.mean) / self.scale
             # After steps without measurement, the whole error would look like one step's jump.
             reached = measured
         self._advance(w, w - expected, reached, measured is not None)

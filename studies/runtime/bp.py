@@ -7,6 +7,7 @@ from math import tanh
 
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields
+from fmu_compensator.runtime.sums import summed
 
 Layer = tuple[list[list[float]], list[float]]
 
@@ -85,7 +86,7 @@ class NeuralNetwork:
         last = len(self._layers) - 1
         for number, layer in enumerate(self._layers):
             sums = [
-                bias + sum(weight * value for weight, value in zip(weights, values, strict=True))
+                bias + summed(weight * value for weight, value in zip(weights, values, strict=True))
                 for weights, bias in layer
             ]
             values = sums if number == last else [tanh(total) for total in sums]

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import LARGEST, Fields
 from fmu_compensator.runtime.lags import known_speed
+from fmu_compensator.runtime.sums import summed
 
 
 class Source(NamedTuple):
@@ -144,7 +145,7 @@ class FiniteElementModel(ErrorModel):
         self._last, self._speed = now, known_speed(speed, self._speed)
         flat = [value for state in self._states for value in state]
         return [
-            constant + sum(weight * value for weight, value in zip(weights, flat, strict=True))
+            constant + summed(weight * value for weight, value in zip(weights, flat, strict=True))
             for constant, weights in self._rows
         ]
 
@@ -168,6 +169,6 @@ class FiniteElementModel(ErrorModel):
                     force += row[number] * pushed
                 modes.append(keep * place + add * force)
             state[:] = [
-                sum(part * mode for part, mode in zip(row, modes, strict=True))
+                summed(part * mode for part, mode in zip(row, modes, strict=True))
                 for row in regime.vectors
             ]

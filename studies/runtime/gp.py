@@ -9,6 +9,7 @@ from operator import mul
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields
 from fmu_compensator.runtime.lags import share, taus
+from fmu_compensator.runtime.sums import summed
 
 
 class GaussianProcess(ErrorModel):
@@ -90,7 +91,7 @@ class GaussianProcess(ErrorModel):
                 away += (value - place) * (value - place)
             bumps.append(exp(-self._sharpness * away))
         return [
-            constant + sum(map(mul, row, features)) + sum(map(mul, weights, bumps))
+            constant + summed(map(mul, row, features)) + summed(map(mul, weights, bumps))
             for constant, row, weights in zip(
                 self._constant, self._linear, self._weights, strict=True
             )

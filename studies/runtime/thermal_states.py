@@ -9,6 +9,7 @@ from statistics import median
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields
 from fmu_compensator.runtime.lags import known_speed, matrices_by_lag, share, taus
+from fmu_compensator.runtime.sums import summed
 
 SPEED_UNIT = 1000.0
 """Of the speeds in the compensator file, given by its form [rpm]."""
@@ -123,7 +124,7 @@ class ThermalStates(ErrorModel):
             self._lagged[lag] = values
             features += values
         self._speed = known_speed(speed, self._speed * SPEED_UNIT) / SPEED_UNIT
-        return [sum(map(mul, weights, features)) for weights in self._weights]
+        return [summed(map(mul, weights, features)) for weights in self._weights]
 
 
 def _levels(values: Sequence[float]) -> list[float]:

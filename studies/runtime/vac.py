@@ -8,6 +8,7 @@ from fmu_compensator.runtime.error_models import error_models
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields
 from fmu_compensator.runtime.lags import SAME_SPEED_SHARE, STILL_RPM, known_speed, share
+from fmu_compensator.runtime.sums import summed
 
 CONDITIONS = ("stopped", "changing", "steady")
 Weights = list[list[float]]
@@ -95,7 +96,7 @@ class VectorAngleCosine(ErrorModel):
         for target, blended in enumerate(self._blended):
             weights = self._in_force(target, blended)
             result.append(
-                sum(w * part[target] for w, part in zip(weights, self._parts, strict=True))
+                summed(w * part[target] for w, part in zip(weights, self._parts, strict=True))
             )
         return result
 
@@ -112,7 +113,7 @@ class VectorAngleCosine(ErrorModel):
             return blended
         pairs = zip(blended, self._prior[target], self._errors[target], strict=True)
         moved = [w * p / max(s, 1e-3 * p) for w, p, s in pairs]
-        total, wanted = sum(moved), sum(blended)
+        total, wanted = summed(moved), summed(blended)
         return [w * wanted / total for w in moved] if total > 0.0 else blended
 
     def _follow(self, speed: float, elapsed_s: float) -> None:
