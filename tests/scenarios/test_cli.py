@@ -37,6 +37,12 @@ def test_help_lists_every_command_and_is_quick():
         assert f"\n    {command} " in done.stdout
 
 
+def test_the_package_is_the_command(capsys):
+    done = run(sys.executable, "-m", "spindle_drift", "run", "no_such_scenario")
+    assert main(["run", "no_such_scenario"]) == done.returncode == 2
+    assert one_line(done.stderr) == one_line(capsys.readouterr().err)
+
+
 def test_no_help_waits_for_matplotlib():
     code = """
 import sys
