@@ -85,8 +85,8 @@ def mistakes(given: Machine) -> list[Mistake]:
         found.append(Mistake(change.name, change.place, change.put_into(given, numbers), given))
 
     put(HeatSource(("z_nut",)), power=40.0)
-    put(HeatSource(("tray", "speed")), power=200.0)
-    put(HeatSource(("bed_end", "feed")), power=400.0)
+    put(HeatSource(("tray", "speed")), power=200.0, exponent=1.0)
+    put(HeatSource(("bed_end", "feed")), power=400.0, exponent=1.0)
     put(ConductanceWithMotion(("z_nut", "air", "feed")), conductance=10.0)
     put(ConductanceWithMotion(("headstock", "ambient", "speed")), conductance=25.0)
     put(HiddenMass(("z_nut",), mass["z_nut"]), conductance=15.0, capacity=50000.0)

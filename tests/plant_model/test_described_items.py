@@ -23,9 +23,7 @@ def network_of(machine: Machine) -> Network:
 @pytest.mark.parametrize(("exponent", "share"), [(1.0, 0.25), (2.0, 0.0625)])
 def test_driven_heat_is_a_power_of_its_input(exponent, share, jig_borer_lumps):
     one = HeatSource(("rotor", "speed"))
-    grown = one.put_into(jig_borer_lumps, {"power": 80.0}).with_values(
-        {"sources.heat_in_rotor_by_speed.exponent": exponent}, beyond=True
-    )
+    grown = one.put_into(jig_borer_lumps, {"power": 80.0, "exponent": exponent})
     top = next(entry for entry in jig_borer_lumps.inputs if entry.name == "speed").high
     inputs = {entry.name: np.array([0.0]) for entry in jig_borer_lumps.inputs}
     inputs["speed"] = np.array([0.25 * top])
@@ -56,7 +54,8 @@ def test_a_stirred_film_is_there_in_motion_only(jig_borer_lumps):
 
 
 def test_both_have_a_form_in_c_and_take_part_in_every_step(jig_borer_lumps):
-    grown = HeatSource(("rotor", "speed")).put_into(jig_borer_lumps, {"power": 80.0})
+    driven = HeatSource(("rotor", "speed"))
+    grown = driven.put_into(jig_borer_lumps, {"power": 80.0, "exponent": 1.0})
     film = ConductanceWithMotion(("rotor", "stator", "speed"))
     grown = film.put_into(grown, {"conductance": 10.0})
     assert equations_of(grown, []).levels == equations_of(jig_borer_lumps, []).levels
