@@ -1,4 +1,4 @@
-"""Thermometers that leave all others within half an hour while nothing is switched."""
+"""Thermometers that leave all others within half an hour, ever faster, with nothing switched."""
 
 from __future__ import annotations
 
@@ -35,8 +35,10 @@ class Runaways(Check):
         for place in known if len(known) >= 3 else []:
             others = table[:, [other for other in known if other != place]]
             away = median_filter(table[:, place] - np.median(others, axis=1), 5, mode="nearest")
-            moved = np.where(quiet, away - away[back], 0.0)
-            gone = np.flatnonzero(np.abs(moved) >= FAR_K)
+            moved = away - away[back]
+            # What an earlier switch has begun slows down.
+            speeds_up = np.abs(moved) > moved[back] * np.sign(moved)
+            gone = np.flatnonzero(quiet & speeds_up & (np.abs(moved) >= FAR_K))
             gone = gone[[_alone(others, int(back[i]), int(i), moved[i]) for i in gone.tolist()]]
             if not gone.size:
                 continue

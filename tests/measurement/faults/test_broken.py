@@ -95,6 +95,10 @@ NOT_BROKEN = {
         "T6_degC": reading("T6_degC") + LOAD,
         "T7_degC": reading("T7_degC") + 0.4 * LOAD,
     },
+    "a motor that still warms long after it was switched on": {
+        "T7_degC": reading("T7_degC") + 80.0 * (1.0 - np.exp(-np.clip(TIME / 3600 - 1.0, 0, None))),
+        "speed_rpm": np.where(MINUTE < 60.0, 0.0, 3000.0),
+    },
     # Most thermometers sit near the coolant; two are warm, and the rear bearing is hot.
     "the hottest part of a record that begins warm": {
         f"T{n}_degC": 22.0 + 0.3 * n + 0.1 * np.sin(MINUTE / 9.0 + n) + ABOVE.get(f"T{n}_degC", 0.0)
