@@ -9,14 +9,15 @@ from itertools import chain
 from typing import ClassVar, Self
 
 from gap_finder.kinds.base import CalibratedRun, Change, free, with_item
+from plant_model.effects.plain_heat import PlainHeat
 from plant_model.machine import Item, Machine
 
 SIZES_W = (20.0, 200.0)
 """Usual powers, which are tried: the response is proportional to them [W]. Set on no data."""
 
-EXPONENTS = (0.5, 3.0)
-"""Exponents of an input, given by what a machine file may say: friction has 1, viscous drag 5/3 or
-2, windage 3 [1]."""
+DRIVEN = "driven_heat"
+EXPONENT = PlainHeat.handles["sources", DRIVEN].numbers["exponent"]
+"""Of an input: friction has 1, viscous drag 5/3 or 2, windage 3."""
 
 
 @dataclass(frozen=True)
@@ -58,16 +59,16 @@ class HeatSource(Change):
 
     def points(self) -> list[dict[str, float]]:
         """Return a small and a large power, at a middling exponent if an input drives it."""
-        law = {"exponent": math.sqrt(math.prod(EXPONENTS))} if len(self.place) > 1 else {}
+        law = {"exponent": math.sqrt(EXPONENT.low * EXPONENT.high)} if len(self.place) > 1 else {}
         return [{self.amplitude: size, **law} for size in SIZES_W]
 
     def usual(self, number: str) -> tuple[float, float]:
-        """Return the usual range of the power or the exponent."""
-        return EXPONENTS if number == "exponent" else super().usual(number)
+        """Return the usual range of the power, or all exponents that a file may have."""
+        return (EXPONENT.low, EXPONENT.high) if number == "exponent" else super().usual(number)
 
     def possible(self, number: str) -> tuple[float, float]:
         """Return the range of the prior of the power or the exponent."""
-        return EXPONENTS if number == "exponent" else super().possible(number)
+        return self.usual(number) if number == "exponent" else super().possible(number)
 
     def parameters(self) -> dict[str, str]:
         """Return the power, at the top of the input's range if one drives it, and the exponent."""
@@ -75,12 +76,12 @@ class HeatSource(Change):
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with this source."""
-        units = {self.amplitude: "W", "exponent": "1"}
+        refs, kind = {"node": self.place[:1]}, "steady_heat"
+        if len(self.place) > 1:
+            refs["driven_by"], kind = self.place[1:], DRIVEN
+        forms = PlainHeat.handles["sources", kind].numbers
         given = {
-            number: free(value, units[number], self.possible(number))
+            number: free(value, forms[number].unit, self.possible(number))
             for number, value in numbers.items()
         }
-        driven = len(self.place) > 1
-        refs = {"node": self.place[:1]} | ({"driven_by": self.place[1:]} if driven else {})
-        kind = "driven_heat" if driven else "steady_heat"
         return with_item(machine, Item("sources", self._name, kind, refs, given), "plain_heat")
