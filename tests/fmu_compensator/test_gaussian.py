@@ -49,12 +49,6 @@ def assert_alike(model: Gaussian, dense: Dense) -> None:
 
 
 @pytest.mark.usefixtures("walks_alike")
-def test_the_posterior_is_regression_on_all_rows():
-    model = known()
-    assert_alike(model, Dense.of(prior(model), model.walk, SAMPLES))
-
-
-@pytest.mark.usefixtures("walks_alike")
 def test_the_scales_are_the_likeliest():
     model = known()
 

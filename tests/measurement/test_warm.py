@@ -1,20 +1,14 @@
 """Runs that say that they began warm."""
 
 import pandas as pd
-import pytest
 
 from measurement.runs import Run
-from measurement.warm import began_warm, cold_starts
+from measurement.warm import cold_starts
 
 
 def run(name: str, mark: float | None) -> Run:
     frame = pd.DataFrame({"time_s": [0.0, 1.0], "T1_degC": [20.0, 21.0]})
     return Run(name, frame if mark is None else frame.assign(warm_start_1=mark))
-
-
-@pytest.mark.parametrize(("mark", "warm"), [(1.0, True), (0.0, False), (None, False)])
-def test_only_the_mark_tells(mark, warm):
-    assert began_warm(run("a", mark)) is warm
 
 
 def test_warm_restarts_are_left_out_where_others_are_there():

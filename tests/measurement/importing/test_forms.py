@@ -282,19 +282,14 @@ def test_tables_of_a_fast_recorder_lose_no_rows(tmp_path):
     assert run.frame.iloc[:, 1].tolist() == run.frame.iloc[:, 2].tolist() == list(range(40))
 
 
-def test_an_inch_is_a_length_where_its_name_says_so(log):
-    text = "time [s],Tool length [inch],disp_z [inch]\n0,5,0\n10,5,0.001\n20,5,0.002\n"
-    frame = log(text).runs[0].frame
-    assert frame["Tool_length_mm"].tolist() == [127.0] * 3
-    assert frame["disp_z_um"].tolist() == [0.0, 25.4, 50.8]
-
-
 @pytest.mark.parametrize(
     ("header", "column", "each"),
     [
         ("disp_z (mils)", "disp_z_um", 25.4),
         ("disp_z [µin]", "disp_z_um", 0.0254),
         ('disp_z (0.0001")', "disp_z_um", 2.54),
+        ("disp_z [inch]", "disp_z_um", 25.4e3),
+        ("Tool length [inch]", "Tool_length_mm", 25.4),
         ("Feed (ipm)", "feed_mm_min", 25.4),
         ("Spindle torque (ft-lb)", "Spindle_torque_Nm", 1.3558179483314),
         ("Spindle motor [hp]", "Spindle_motor_W", 745.69987158),
