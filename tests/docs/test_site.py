@@ -16,8 +16,6 @@ from tests.conftest import ROOT
 def hooks() -> ModuleType:
     pytest.importorskip("mkdocs", reason="mkdocs is not installed (make docs installs it)")
     spec = importlib.util.spec_from_file_location("site_hooks", ROOT / "docs" / "site" / "hooks.py")
-    assert spec is not None
-    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules["site_hooks"] = module
     spec.loader.exec_module(module)

@@ -97,12 +97,10 @@ def test_being_alive_survives_a_restored_state():
 def test_faults_name_sensor_value_and_limit():
     check = check_of()
     fault = check.look(93.25, 1.0)
-    assert fault is not None
     assert fault.sensor == 4
     assert fault.text == "T4 93.2 degC is above 80 degC"
     check.look(20.0, 1.0)
     fault = check.look(30.0, 1.0)
-    assert fault is not None
     assert fault.text == "T4 30.0 degC jumped by 10.0 K, 0.51 K allowed"
 
 
@@ -126,10 +124,8 @@ def test_a_reading_that_jumped_beyond_what_is_plausible_must_come_back():
     check = SensorCheck(sensor, 1)
     assert check.look(25.0, 0.0) is None
     jumped = check.look(56.0, 60.0)
-    assert jumped is not None
     assert jumped.cause == IMPLAUSIBLE
     for _ in range(120):  # in range again, but where no warming took it
         told = check.look(54.0, 60.0)
-        assert told is not None
         assert told.cause == TOO_FAST
     assert check.look(30.0, 60.0) is None

@@ -78,7 +78,6 @@ def test_what_monitoring_said_of_a_thermometer_an_update_ends():
 
     model = model_of(runs(0, 1, 2, 3))
     astray = Agreement(model).of(moved(4))
-    assert astray is not None
     assert astray.sensor == "T4"
     after = updated(model, [moved(5), moved(6)])
     assert Agreement(after).of(moved(4)) is None

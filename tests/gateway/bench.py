@@ -61,7 +61,6 @@ class Bench:
         frames = {frame.frame_id: frame for frame in self.database.of(COMPENSATOR)}
         for message in messages:
             values = frames[message.arbitration_id].message.decode(bytes(message.data))
-            assert isinstance(values, dict)
             found |= {name: getattr(value, "name", value) for name, value in values.items()}
         self.answers.append(found)
         if isinstance(heard := found.get("challenge"), int):
@@ -75,11 +74,7 @@ class Bench:
     @property
     def offsets(self) -> tuple[float, float, float]:
         """The offsets of the newest answer [um]."""
-        x, y, z = (self.last[f"d{axis}"] for axis in "XYZ")
-        assert isinstance(x, float)
-        assert isinstance(y, float)
-        assert isinstance(z, float)
-        return x, y, z
+        return tuple(self.last[f"d{axis}"] for axis in "XYZ")
 
     def frames(
         self, values: Mapping[str, Value] | None = None, state: str = "running"

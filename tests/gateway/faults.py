@@ -87,7 +87,6 @@ def raw_signal(name: str, raw: int) -> Change:
             content = frame.message.decode(
                 bytes(messages[place].data), decode_choices=False, scaling=False
             )
-            assert isinstance(content, dict)
             content[name] = raw
             data = frame.message.encode(content, scaling=False, strict=False)
             messages[place] = sealed(messages[place], data, frame)

@@ -65,7 +65,6 @@ def test_an_answer_that_waited_in_a_queue_is_stale(database):
 
     kept = list(queue)
     fresh = ear().taken(3.0, 3.5)
-    assert fresh is not None
     assert fresh.usable
     assert fresh.values["dX"] == pytest.approx(5.0)
     for time_s in (6.0, 60.0, 67.5 + 65.536):
@@ -85,7 +84,6 @@ def test_a_state_comes_back(tmp_path, warm, new_unit):
     store.write(now[0], warm.unit.time_s, 12.5, warm.unit.slave.saved())
     now[0] += 7.0
     saved, _ = store.read()
-    assert saved is not None
     assert (saved.time_s, saved.machine_time_s, saved.age_s) == (warm.unit.time_s, 12.5, 7.0)
     again: CompensatorUnit = new_unit()
     again.start(saved)

@@ -92,7 +92,6 @@ def test_long_frames_cross_a_bus_that_carries_them(wire, frames):
         got = None
         for _ in range(100):
             got = got or hearer.receive(0.1)
-        assert got is not None
         assert (bytes(got.data), got.is_fd) == (bytes(sent.data), True)
 
 

@@ -160,7 +160,6 @@ def test_a_cycle_that_is_late_for_good_stays_late(says_starting):
         if says_starting and k % 100 == 0:
             clock.restart()
         found = clock.judge(100 * k, 0.1 * k + 2.0)
-        assert found is not None
         assert found[0] == "delayed"
     assert clock.judge(2_000_000, 2_000.0) is None
 
@@ -168,7 +167,6 @@ def test_a_cycle_that_is_late_for_good_stays_late(says_starting):
 def test_a_proof_tells_a_clock_that_was_set_back_from_a_delay():
     clock = settled()
     found = clock.judge(5_000, 10.0, proven=True, jumped=True)
-    assert found is not None
     assert found[0] == "time_jump"
     assert clock.judge(5_100, 10.1, proven=True) is None
 
@@ -176,7 +174,6 @@ def test_a_proof_tells_a_clock_that_was_set_back_from_a_delay():
 def test_time_goes_back_without_a_fault_only_after_the_machine_has_started():
     clock = settled()
     found = clock.judge(0, 10.0, jumped=True)
-    assert found is not None
     assert found[0] == "time_jump"
     clock.restart()  # what comes late says so as well
     assert clock.judge(100, 10.1) is not None
@@ -272,7 +269,6 @@ def test_a_status_of_the_compensator_that_is_not_known_here_passes(warm, databas
     for _ in range(2):
         for message in sender.messages({"status": 7.0, "dX": 1.0, "valid": "valid"}):
             cycle = reception.take(message.arbitration_id, message.data, 0.0)
-    assert cycle is not None
     assert cycle.usable
     assert cycle.values["valid"] == 1.0
 

@@ -123,7 +123,6 @@ def test_the_builders_signals_are_those_of_its_dbc_file(builder):
     assert look.values["T1"] == pytest.approx(21.5)
     assert look.values["T5"] == pytest.approx(-7.3)
     assert np.isnan(look.values["T11"])
-    assert look.finding is not None
     assert look.finding.fault == "not_available_value"
     assert look.values["speed"] == -3000.0
     assert look.values["tool_length"] == pytest.approx(150.0)

@@ -255,7 +255,6 @@ def test_a_server_that_hangs_keeps_nobody_waiting(database, quick_fmu):
     with told_hall(database, quick_fmu) as hall:
         hall.control.settle(MILD)
         (status,) = hall.service.participants
-        assert isinstance(status, HallStatus)
         os.kill(status._server.pid, signal.SIGSTOP)
         slowest = 0.0
         for _ in range(150):

@@ -37,7 +37,6 @@ def answers_of(log: Path, database: Database) -> dict[float, tuple[object, ...]]
             if frame is None:
                 continue
             content = frame.message.decode(bytes(message.data))
-            assert isinstance(content, dict)
             parts |= {name: getattr(value, "name", value) for name, value in content.items()}
             if "gateway_state" in content and parts["gateway_state"] == "running":
                 names = ("dX", "dY", "dZ", "elongation", "yaw", "pitch", "valid", "status")

@@ -48,8 +48,6 @@ def test_the_ssp_in_c_without_python(ssp, reference, compensator, program, tmp_p
 def program(tmp_path: Path) -> tuple[Path, dict[str, str]]:
     """The program, marked as one, and the environment in which it finds its library; no Python."""
     spec = find_spec("ecospy")
-    assert spec is not None
-    assert spec.submodule_search_locations is not None
     path = tmp_path / "ecos"
     shutil.copy(Path(spec.submodule_search_locations[0]) / "binaries" / "ecos", path)
     path.chmod(0o755)

@@ -64,13 +64,11 @@ def test_workers_end_with_what_started_them(number, group, code):
         text=True,
         start_new_session=True,
     ) as process:
-        assert process.stdout is not None
         pids = [int(word) for word in process.stdout.readline().split()]
         assert len(pids) == 2
         assert all(alive(pid) for pid in pids)
         (os.killpg if group else os.kill)(process.pid, number)
         assert process.wait(PATIENCE_S) == code, process.stderr and process.stderr.read()
-        assert process.stderr is not None
         assert "Traceback" not in process.stderr.read()
     until(lambda: not any(alive(pid) for pid in pids))
 

@@ -164,7 +164,6 @@ def test_the_description_is_that_of_the_layered_standard(by_hand):
         )
     assert manifest.get("isBusSimulationFMU") == "false"
     simulation = model.find("CoSimulation")
-    assert simulation is not None
     assert simulation.get("hasEventMode") == "true"
     terminal = next(t for t in icons.iter("Terminal") if t.get("name") == "CAN")
     assert terminal.get("terminalKind") == "org.fmi-ls-bus.network-terminal"

@@ -1,7 +1,7 @@
 """Temperatures are found from modes, and modes are moved by heat, at the nodes that act."""
 
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -10,7 +10,6 @@ import pytest
 from plant_model.effects.base import Effect
 from plant_model.effects.radiation import Radiation
 from plant_model.integrate import ExponentialRungeKutta, IntegrationError, Modes
-from plant_model.network import Network
 from plant_model.side_by_side import _Forcing, _Watched
 from plant_model.simulate import simulate
 from tests.plant_model.conftest import with_effects
@@ -76,7 +75,7 @@ def test_few_nodes_act_on_modes_as_all_would(heated):
         dependent=dependent,
     )
     scheme = ExponentialRungeKutta(modes[:RUNS])
-    forcing = _Forcing(cast(Network, network), scheme, read)
+    forcing = _Forcing(network, scheme, read)
 
     def check(runs: int) -> None:
         outside, state = np.zeros((runs, 0)), some(SETS, runs, NODES)

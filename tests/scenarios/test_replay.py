@@ -316,7 +316,6 @@ def test_probes_at_fixed_intervals_correct_what_the_model_lacks(doubting_fmu):
     run = begun_late("unseen", 9)
     probing = Probing(every_s=900.0)
     found = replayed(doubting_fmu, run, probing=probing)
-    assert found.probes is not None
     assert np.diff(run.time_s[[0, *found.probes]]) == pytest.approx([900.0] * 7)
     frame = found.frame
     probed, unprobed = (frame[f"{what}error_Z_um"].abs().mean() for what in ("", "unprobed_"))
@@ -340,7 +339,6 @@ def test_probes_come_when_the_uncertainty_asks_for_them(doubting_fmu):
     for share in (1.0, 0.95, 0.6):
         limit = share * usual
         found = replayed(doubting_fmu, run, probing=Probing(when_um=limit))
-        assert found.probes is not None
         wide = found.frame[["dX_uncertainty_um", "dZ_uncertainty_um"]].max(axis=1).to_numpy()
         assert (wide[list(found.probes)] > limit).all()
         count.append(len(found.probes))

@@ -68,7 +68,6 @@ def test_what_a_killed_process_left_is_removed_and_what_is_in_use_is_not(tiny_pl
     )
     command = [sys.executable, "-c", code, str(tiny_plant)]
     process = subprocess.Popen(command, env=dict(os.environ), stdout=subprocess.PIPE, text=True)
-    assert process.stdout is not None
     theirs = Path(process.stdout.readline().strip())
     try:
         mine = Unpacked(tiny_plant)

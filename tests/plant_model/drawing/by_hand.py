@@ -183,7 +183,6 @@ def _motor(hand: Hand) -> None:
 
 def _jacket(hand: Hand) -> None:
     water = coolant("water")
-    assert water is not None
     length = pi * 0.140 * 120 / 20
     wall = channel_film(water, 4, 15, 6, 140) * 0.027 * length
     hand.node("jacket_one", 0.015 * 0.006 * length * 1000 * water.heat_per_litre)

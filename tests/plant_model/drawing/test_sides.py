@@ -40,7 +40,6 @@ def test_sectors_share_a_patch_as_its_directions_do(count, width, side):
     around = np.arange(0.05, 360.0, 0.1)
     covered = np.abs((around - degrees(side) + 180.0) % 360.0 - 180.0) < width / 2.0
     for sector in sectors:
-        assert sector.angle is not None
         inside = np.abs((around - sector.angle + 180.0) % 360.0 - 180.0) < 180.0 / count
         assert sector.under(patch) == pytest.approx((covered & inside).mean(), abs=1e-3)
     assert sum(sector.under(patch) for sector in sectors) == pytest.approx(width / 360.0)

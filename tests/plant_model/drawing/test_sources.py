@@ -28,7 +28,6 @@ from plant_model.drawing.materials import MATERIALS
 )
 def test_designations(designation, bore, outside, width):
     bearing = by_designation(designation)
-    assert bearing is not None
     assert (bearing.bore, bearing.outside, bearing.width) == (bore, outside, width)
     assert bearing.mean_diameter == (bore + outside) / 2.0
     assert bearing.kind == ("roller" if designation.startswith("N") else "ball")
@@ -44,7 +43,6 @@ def test_designations_that_are_not_known(designation):
 )
 def test_masses_are_those_of_catalogues(designation, kilograms):
     bearing = by_designation(designation)
-    assert bearing is not None
     assert bearing.mass == pytest.approx(kilograms, rel=0.12)
 
 
@@ -64,7 +62,6 @@ def test_coolants_are_those_of_coolprop(percent):
 
     fluid = "Water" if percent == 0 else f"INCOMP::MEG-{percent}%"
     ours = coolant("water" if percent == 0 else f"glycol {percent} %")
-    assert ours is not None
     theirs = [PropsSI(key, "T", 295.15, "P", 3e5, fluid) for key in ("D", "C", "L", "V")]
     found = [ours.density, ours.specific_heat, ours.conductivity, ours.viscosity]
     np.testing.assert_allclose(found, theirs, rtol=2e-4 if percent in GLYCOL else 0.01)
@@ -75,7 +72,6 @@ def test_coolants_that_are_not_known():
     assert coolant("oil 11") is None
     assert coolant("beer") is None
     oil = coolant("oil 10")
-    assert oil is not None
     assert oil.viscosity == pytest.approx(860e-6 * viscosity(10, 22.0))
 
 
@@ -87,14 +83,11 @@ def test_films_are_of_the_handbooks_size():
     assert 50.0 < turning(80.0, 5000.0) < 200.0
     assert turning(80.0, 0.0) == 0.0
     water = coolant("water")
-    assert water is not None
     assert 1000.0 < channel_film(water, 4.0, 15.0, 6.0, 150.0) < 10000.0
 
 
 def test_a_channel_has_the_film_of_a_coil():
     oil, mix = coolant("oil 32"), coolant("glycol 33 %")
-    assert oil is not None
-    assert mix is not None
     d = 2 * 15 * 6 / 21e3  # hydraulic diameter [m]
     # Hardly flowing: 3.66 k / d as in a straight pipe.
     slow = channel_film(oil, 1e-6, 15.0, 6.0, 150.0)
@@ -113,7 +106,6 @@ def test_a_channel_has_the_film_of_a_coil():
 @pytest.mark.parametrize("fluid", ["water", "glycol 33 %", "oil 10"])
 def test_a_channels_film_grows_with_its_flow_without_a_jump(fluid):
     liquid = coolant(fluid)
-    assert liquid is not None
     films = [channel_film(liquid, flow, 15.0, 6.0, 150.0) for flow in np.geomspace(0.1, 200, 2000)]
     steps = np.array(films[1:]) / films[:-1]
     assert steps.min() > 1.0

@@ -1,14 +1,12 @@
 """The regime map and the signatures of the gap finder's page."""
 
 from types import SimpleNamespace
-from typing import cast
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from gap_finder.candidates import with_effect
-from gap_finder.find import GapResult
 from gap_finder.observations import Observations, observe
 from gap_finder.regimes import residuals
 from measurement.runs import Run
@@ -76,14 +74,11 @@ def test_a_channel_that_a_run_lacks_stays_blank_there(machine, observed):
 
 def test_a_signature_is_what_the_effect_alone_adds(machine, observed):
     after = with_effect(machine, "centrifugal_shift", {"shift": 15.0})
-    found = cast(
-        "GapResult",
-        SimpleNamespace(
-            before=SimpleNamespace(machine=machine),
-            after=SimpleNamespace(machine=after),
-            keys=("centrifugal_shift",),
-            observed=observed,
-        ),
+    found = SimpleNamespace(
+        before=SimpleNamespace(machine=machine),
+        after=SimpleNamespace(machine=after),
+        keys=("centrifugal_shift",),
+        observed=observed,
     )
     (chart,) = signature_charts(found)
     assert chart.name == "signature_centrifugal_shift_fast", "the run in which it does most"
