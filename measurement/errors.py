@@ -137,6 +137,27 @@ def one_of(source: str | Path, place: str, name: object, known: Iterable[str]) -
     raise BadInput(source, place, f"{shown(name)} is not one of {listed}{near(name, known)}")
 
 
+def refuse_other(source: str | Path, place: str, value: object, allowed: Iterable[str]) -> None:
+    """Refuse a value that is none of a few, all of which the text lists.
+
+    Parameters
+    ----------
+    source, place : path or str
+        As `BadInput` takes them.
+    value : object
+        The value given.
+    allowed : iterable of str
+
+    Raises
+    ------
+    BadInput
+        If the value is not one of them.
+    """
+    known = [*allowed]
+    if value not in known:
+        raise BadInput(source, place, f"{shown(value)} is not allowed: {', '.join(known)}")
+
+
 def near(name: object, known: Iterable[str]) -> str:
     """Return the end of a refusal that suggests the name probably meant; empty if none is close."""
     close = difflib.get_close_matches(str(name), list(known), 1)

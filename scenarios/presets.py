@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from fmu_compensator.fit.points import GROWTH
-from measurement.errors import BadInput, shown
+from measurement.errors import BadInput, refuse_other
 from measurement.runs import Run
 
 
@@ -118,8 +118,7 @@ def preset(name: str, runs: Sequence[Run] = (), points: Any = None) -> Preset:
     BadInput
         If the name is unknown, or the runs lack the temperatures.
     """
-    if name not in PRESETS:
-        raise BadInput("study", "", f"{shown(name)} is not allowed: {', '.join(PRESETS)}")
+    refuse_other("study", "", name, PRESETS)
     given = PRESETS[name]
     if given.places and points in (None, "", given.points):
         wanted = [f"{sensor}_degC" for sensor in given.points.split(",")]

@@ -80,11 +80,9 @@ def refuse_options(
     BadInput
         Names the first such option.
     """
-    parameters = inspect.signature(function).parameters.values()
-    allowed = [entry.name for entry in parameters if entry.kind is entry.KEYWORD_ONLY]
     if not rest:
-        refuse_unknown(name, {key: options[key] for key in options if key not in allowed}, allowed)
-    _refuse_types(function, {key: options[key] for key in options if key in allowed}, name)
+        refuse_unknown(name, options, function)
+    _refuse_types(function, options, name)
 
 
 def _refuse_types(function: Callable[..., Any], given: abc.Mapping[str, Any], name: str) -> None:

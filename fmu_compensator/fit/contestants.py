@@ -11,7 +11,7 @@ import numpy as np
 from fmu_compensator.fit.error_models import fitted_models
 from fmu_compensator.fit.recipe import Recipe
 from fmu_compensator.fit.training import Array, TrainingRun
-from measurement.errors import BadInput, shown
+from measurement.errors import BadInput, refuse_other, shown
 
 NO_MODEL, PERSISTENCE = "no_model", "persistence"
 BASELINES = {NO_MODEL: "No model (drift stays zero)", PERSISTENCE: "Persistence (last measured)"}
@@ -72,9 +72,7 @@ def contestants(
     chosen = list(recipes) if names is None else [name for name in names if name not in BASELINES]
     entries = [Contestant(name, title, None) for name, title in BASELINES.items()]
     for name in chosen:
-        if name not in recipes:
-            allowed = ", ".join([*recipes, *BASELINES])
-            raise BadInput("compare", "models", f"{shown(name)} is not allowed: {allowed}")
+        refuse_other("compare", "models", name, [*recipes, *BASELINES])
         if name in [other.name for other in entries]:
             raise BadInput("compare", "models", f"{shown(name)} is given twice")
         kind, title, own = recipes[name]

@@ -27,7 +27,7 @@ from fmu_compensator.runtime.fmi_slave import taken_name
 from fmu_compensator.runtime.geometry import FORMS, FivePoint, geometry_from_fields
 from fmu_compensator.runtime.modelfile import FORMAT, KIND, model_text, parse_model
 from measurement.doubts import doubt_lines
-from measurement.errors import BadInput, counted, shown
+from measurement.errors import BadInput, counted, refuse_other
 from measurement.faults import cleaned, find_faults, looked_over
 from measurement.rig import FivePointRig, Rig
 from measurement.runs import Run
@@ -126,9 +126,7 @@ def fit_compensator(
         raise BadInput(
             "fit", "points", "'' is not allowed: grey, hierarchical, fuzzy, all, or names"
         )
-    if geometry_form not in FORMS:
-        allowed = f"{shown(geometry_form)} is not allowed: {', '.join(FORMS)}"
-        raise BadInput("fit", "geometry form", allowed)
+    refuse_other("fit", "geometry form", geometry_form, FORMS)
     if model is None and model_options:
         name = next(iter(model_options))
         raise BadInput("fit", name, "an option needs a model to belong to: name one (--model)")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +19,7 @@ from fmu_compensator.fit.incidence import (
     relational_degree,
 )
 from fmu_compensator.fit.training import GRID_S, Array
-from measurement.errors import BadInput, shown
+from measurement.errors import BadInput, refuse_other, shown
 from measurement.faults.series import UNUSUALLY
 from measurement.resampling import FINEST_K
 from measurement.rig import axis_of
@@ -116,8 +116,8 @@ def choose_points(
         because a temperature starts at 0, as recorded rises do.
     """
     refuse_grey(threshold, theta, image, absolute_image)
-    _refuse_word("score", score, SCORES)
-    _refuse_word("grouping", grouping, GROUPINGS)
+    refuse_other("points", "score", score, SCORES)
+    refuse_other("points", "grouping", grouping, GROUPINGS)
     grids = [on_grid(run, candidates) for run in runs]
     rises = np.concatenate([temperatures - temperatures[0] for temperatures, _ in grids])
     errors = np.concatenate([targets - targets[0] for _, targets in grids])
@@ -171,13 +171,8 @@ def refuse_grey(threshold: float, theta: float, image: str, absolute_image: str)
     for place, value in (("lambda", threshold), ("theta", theta)):
         if not 0 <= value <= 1:
             raise BadInput("points", place, f"{value:g} is not allowed: must be from 0 to 1")
-    _refuse_word("image", image, IMAGES)
-    _refuse_word("absolute image", absolute_image, (AS_READ, *IMAGES))
-
-
-def _refuse_word(place: str, word: str, allowed: Iterable[str]) -> None:
-    if word not in (known := tuple(allowed)):
-        raise BadInput("points", place, f"{shown(word)} is not allowed: {', '.join(known)}")
+    refuse_other("points", "image", image, IMAGES)
+    refuse_other("points", "absolute image", absolute_image, (AS_READ, *IMAGES))
 
 
 def mean_degree(

@@ -9,10 +9,11 @@ from typing import Any
 from fmu_compensator.fit.data import Prepared, PreparedRun, moves
 from fmu_compensator.fit.error_models import fitted_models
 from fmu_compensator.fit.error_models.base import FittedModel, Task
+from fmu_compensator.fit.error_models.options import refuse_unknown
 from fmu_compensator.fit.points import GROUPINGS, Choice, choose_points, target_place
 from fmu_compensator.fit.training import TrainingRun
 from fmu_compensator.runtime.modelfile import INPUT_FORMS
-from measurement.errors import BadInput, shown
+from measurement.errors import BadInput, refuse_other, shown
 
 
 @dataclass(frozen=True)
@@ -46,19 +47,14 @@ class Recipe:
 
     def __post_init__(self) -> None:
         """Check the names and fill in the defaults."""
-        models = fitted_models()
-        if self.kind not in models:
-            allowed = ", ".join(models)
-            raise BadInput("fit", "model", f"{shown(self.kind)} is not allowed: {allowed}")
+        refuse_other("fit", "model", self.kind, fitted_models())
         for name, usual in (
             ("points", self.model.usual_points),
             ("input_form", self.model.usual_form),
         ):
             if getattr(self, name) is None or not len(getattr(self, name)):
                 object.__setattr__(self, name, usual)
-        if self.input_form not in INPUT_FORMS:
-            allowed = f"{shown(self.input_form)} is not allowed: {', '.join(INPUT_FORMS)}"
-            raise BadInput("fit", "input form", allowed)
+        refuse_other("fit", "input form", self.input_form, INPUT_FORMS)
 
     @property
     def model(self) -> type[FittedModel]:
@@ -100,6 +96,7 @@ class Recipe:
         self, prepared: Prepared, runs: Sequence[PreparedRun], chosen: Sequence[int]
     ) -> FittedModel:
         """Return the fitted model."""
+        refuse_unknown(self.kind, self.options, self.model.fit)
         return self.model.fit(self.task(prepared, runs, chosen), **self.options)
 
 

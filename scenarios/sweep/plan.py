@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from measurement.errors import BadInput, shown
+from measurement.errors import BadInput, refuse_other, shown
 from measurement.files import sha256_of
 from plant_model.drive import MOST_STEPS
 from plant_model.noise import LARGEST_SEED
@@ -185,8 +185,7 @@ def _chosen(scenario: Scenario, wanted: Sequence[str]) -> list[Variant]:
     if not variants:
         variants = {"main": Variant(name="main", title=scenario.settings.title)}
     for name in wanted:
-        if name not in variants:
-            raise BadInput("--variant", "", f"{shown(name)} is not allowed: {', '.join(variants)}")
+        refuse_other("--variant", "", name, variants)
     return [variant for name, variant in variants.items() if name in wanted or not wanted]
 
 

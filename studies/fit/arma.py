@@ -13,7 +13,6 @@ from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.error_models.options import (
     FEWEST_ROWS,
     refuse_poor,
-    refuse_unknown,
     whole,
     within,
 )
@@ -83,7 +82,6 @@ class AutoregressiveMovingAverage(FittedModel):
         *,
         step_s: float | None = None,
         order: int = 2,
-        **options: Any,
     ) -> AutoregressiveMovingAverage:
         """Return the series fitted to the task's runs.
 
@@ -101,7 +99,6 @@ class AutoregressiveMovingAverage(FittedModel):
         BadInput
             For an unknown option or value, too few rows, or constant columns.
         """
-        refuse_unknown("arma", options, ("step_s", "order"))
         refuse_poor(task)
         step = usual_step(task) if step_s is None else within("arma", "step_s", step_s, 0.1, 1e5)
         largest = whole("arma", "order", order, 1, FEWEST_ROWS // 2)

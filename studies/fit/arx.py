@@ -12,12 +12,11 @@ from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.error_models.options import (
     FEWEST_ROWS,
     refuse_poor,
-    refuse_unknown,
     within,
 )
 from fmu_compensator.fit.training import Array
 from fmu_compensator.runtime.ticks import ticks
-from measurement.errors import BadInput, shown
+from measurement.errors import BadInput, refuse_other, shown
 from studies.fit.by_run import (
     FEWEST_TO_LEAVE_OUT,
     RIDGE,
@@ -81,7 +80,6 @@ class AutoregressiveExogenous(FittedModel):
         step_s: float | None = None,
         estimator: str = "simulation",
         lags: int | str = 1,
-        **options: Any,
     ) -> AutoregressiveExogenous:
         """Return the model fitted to the task's runs.
 
@@ -109,10 +107,7 @@ class AutoregressiveExogenous(FittedModel):
         BadInput
             For an unknown option or value, too few rows, or constant columns.
         """
-        refuse_unknown("arx", options, ("step_s", "estimator", "lags"))
-        if estimator not in ESTIMATORS:
-            problem = f"{shown(estimator)} is not allowed: {', '.join(ESTIMATORS)}"
-            raise BadInput("arx", "estimator", problem)
+        refuse_other("arx", "estimator", estimator, ESTIMATORS)
         if lags not in LAGS or isinstance(lags, bool):
             allowed = ", ".join(map(str, LAGS))
             raise BadInput("arx", "lags", f"{shown(lags)} is not allowed: {allowed}")

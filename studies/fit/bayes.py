@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from fmu_compensator.fit.error_models.base import Task
-from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown
+from fmu_compensator.fit.error_models.options import refuse_poor
 from studies.fit import thermal_states
 from studies.fit.evidence import SAMPLES_PER_RUN, posterior
 from studies.fit.lagged import blocks_of, learnt_from, start_range
@@ -29,7 +28,9 @@ class Bayes(ThermalStates):
     usual_form = "rise"
 
     @classmethod
-    def fit(cls, task: Task, *, lags_s: Sequence[float] | None = None, **options: Any) -> Bayes:
+    def fit(  # type: ignore[override]  # fewer options
+        cls, task: Task, *, lags_s: Sequence[float] | None = None
+    ) -> Bayes:
         """Return the regression fitted to the task's runs.
 
         Parameters
@@ -44,7 +45,6 @@ class Bayes(ThermalStates):
         BadInput
             For an unknown option or value, too few rows, or constant columns.
         """
-        refuse_unknown("bayes", options, ("lags_s",))
         refuse_poor(task)
         sets = LAG_SETS_S if lags_s is None else (checked_lags("bayes", lags_s),)
         inputs = len(task.input_names)

@@ -12,7 +12,6 @@ from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.error_models.options import (
     FEWEST_ROWS,
     refuse_poor,
-    refuse_unknown,
     whole,
     within,
 )
@@ -119,7 +118,6 @@ class BackPropagation(FittedModel):
         decay: float = DECAY,
         rows: int = MOST_TRAINING_ROWS,
         seed: int = 0,
-        **options: Any,
     ) -> BackPropagation:
         """Return the network trained on the task's runs.
 
@@ -146,7 +144,6 @@ class BackPropagation(FittedModel):
         BadInput
             For an unknown option or value, too few rows, or constant columns.
         """
-        refuse_unknown("bp", options, ("hidden", "iterations", "goal", "decay", "rows", "seed"))
         layers = hidden_layers("bp", hidden)
         samples = Samples.of(task, rows_wanted("bp", rows))
         shape = Shape((samples.x.shape[1], *layers, samples.y.shape[1]))

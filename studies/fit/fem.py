@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from fmu_compensator.fit.error_models.base import FittedModel, Task
-from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, whole, within
+from fmu_compensator.fit.error_models.options import refuse_poor, whole, within
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput, shown
 from studies.finite_elements import FiniteElementSpindle, read_description
@@ -26,7 +26,6 @@ data."""
 PRIOR = np.array([0.4, 0.5, 0.2])
 """Prior standard deviations of the logarithms of film, jacket and capacity factors."""
 FARTHEST = np.log(4.0)
-OPTIONS = ("description", "modes", "identify", "penalty")
 
 
 class FiniteElementModel(FittedModel):
@@ -75,7 +74,6 @@ class FiniteElementModel(FittedModel):
         modes: int = 14,
         identify: bool = True,
         penalty: float = 1e-4,
-        **options: Any,
     ) -> FiniteElementModel:
         """Return the model identified on the task's runs.
 
@@ -99,7 +97,6 @@ class FiniteElementModel(FittedModel):
             For an unknown option or value, a bad description, too few rows, or runs without
             speed.
         """
-        refuse_unknown("fem", options, OPTIONS)
         size = whole("fem", "modes", modes, 4, 30)
         weight = within("fem", "penalty", penalty, 1e-12, 1e3)
         top = _top_speed(task)

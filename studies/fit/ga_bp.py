@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fmu_compensator.fit.error_models.base import Task
-from fmu_compensator.fit.error_models.options import refuse_unknown, whole, within
+from fmu_compensator.fit.error_models.options import whole, within
 from fmu_compensator.fit.training import Array
-from measurement.errors import BadInput, shown
+from measurement.errors import BadInput, refuse_other
 from studies.fit.bp import (
     DECAY,
     GOAL,
@@ -63,7 +62,6 @@ class GeneticBackPropagation(BackPropagation):
         rows: int = MOST_TRAINING_ROWS,
         nodes_by: str = "left_out",
         seed: int = 0,
-        **options: Any,
     ) -> GeneticBackPropagation:
         """Return the network trained on the task's runs.
 
@@ -87,11 +85,7 @@ class GeneticBackPropagation(BackPropagation):
         BadInput
             For an unknown option or value, too few rows, or constant columns.
         """
-        allowed = ("hidden", "population", "generations", "iterations", "goal", "decay")
-        refuse_unknown("ga_bp", options, (*allowed, "rows", "nodes_by", "seed"))
-        if nodes_by not in JUDGES:
-            problem = f"{shown(nodes_by)} is not allowed: {', '.join(JUDGES)}"
-            raise BadInput("ga_bp", "nodes_by", problem)
+        refuse_other("ga_bp", "nodes_by", nodes_by, JUDGES)
         settings = GeneticSettings(
             whole("ga_bp", "population", population, 4, 1000),
             whole("ga_bp", "generations", generations, 1, 10_000),

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.distance import pdist
 
 from fmu_compensator.fit.error_models.base import FittedModel, Task
-from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, whole
+from fmu_compensator.fit.error_models.options import refuse_poor, whole
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.resampling import SLOW_S
 from studies.fit.evidence import posterior
@@ -63,7 +63,7 @@ class GaussianProcess(FittedModel):
         self._diagnostics = diagnostics
 
     @classmethod
-    def fit(cls, task: Task, *, centres: int = 40, **options: Any) -> GaussianProcess:
+    def fit(cls, task: Task, *, centres: int = 40) -> GaussianProcess:
         """Return the process fitted to the task's runs.
 
         Parameters
@@ -78,7 +78,6 @@ class GaussianProcess(FittedModel):
         BadInput
             For an unknown option or value, too few rows, or constant columns.
         """
-        refuse_unknown("gp", options, ("centres",))
         wanted = whole("gp", "centres", centres, 1, 500)
         refuse_poor(task)
         from sklearn.kernel_approximation import Nystroem  # only here: it takes a second to load

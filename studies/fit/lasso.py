@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from fmu_compensator.fit.error_models.base import Task
-from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown
+from fmu_compensator.fit.error_models.options import refuse_poor
 from fmu_compensator.fit.training import Array
 from studies.fit.by_run import (
     FEWEST_TO_LEAVE_OUT,
@@ -39,13 +38,12 @@ class Lasso(ThermalStates):
     usual_form = "rise"
 
     @classmethod
-    def fit(
+    def fit(  # type: ignore[override]  # fewer options
         cls,
         task: Task,
         *,
         lags_s: Sequence[float] | None = None,
         penalty: float | None = None,
-        **options: Any,
     ) -> Lasso:
         """Return the regression fitted to the task's runs.
 
@@ -69,7 +67,6 @@ class Lasso(ThermalStates):
         The whole path of penalties comes from the normal equations by least-angle regression
         (scikit-learn), with equal weight for every run.
         """
-        refuse_unknown("lasso", options, ("lags_s", "penalty"))
         refuse_poor(task)
         lag_sets = LAG_SETS_S if lags_s is None else (checked_lags("lasso", lags_s),)
         shares = PENALTIES if penalty is None else (checked_penalty("lasso", penalty, 1.0),)

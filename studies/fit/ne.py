@@ -8,9 +8,9 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from fmu_compensator.fit.error_models.base import FittedModel, Task
-from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, whole, within
+from fmu_compensator.fit.error_models.options import refuse_poor, whole, within
 from fmu_compensator.fit.training import Array, TrainingRun, row_weights
-from measurement.errors import BadInput, shown
+from measurement.errors import BadInput, refuse_other
 from measurement.resampling import SLOW_S
 from measurement.spectrum import SAME_SPEED_SHARE, STILL_RPM
 from plant_model.parameters import ROOM_DEGC
@@ -63,7 +63,6 @@ class NaturalExponential(FittedModel):
         specific_heat: float | None = None,
         film: float | None = None,
         surface_m2: float | None = None,
-        **options: Any,
     ) -> NaturalExponential:
         """Return the model fitted to the task's runs.
 
@@ -93,10 +92,7 @@ class NaturalExponential(FittedModel):
             For an unknown option or value, a run without speed, a spindle that never turns, or
             too few rows.
         """
-        refuse_unknown("ne", options, ("knots", "tau_s", *TAU_OF, "steady", "description"))
-        if steady not in STEADY:
-            problem = f"{shown(steady)} is not allowed: {', '.join(STEADY)}"
-            raise BadInput("ne", "steady", problem)
+        refuse_other("ne", "steady", steady, STEADY)
         refuse_poor(task)
         given = dict(zip(TAU_OF, (mass_kg, specific_heat, film, surface_m2), strict=True))
         for run in task.runs:

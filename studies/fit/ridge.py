@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from fmu_compensator.fit.error_models.base import Task
-from fmu_compensator.fit.error_models.options import refuse_unknown
 from studies.fit.thermal_states import ThermalStates
 
 
@@ -17,13 +15,12 @@ class Ridge(ThermalStates):
     usual_form = "rise"
 
     @classmethod
-    def fit(
+    def fit(  # type: ignore[override]  # fewer options
         cls,
         task: Task,
         *,
         lags_s: Sequence[float] | None = None,
         penalty: float | None = None,
-        **options: Any,
     ) -> Ridge:
         """Return the regression fitted to the task's runs.
 
@@ -42,7 +39,6 @@ class Ridge(ThermalStates):
         BadInput
             For an unknown option or value, too few rows, or constant columns.
         """
-        refuse_unknown("ridge", options, ("lags_s", "penalty"))
         fitted = super().fit(
             task,
             lags_s=lags_s,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fmu_compensator.fit.error_models.base import FittedModel, Task
-from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
+from fmu_compensator.fit.error_models.options import refuse_poor, within
 from fmu_compensator.fit.training import Array
 from measurement.errors import BadInput
 from studies.fit.by_run import FEWEST_TO_LEAVE_OUT, NormalEquations, Solution
@@ -37,7 +37,6 @@ _Choices = tuple[
     tuple[bool, ...],
     tuple[float, ...],
 ]
-OPTIONS = ("lags_s", "penalty", "walk", "levels", "referenced", "robust", "speed", "average")
 
 
 @dataclass(frozen=True)
@@ -99,7 +98,6 @@ class ThermalStates(FittedModel):
         robust: bool = True,
         speed: bool = True,
         average: bool = True,
-        **options: Any,
     ) -> ThermalStates:
         """Return the model fitted to the task's runs.
 
@@ -132,7 +130,6 @@ class ThermalStates(FittedModel):
             For an unknown option or value, too few rows, or constant columns.
         """
         kind = cls.kind()
-        refuse_unknown(kind, options, OPTIONS)
         refuse_poor(task)
         choices: _Choices = (
             LAG_SETS_S if lags_s is None else (checked_lags(kind, lags_s),),

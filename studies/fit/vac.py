@@ -18,7 +18,7 @@ from fmu_compensator.fit.error_models.options import (
     within,
 )
 from fmu_compensator.fit.training import Array, TrainingRun
-from measurement.errors import BadInput, shown
+from measurement.errors import BadInput, refuse_other, shown
 from measurement.spectrum import SAME_SPEED_SHARE, STILL_RPM
 from studies.fit.by_run import FEWEST_TO_LEAVE_OUT
 from studies.runtime.vac import CONDITIONS
@@ -78,7 +78,6 @@ class VectorAngleCosine(FittedModel):
         held_out: bool = True,
         parts: Mapping[str, Mapping[str, Any]] | None = None,
         seed: int = 0,
-        **options: Any,
     ) -> VectorAngleCosine:
         """Return the hybrid fitted to the task's runs.
 
@@ -108,11 +107,7 @@ class VectorAngleCosine(FittedModel):
         BadInput
             For an unknown option or value, or anything that a constituent refuses.
         """
-        allowed = ("models", "combination", "held_out", "parts", "seed")
-        refuse_unknown("vac", options, allowed)
-        if combination not in COMBINATIONS:
-            problem = f"{shown(combination)} is not allowed: {', '.join(COMBINATIONS)}"
-            raise BadInput("vac", "combination", problem)
+        refuse_other("vac", "combination", combination, COMBINATIONS)
         refuse_poor(task)
         kinds = _constituents(models, task)
         within("vac", "seed", seed, 0, 2**31)
@@ -234,9 +229,7 @@ def _constituents(models: Sequence[str] | str | None, task: Task) -> tuple[str, 
         return tuple(kind for kind in usual if kind in allowed)
     names = models.split(",") if isinstance(models, str) else list(models)
     for name in names:
-        if name not in allowed:
-            problem = f"{shown(name)} is not allowed: {', '.join(allowed)}"
-            raise BadInput("vac", "models", problem)
+        refuse_other("vac", "models", name, allowed)
     if not 2 <= len(set(names)) == len(names) <= 10:
         raise BadInput("vac", "models", "2 to 10 different models are needed")
     return tuple(names)
@@ -267,6 +260,7 @@ def _part_options(parts: Any, kinds: Sequence[str], seed: int) -> dict[str, dict
 def _fitted(kind: str, task: Task, options: Mapping[str, Mapping[str, Any]]) -> FittedModel:
     model = error_models.fitted_models()[kind]
     runs = task.runs if model.history else [run.at(run.known) for run in task.runs]
+    refuse_unknown(kind, options[kind], model.fit)
     return model.fit(replace(task, runs=runs), **options[kind])
 
 

@@ -145,12 +145,6 @@ def test_equal_data_give_equal_numbers(kind):
 
 
 @pytest.mark.parametrize("kind", LEARNING)
-def test_unknown_options_are_refused_in_one_line(kind):
-    said = refusal(fitted_models()[kind].fit, task_of(kind, "rise"), turbo=True)
-    assert "turbo: is not a known option" in said
-
-
-@pytest.mark.parametrize("kind", LEARNING)
 def test_too_few_rows_are_refused_in_one_line(kind):
     task = task_of(kind, "rise")
     rows = task.runs[0].at(np.arange(len(task.runs[0].time_s)) < 4)

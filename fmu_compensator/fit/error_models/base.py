@@ -81,7 +81,7 @@ class FittedModel(ABC):
 
     @classmethod
     @abstractmethod
-    def fit(cls, task: Task, **options: Any) -> FittedModel:
+    def fit(cls, task: Task, *args: Any, **options: Any) -> FittedModel:
         """Return the model fitted to the task's runs.
 
         Parameters
@@ -89,7 +89,7 @@ class FittedModel(ABC):
         task : Task
             The runs, and which of their columns are inputs and targets.
         **options
-            Options of the model; each model names its own in its signature.
+            Options of the model: the keyword-only parameters that it names in its signature.
 
         Raises
         ------

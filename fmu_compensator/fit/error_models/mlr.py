@@ -9,7 +9,7 @@ import numpy as np
 
 from fmu_compensator.fit.correlation import MOST_CANDIDATES
 from fmu_compensator.fit.error_models.base import FittedModel, Task
-from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown
+from fmu_compensator.fit.error_models.options import refuse_poor
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput
 
@@ -40,7 +40,6 @@ class MultipleLinearRegression(FittedModel):
         *,
         subset: bool = True,
         intercept: bool | None = None,
-        **options: Any,
     ) -> MultipleLinearRegression:
         """Return the regression fitted to the task's runs.
 
@@ -60,7 +59,6 @@ class MultipleLinearRegression(FittedModel):
         BadInput
             For an unknown option, too few rows, a constant input or target, or collinear inputs.
         """
-        refuse_unknown("mlr", options, ("subset", "intercept"))
         refuse_poor(task)
         constant = task.input_form != "rise" if intercept is None else intercept
         inputs = np.concatenate([run.inputs for run in task.runs])

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable
+from inspect import signature
 from typing import Any
 
 import numpy as np
@@ -14,26 +15,29 @@ FEWEST_ROWS = 30
 """Fewest rows to fit a model of drift to: a quarter of an hour at 30 s. Set on no data."""
 
 
-def refuse_unknown(kind: str, options: Mapping[str, Any], known: Sequence[str]) -> None:
-    """Refuse an option that the model does not have.
+def refuse_unknown(name: str, options: Iterable[str], function: Callable[..., Any]) -> None:
+    """Refuse an option that a function does not have.
 
     Parameters
     ----------
-    kind : str
-        Kind of the error model.
-    options : mapping
-        Those given that the model did not take.
-    known : sequence of str
-        All options of the model.
+    name : str
+        What the options are of, for the message.
+    options : iterable of str
+        The names given.
+    function : callable
+        Its keyword-only parameters are the options.
 
     Raises
     ------
     BadInput
         Names the first one.
     """
-    if options:
-        name = next(iter(options))
-        raise BadInput(kind, name, f"is not a known option: {', '.join(known) or 'there is none'}")
+    parameters = signature(function).parameters.values()
+    known = [entry.name for entry in parameters if entry.kind is entry.KEYWORD_ONLY]
+    for option in options:
+        if option not in known:
+            allowed = ", ".join(known) or "there is none"
+            raise BadInput(name, option, f"is not a known option: {allowed}")
 
 
 def within(kind: str, name: str, value: Any, low: float, high: float) -> float:

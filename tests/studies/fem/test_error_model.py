@@ -137,7 +137,6 @@ def test_air_is_used_where_it_was_chosen(runs, table):
     ("options", "problem"),
     [
         ({"modes": 3}, "modes"),
-        ({"colour": 1}, "colour"),
         ({"penalty": -1.0}, "penalty"),
         ({"description": "no_such.toml"}, "no_such.toml"),
         ({"description": 5}, "is not a file's name"),
