@@ -5,6 +5,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import fmpy
+
 from tests.forked import PRELUDE, forked
 from tests.running import output_of
 
@@ -83,3 +85,11 @@ def apart(code: str, *arguments: object, before: str = "", path: Path | None = N
     lines = [line for line in shown.splitlines() if line.startswith("RESULT")]
     assert lines, shown
     return json.loads(lines[-1].removeprefix("RESULT"))
+
+
+def variables_of(fmu: Path) -> list[dict[str, Any]]:
+    """Return what an FMU's description says of each variable."""
+    names = ("name", "type", "valueReference", "causality", "variability", "initial", "unit")
+    names += ("displayUnit", "min", "max", "nominal", "start", "description")
+    listed = fmpy.read_model_description(str(fmu)).modelVariables
+    return [{name: getattr(variable, name) for name in names} for variable in listed]

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Mapping
 
 import can
+from cantools.database.can import Message
 
 from gateway.codec import Sender, Value
 from gateway.database import COMPENSATOR, MACHINE, Database, Frame
@@ -60,8 +61,7 @@ class Bench:
         found: dict[str, float | str] = {}
         frames = {frame.frame_id: frame for frame in self.database.of(COMPENSATOR)}
         for message in messages:
-            values = frames[message.arbitration_id].message.decode(bytes(message.data))
-            found |= {name: getattr(value, "name", value) for name, value in values.items()}
+            found |= decoded(frames[message.arbitration_id].message, message)
         self.answers.append(found)
         if isinstance(heard := found.get("challenge"), int):
             self.challenge = heard
@@ -158,6 +158,12 @@ class Bench:
         self.cycles(round(seconds / 0.1), values)
         assert self.last["status"] == "ok"
         assert self.last["valid"] == "valid"
+
+
+def decoded(frame: Message, message: can.Message) -> dict[str, float | str]:
+    """Return what a message holds by cantools alone, words by their names."""
+    content = frame.decode(bytes(message.data))
+    return {name: getattr(value, "name", value) for name, value in content.items()}
 
 
 def validity(answers: Iterable[Mapping[str, float | str]]) -> set[float | str]:

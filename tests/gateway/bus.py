@@ -24,7 +24,7 @@ from gateway.protocols.base import Participant
 from gateway.serving import Service
 from gateway.unit import CompensatorUnit
 from scenarios.cli import main
-from tests.gateway.bench import proven, told_by_machine
+from tests.gateway.bench import decoded, proven, told_by_machine
 
 ROOT = Path(__file__).resolve().parents[2]
 PATIENCE_S = 60.0
@@ -73,8 +73,7 @@ class Listener:
             if message.arbitration_id in self.known:
                 if message.is_error_frame or message.is_extended_id or len(message.data) != 8:
                     continue
-                content = self.known[message.arbitration_id].decode(bytes(message.data))
-                plain = {name: getattr(value, "name", value) for name, value in content.items()}
+                plain = decoded(self.known[message.arbitration_id], message)
                 self.challenge = plain.get("challenge", self.challenge)
                 return message, plain
 
@@ -169,6 +168,13 @@ class Control:
             if answer["status"] == "ok" and answer["dX"] == self.answers[-2]["dX"] != 0.0:
                 return answer
         raise AssertionError(f"not valid after {cycles} cycles: {self.answers[-1]}")
+
+    def until_valid(self, values: Mapping[str, Value]) -> Answer:
+        """Go on until the offsets are valid again."""
+        for _ in range(100):
+            if self.cycle(values)["valid"] == "valid":
+                return self.answers[-1]
+        raise AssertionError(f"not valid again: {self.answers[-1]}")
 
     def close(self) -> None:
         """Leave the bus."""

@@ -6,9 +6,8 @@ import shutil
 import sys
 import tempfile
 import zipfile
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
 from xml.etree import ElementTree as ET
 
 import fmpy
@@ -22,43 +21,34 @@ from measurement.errors import BadInput
 from scenarios.building import native_of
 from scenarios.fmu import Slave
 from scenarios.fmu_file import FmuFile
-from tests.fmu_packaging.apart import apart
+from tests.fmu_packaging.apart import apart, variables_of
 from tests.fmu_packaging.test_slave import LIFE
 from tests.fmus.models import RUN, five_point_text
 from tests.running import output_of
 
 
-@dataclass(frozen=True)
-class Both:
-    """The FMU in C and the one in Python."""
-
-    native: Path
-    python: Path
-    model: Path
-
-
 @pytest.fixture
-def both(by_hand: Path) -> Both:
-    names = ("compensator_native.fmu", "compensator.fmu", "by_hand.json")
-    return Both(*(by_hand / name for name in names))
-
-
-def facts(variable: Any, *, but: tuple[str, ...] = ()) -> dict[str, Any]:
-    names = ("name", "type", "valueReference", "causality", "variability", "initial", "unit")
-    names += ("displayUnit", "min", "max", "nominal", "start", "description")
-    return {name: getattr(variable, name) for name in names if name not in but}
+def both(by_hand: Path) -> SimpleNamespace:
+    """The FMU in C, the one in Python, and the compensator file of both."""
+    return SimpleNamespace(
+        native=by_hand / "compensator_native.fmu",
+        python=by_hand / "compensator.fmu",
+        model=by_hand / "by_hand.json",
+    )
 
 
 def test_the_variables_are_those_of_the_python_fmu(both):
-    native, python = (fmpy.read_model_description(str(path)) for path in (both.native, both.python))
-    found, expected = (
-        [facts(one, but=("description",) if one.causality == "parameter" else ()) for one in listed]
-        for listed in (native.modelVariables, python.modelVariables)
-    )
-    assert found == expected
+    found, expected = variables_of(both.native), variables_of(both.python)
     assert found[-1]["name"] == "model_file"
-    units = [[(unit.name, unit.baseUnit) for unit in d.unitDefinitions] for d in (native, python)]
-    assert [name for name, _ in units[0]] == [name for name, _ in units[1]]
+    for one in [*found, *expected]:
+        if one["causality"] == "parameter":
+            del one["description"]
+    assert found == expected
+    native, python = (
+        [unit.name for unit in fmpy.read_model_description(str(path)).unitDefinitions]
+        for path in (both.native, both.python)
+    )
+    assert native == python
 
 
 def test_the_flags_are_those_of_the_python_fmu_but_no_tool_is_needed(both):

@@ -1,8 +1,8 @@
 """The gap finder's command: what it refuses, what it leaves out, its folder, its FMUs."""
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -37,28 +37,33 @@ def tightening(machine: Machine) -> Machine:
     return with_effect(machine, "thermal_preload", {"gain": 0.3})
 
 
-def asked(*arguments: str) -> list[str]:
-    return ["find-gap", "jig_borer_lumps", *arguments, "--quiet"]
+@pytest.fixture
+def refusal(tmp_path, refused) -> Callable[..., str]:
+    """What the command says of runs of which the last is held out; it leaves no folder."""
+
+    def said(*runs: Run) -> str:
+        *paths, last = written(tmp_path, *runs)
+        out = tmp_path / "out"
+        asked = ["find-gap", "jig_borer_lumps", "--runs", *paths, "--holdout", last]
+        line = refused([*asked, "--out", str(out), "--quiet"])
+        assert not out.exists()
+        return line
+
+    return said
 
 
-def test_a_run_is_not_judged_on_what_it_was_fitted_to(machine, tmp_path, refused):
-    paths = written(tmp_path, *runs_of(machine))
-    out = str(tmp_path / "out")
-    line = refused(asked("--runs", *paths, "--holdout", paths[1], "--out", out))
-    assert "is the same run as" in line
-    assert not Path(out).exists()
+def test_a_run_is_not_judged_on_what_it_was_fitted_to(machine, refusal):
+    runs = runs_of(machine)
+    assert "is the same run as" in refusal(*runs, runs[1])
 
 
-def test_a_held_out_run_without_readings_is_refused(machine, tmp_path, refused):
+def test_a_held_out_run_without_readings_is_refused(machine, refusal):
     *runs, last = runs_of(machine)
     driving = {entry.column for entry in machine.inputs} | {"time_s"}
     frame = last.frame[[name for name in last.frame if name in driving]]
-    paths = written(tmp_path, *runs, Run(last.name, frame))
-    out = str(tmp_path / "out")
-    line = refused(asked("--runs", *paths[:3], "--holdout", paths[3], "--out", out))
+    line = refusal(*runs, Run(last.name, frame))
     assert "--holdout" in line
     assert last.name in line
-    assert not Path(out).exists()
 
 
 @pytest.mark.parametrize("command", ["find-gap", "calibrate"])
@@ -81,26 +86,18 @@ def test_a_run_without_what_drives_the_machine_is_refused(
 
 
 @pytest.mark.parametrize("place", [1, 3])
-def test_a_run_whose_clock_leaps_by_months_is_refused_before_the_work(
-    place, machine, tmp_path, refused
-):
+def test_a_run_whose_clock_leaps_by_months_is_refused_before_the_work(place, machine, refusal):
     runs = runs_of(machine)
     time = runs[place].time_s + 3e7 * (runs[place].time_s > 5000.0)
     runs[place] = replace(runs[place], frame=runs[place].frame.assign(time_s=time))
-    paths = written(tmp_path, *runs)
-    out = str(tmp_path / "out")
-    line = refused(asked("--runs", *paths[:3], "--holdout", paths[3], "--out", out))
-    assert f"{paths[place]}: column time_s: 30005010.0 after 4980.0" in line
-    assert not Path(out).exists()
+    assert f"{runs[place].name}.csv: column time_s: 30005010.0 after 4980.0" in refusal(*runs)
 
 
-def test_too_few_runs_that_can_be_used(machine, tmp_path, refused):
+def test_too_few_runs_that_can_be_used(machine, refusal):
     runs = runs_of(machine)
     hall = runs[0].frame["T5_degC"] + np.where(runs[0].time_s > 3000.0, 20.0, 0.0)
     broken = Run(runs[0].name, runs[0].frame.assign(T5_degC=hall))
-    paths = written(tmp_path, broken, *runs[1:])
-    out = str(tmp_path / "out")
-    line = refused(asked("--runs", *paths[:3], "--holdout", paths[3], "--out", out))
+    line = refusal(broken, *runs[1:])
     assert "only 2 of 3 can be used" in line
     assert "T5" in line
 

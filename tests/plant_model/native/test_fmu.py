@@ -1,14 +1,13 @@
 """The plant's C FMU as a host meets it: beside the Python FMU of the same machine."""
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
 
 import fmpy
 import pytest
 from fmpy.validation import validate_fmu
 
-from tests.fmu_packaging.apart import apart
+from tests.fmu_packaging.apart import apart, variables_of
 
 RUN = """
 import math
@@ -37,33 +36,21 @@ def ready(path, seed=0, **reals):
 """
 
 
-@dataclass(frozen=True)
-class Both:
-    """The FMU in C and the one in Python."""
-
-    native: Path
-    python: Path
-
-
 @pytest.fixture(scope="module")
-def both(shipped_in_c: Path) -> Both:
-    return Both(shipped_in_c / "plant_native.fmu", shipped_in_c / "plant.fmu")
-
-
-def facts(variable: Any) -> dict[str, Any]:
-    names = ("name", "type", "valueReference", "causality", "variability", "initial", "unit")
-    names += ("displayUnit", "min", "max", "nominal", "start", "description")
-    return {name: getattr(variable, name) for name in names}
+def both(shipped_in_c: Path) -> SimpleNamespace:
+    """The FMU in C and the one in Python."""
+    return SimpleNamespace(
+        native=shipped_in_c / "plant_native.fmu", python=shipped_in_c / "plant.fmu"
+    )
 
 
 def test_validation_is_clean_and_the_variables_are_those_of_the_python_fmu(both):
     assert validate_fmu(str(both.native)) == []
-    native, python = (fmpy.read_model_description(str(path)) for path in (both.native, both.python))
-    found, expected = ([facts(one) for one in d.modelVariables] for d in (native, python))
+    found, expected = variables_of(both.native), variables_of(both.python)
     # Behind them come the states and derivatives of model exchange.
     assert found[: len(expected)] == expected
     assert {one["causality"] for one in found[len(expected) :]} == {"local"}
-    assert not native.coSimulation.needsExecutionTool
+    assert not fmpy.read_model_description(str(both.native)).coSimulation.needsExecutionTool
 
 
 @pytest.mark.parametrize(
