@@ -94,16 +94,6 @@ def test_being_alive_survives_a_restored_state():
     assert causes(second, [20.0] * 7, elapsed_s=100.0)[-1] == STALE
 
 
-def test_faults_name_sensor_value_and_limit():
-    check = check_of()
-    fault = check.look(93.25, 1.0)
-    assert fault.sensor == 4
-    assert fault.text == "T4 93.2 degC is above 80 degC"
-    check.look(20.0, 1.0)
-    fault = check.look(30.0, 1.0)
-    assert fault.text == "T4 30.0 degC jumped by 10.0 K, 0.51 K allowed"
-
-
 @given(
     st.lists(st.floats() | st.floats(15, 25), max_size=40), st.lists(st.floats(0, 1e9), min_size=40)
 )
