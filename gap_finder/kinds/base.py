@@ -57,7 +57,8 @@ class Change(ABC):
         Number of changes simulated in one machine, each with all others off; 1 if a change cannot
         be switched off by its number.
     in_proportion : bool
-        Whether the response is proportional to the amplitude, so that one size is enough.
+        Whether the response is proportional to the amplitude: one size is simulated, with all its
+        other numbers. `points` then repeats these for every size.
     place : tuple of str
         The parts, inputs, sensors or axes.
     """
@@ -185,7 +186,11 @@ class Change(ABC):
         points = [change.points() for change in changes]
         for change, tried in zip(changes, points, strict=True):
             grown = change.put_into(grown, tried[0])
-        simulated = [tried[:1] if cls.in_proportion else tried for tried in points]
+        sizes = [list(dict.fromkeys(point[cls.amplitude] for point in tried)) for tried in points]
+        simulated = points
+        if cls.in_proportion:
+            each = zip(points, sizes, strict=True)
+            simulated = [[p for p in tried if p[cls.amplitude] == s[0]] for tried, s in each]
         counts = [len(tried) for tried in simulated]
         ends = np.cumsum(counts)
         sets: dict[str, FloatArray] = {}
@@ -202,9 +207,9 @@ class Change(ABC):
         by_change = np.split(answers.reshape(int(ends[-1]), -1), ends[:-1])
         if not cls.in_proportion:
             return by_change
-        sizes = [[point[cls.amplitude] for point in tried] for tried in points]
         return [
-            np.outer(size, answer / size[0]) for size, answer in zip(sizes, by_change, strict=True)
+            np.vstack([answer * (size / of_change[0]) for size in of_change])
+            for of_change, answer in zip(sizes, by_change, strict=True)
         ]
 
 

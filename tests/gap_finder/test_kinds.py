@@ -79,13 +79,6 @@ def test_a_door_that_an_input_tells_of_lets_in_the_hall(jig_borer_lumps, known):
     )
 
 
-def test_no_second_source_is_tried_where_an_input_heats_a_part_already(known):
-    places = {change.place for change in changes_of("heat_source", known)}
-    assert ("stator",) in places
-    assert ("stator", "speed") not in places
-    assert ("shaft_middle", "speed") in places
-
-
 def test_a_part_in_two_has_half_of_its_surface_on_either_side(known):
     machine = known[0].machine
     in_two = {one.place[0]: one for one in changes_of("coarse_part", known)}

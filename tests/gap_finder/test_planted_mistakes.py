@@ -47,12 +47,14 @@ def four_runs(machine: Machine) -> list[Run]:
     ]
 
 
-def test_a_missing_source_is_named_with_the_power_of_its_input(jig_borer_lumps):
-    missing = HeatSource(("pedestal", "speed"))
+@pytest.mark.parametrize(("part", "within"), [("pedestal", 0.3), ("stator", 0.5)])
+def test_a_missing_source_is_named_with_the_power_of_its_input(part, within, jig_borer_lumps):
+    # The speed heats the stator already, in proportion, which leaves the exponent less certain.
+    missing = HeatSource((part, "speed"))
     truth = missing.put_into(jig_borer_lumps, {"power": 400.0, "exponent": 2.5})
     found = find_gap(jig_borer_lumps, four_runs(truth), ONLY_THE_DESCRIPTION)
     assert found.keys == (missing.key,)
-    assert missing.read(found.after.machine)["exponent"] == pytest.approx(2.5, abs=0.3)
+    assert missing.read(found.after.machine)["exponent"] == pytest.approx(2.5, abs=within)
 
 
 def test_the_wrong_locating_bearing_is_named(jig_borer_lumps):
