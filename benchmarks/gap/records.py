@@ -20,7 +20,7 @@ STRONG, VISIBLE = 2.0, 1.25
 """Least ratio to the gap with nothing hidden of a strong, and of a visible case [1]."""
 
 CLASSES = ("strong", "visible", "faint", "unmeasured")
-"""How strong a case is; the last if no case was asked with nothing hidden."""
+"""How strong a case is; the last if nothing tells its gap with nothing hidden."""
 
 
 @dataclass(frozen=True)
@@ -102,8 +102,8 @@ class Record:
 
     @property
     def strength(self) -> str:
-        """One of `CLASSES`."""
-        if math.isnan(self.ratio):
+        """One of `CLASSES`; what other cases leave says nothing about a file with a mistake."""
+        if math.isnan(self.ratio) or (self.mistakes and not self.matched):
             return "unmeasured"
         if self.ratio >= STRONG:
             return "strong"

@@ -8,6 +8,7 @@ import pytest
 from benchmarks.gap import table
 from benchmarks.gap.outcome import groups_of, outcome, outcome_of_mistake
 from benchmarks.gap.plan import trials
+from benchmarks.gap.records import Record
 from benchmarks.gap.truths import TRUTHS
 from tests.gap_benchmark.made_up import Folder, added, answer, hidden, plan
 
@@ -64,6 +65,13 @@ def test_naming_a_mistake_that_is_there_is_not_wrong():
     assert outcome("none", [], left, "effect") == "none"
     assert outcome("effect", [hidden("windage")], left, "effect") == "none"
     assert outcome("none", [], groups_of(said), "effect") == "named"
+
+
+def test_the_error_that_a_mistake_of_the_file_leaves_is_not_the_strength_of_an_effect():
+    told = {"answer": answer(gap=(9.0, 4.0))}
+    assert Record(told, 3.0, matched=False).strength == "strong"
+    assert Record(told | {"mistakes": [NUT]}, 3.0, matched=False).strength == "unmeasured"
+    assert Record(told | {"mistakes": [NUT]}, 3.0, matched=True).strength == "strong"
 
 
 def test_the_figures_of_several_simulators_stand_side_by_side(tmp_path, capsys, monkeypatch):
