@@ -109,6 +109,7 @@ def _details(judged: Judged) -> dict[str, Any]:
                 "base_moved": step.baseline.fit.numbers_moved,
                 "base_others": step.baseline.fit.others_moved,
                 "base_prior": step.baseline.prior_cost,
+                "base_in_fit": step.baseline.cost_in_fit,
                 "tried": {
                     one.keys[-1]: {
                         "cost": one.fit.cost,
@@ -117,6 +118,7 @@ def _details(judged: Judged) -> dict[str, Any]:
                         "moved": one.fit.numbers_moved,
                         "others": one.fit.others_moved,
                         "prior": one.prior_cost,
+                        "in_fit": one.cost_in_fit,
                     }
                     for one in step.tried
                 },

@@ -59,14 +59,19 @@ def test_a_file_without_free_numbers_has_a_unit():
     assert units_of(fixed, [fixed]).numbers == 1.0
 
 
-@pytest.mark.parametrize(("won", "better"), [(0.3, False), (MARGIN - 0.1, False), (6.1, True)])
-def test_what_fits_better_does_so_by_the_margin_and_what_its_prior_costs(won, better):
-    before = hypothesis([[1.0]], calibrated=100.0)
-    after = hypothesis([[0.1]], calibrated=100.0 - 15.9 - won, prior=15.9)
-    assert after.fits_better(before) is better
-
-
 PLAIN = Units(np.ones(1), 1.0)
+
+
+@pytest.mark.parametrize(
+    ("left_out", "calibrated_on", "better"),
+    [(7.7, 0.3, False), (MARGIN, MARGIN - 0.1, False), (MARGIN, 6.1, True), (20.4, 2.7, True)],
+)
+def test_left_out_and_calibration_runs_exclude_another_together(left_out, calibrated_on, better):
+    prior = 15.9
+    before = hypothesis([[100.0]], calibrated=100.0)
+    left, cost = 100.0 - left_out - prior, 100.0 - calibrated_on - prior
+    after = hypothesis([[left]], calibrated=cost, prior=prior)
+    assert after.is_better(before, PLAIN) is better
 
 
 class GoingRound(Searching):
