@@ -56,9 +56,6 @@ class Change(ABC):
     at_once : int
         Number of changes simulated in one machine, each with all others off; 1 if a change cannot
         be switched off by its number.
-    in_proportion : bool
-        Whether the response is proportional to the amplitude: one size is simulated, with all its
-        other numbers. `points` then repeats these for every size.
     place : tuple of str
         The parts, inputs, sensors or axes.
     """
@@ -67,7 +64,6 @@ class Change(ABC):
     title: ClassVar[str]
     amplitude: ClassVar[str]
     at_once: ClassVar[int] = 40
-    in_proportion: ClassVar[bool] = False
 
     place: tuple[str, ...]
 
@@ -90,6 +86,19 @@ class Change(ABC):
     @abstractmethod
     def points(self) -> list[dict[str, float]]:
         """Return the numbers at which it is tried."""
+
+    def simulated(self) -> tuple[list[dict[str, float]], FloatArray]:
+        """Return the points to simulate, and the shares of their responses in each of `points`.
+
+        Fewer are enough where responses are proportional to a number.
+
+        Returns
+        -------
+        points : list of dict of str to float
+        shares : array, shape (points, simulated points)
+        """
+        points = self.points()
+        return points, np.eye(len(points))
 
     @abstractmethod
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
@@ -183,18 +192,12 @@ class Change(ABC):
         cls, changes: Sequence[Self], run: CalibratedRun, base: FloatArray
     ) -> list[FloatArray]:
         grown = run.machine
-        points = [change.points() for change in changes]
+        points, shares = zip(*(change.simulated() for change in changes), strict=True)
         for change, tried in zip(changes, points, strict=True):
             grown = change.put_into(grown, tried[0])
-        sizes = [list(dict.fromkeys(point[cls.amplitude] for point in tried)) for tried in points]
-        simulated = points
-        if cls.in_proportion:
-            each = zip(points, sizes, strict=True)
-            simulated = [[p for p in tried if p[cls.amplitude] == s[0]] for tried, s in each]
-        counts = [len(tried) for tried in simulated]
-        ends = np.cumsum(counts)
+        ends = np.cumsum([len(tried) for tried in points])
         sets: dict[str, FloatArray] = {}
-        for change, tried, end in zip(changes, simulated, ends, strict=True):
+        for change, tried, end in zip(changes, points, ends, strict=True):
             for number, name in change.parameters().items():
                 column = np.full(ends[-1], 0.0 if number == cls.amplitude else tried[0][number])
                 column[end - len(tried) : end] = [point[number] for point in tried]
@@ -205,12 +208,7 @@ class Change(ABC):
             shown = np.repeat(base, ends[-1], axis=0)
         answers = (shown - base) * run.observed.weights
         by_change = np.split(answers.reshape(int(ends[-1]), -1), ends[:-1])
-        if not cls.in_proportion:
-            return by_change
-        return [
-            np.vstack([answer * (size / of_change[0]) for size in of_change])
-            for of_change, answer in zip(sizes, by_change, strict=True)
-        ]
+        return [share @ answer for share, answer in zip(shares, by_change, strict=True)]
 
 
 class PathChange(Change):

@@ -12,6 +12,7 @@ import numpy as np
 from gap_finder.kinds.base import CalibratedRun, Change, free, with_item
 from plant_model.effects.plain_heat import PlainHeat
 from plant_model.machine import Item, Machine
+from plant_model.parameters import FloatArray
 
 SIZES_W = (20.0, 200.0)
 """Usual powers, which are tried: the response is proportional to them [W]. Set on no data."""
@@ -20,9 +21,12 @@ DRIVEN = "driven_heat"
 EXPONENT = PlainHeat.handles["sources", DRIVEN].numbers["exponent"]
 """Of an input: friction has 1, viscous drag 5/3 or 2, windage 3."""
 
-STEP = 0.25
-"""Between the exponents that are tried. Set on the twenty-seventh split, lathe 0021: a source with
-exponent 1 explains nothing of left-out runs if it is screened at 0.8 or 1.2."""
+EXPONENTS = np.arange(EXPONENT.low, EXPONENT.high + 0.125, 0.25)
+"""Those that are tried. Set on the twenty-seventh split, lathe 0021: a source with exponent 1
+explains nothing of left-out runs if it is screened at 0.8 or 1.2."""
+
+SIMULATED = np.geomspace(EXPONENT.low, EXPONENT.high, 3)
+"""Those that are simulated: the others' powers are sums of these, to 2 % of the input's range."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +36,6 @@ class HeatSource(Change):
     name: ClassVar[str] = "heat_source"
     title: ClassVar[str] = "Heat source that the machine file does not have"
     amplitude: ClassVar[str] = "power"
-    in_proportion: ClassVar[bool] = True
 
     @classmethod
     def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
@@ -58,8 +61,18 @@ class HeatSource(Change):
         """Return a small and a large power, each at all exponents if an input drives it."""
         if len(self.place) == 1:
             return [{self.amplitude: size} for size in SIZES_W]
-        exponents = np.arange(EXPONENT.low, EXPONENT.high + STEP / 2.0, STEP).tolist()
+        exponents = EXPONENTS.tolist()
         return [{self.amplitude: w, "exponent": a} for w, a in product(SIZES_W, exponents)]
+
+    def simulated(self) -> tuple[list[dict[str, float]], FloatArray]:
+        """Return the small power, at three exponents if an input drives it."""
+        sizes = np.array(SIZES_W)[:, None] / SIZES_W[0]
+        if len(self.place) == 1:
+            return self.points()[:1], sizes
+        range_ = np.linspace(0.0, 1.0, 101)[:, None]
+        shares = np.linalg.lstsq(range_**SIMULATED, range_**EXPONENTS, rcond=None)[0].T
+        points = [{self.amplitude: SIZES_W[0], "exponent": a} for a in SIMULATED.tolist()]
+        return points, np.kron(sizes, shares)
 
     def usual(self, number: str) -> tuple[float, float]:
         """Return the usual range of the power, or all exponents that a file may have."""

@@ -6,8 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
+import numpy as np
+
 from gap_finder.kinds.base import CalibratedRun, Change, fixed, free, with_item
 from plant_model.machine import Item, Machine
+from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
 
 SIZES_MM = (60.0, 600.0)
@@ -28,7 +31,6 @@ class MovesAxis(Change):
     name: ClassVar[str] = "moves_axis"
     title: ClassVar[str] = "Part that moves an axis"
     amplitude: ClassVar[str] = "length"
-    in_proportion: ClassVar[bool] = True
 
     way: float
 
@@ -59,6 +61,10 @@ class MovesAxis(Change):
     def points(self) -> list[dict[str, float]]:
         """Return a short and a long part."""
         return [{self.amplitude: size} for size in SIZES_MM]
+
+    def simulated(self) -> tuple[list[dict[str, float]], FloatArray]:
+        """Return the short part: responses are proportional to the length."""
+        return self.points()[:1], np.array(SIZES_MM)[:, None] / SIZES_MM[0]
 
     def parameters(self) -> dict[str, str]:
         """Return the length that would move the axis by the same amount."""
