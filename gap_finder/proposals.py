@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,7 @@ from gap_finder.keys import effect_of
 from gap_finder.leave_one_out import LeaveOneOut
 from gap_finder.score import Fit, Units
 from gap_finder.screen import Screen
+from plant_model.anatomy import bodies
 from plant_model.effect_names import name_of
 
 LEADERS = 4
@@ -21,7 +23,8 @@ data."""
 
 PLACES_TRIED = 6
 """Places at which the best kind of change is scored, and rivals tried for each addition once
-another has been added; set for time, on no data."""
+another has been added; set for time, on no data. Half of the places at most are cells of the same
+bodies, because neighbours respond alike and would leave no room for any other place."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +36,7 @@ class Proposed:
     likely : list of Addition
         The best of each kind: the likeliest few, and others that lower the score in the screening.
     places : list of Addition
-        The next few of every kind of change, to be scored if that kind does best.
+        A few of every kind of change, to be scored if that kind does best.
     """
 
     likely: list[Addition]
@@ -68,24 +71,40 @@ def screened(
     won += scores.numbers_gain / units.numbers + scores.others_gain
     won -= [addition.size_cost() for addition in sized]
     order = np.argsort(-(won - prior)).tolist()
-    likely = _best_of_kinds(tried, order, 1)
+    likely = _best_of_kinds(tried, order)
     # Near the calibrated machine, effects that calibration absorbed show little: always score some.
     likely = [i for rank, i in enumerate(likely) if rank < LEADERS or won[i] > prior[i]]
-    changes = [i for i in order if isinstance(tried[i], AddedChange)]
     keys = {tried[i].key for i in likely}
-    places = [i for i in _best_of_kinds(tried, changes, PLACES_TRIED) if tried[i].key not in keys]
+    places = [i for i in places_of(tried, order, bodies(best.machine)) if tried[i].key not in keys]
     return Proposed([sized[i] for i in likely], [sized[i] for i in places])
 
 
-def _best_of_kinds(tried: Sequence[Addition], order: Sequence[int], of_each: int) -> list[int]:
-    """Return the positions of the first few candidates of every kind."""
-    keys: dict[str, list[str]] = {}
-    chosen: list[int] = []
+def _best_of_kinds(tried: Sequence[Addition], order: Sequence[int]) -> list[int]:
+    """Return the position of the first candidate of every kind."""
+    first: dict[str, int] = {}
     for i in order:
-        key = tried[i].key
-        of_kind = keys.setdefault(name_of(key), [])
-        if key not in of_kind and len(of_kind) < of_each:
-            of_kind.append(key)
+        first.setdefault(name_of(tried[i].key), i)
+    return list(first.values())
+
+
+def places_of(
+    tried: Sequence[Addition], order: Sequence[int], body: Mapping[str, str]
+) -> list[int]:
+    """Return the positions of the first few places of every kind of change."""
+    keys: set[str] = set()
+    of_kind: Counter[str] = Counter()
+    of_bodies: Counter[tuple[str, ...]] = Counter()
+    chosen = []
+    for i in order:
+        addition = tried[i]
+        if not isinstance(addition, AddedChange) or addition.key in keys:
+            continue
+        kind = addition.change.name
+        where = (kind, *(body.get(part, part) for part in addition.change.place))
+        if of_kind[kind] < PLACES_TRIED and of_bodies[where] < PLACES_TRIED // 2:
+            keys.add(addition.key)
+            of_kind[kind] += 1
+            of_bodies[where] += 1
             chosen.append(i)
     return chosen
 

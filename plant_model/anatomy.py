@@ -100,6 +100,17 @@ def spindle_nodes(machine: Machine) -> set[str]:
     return {name for item in parts for role in roles for name in item.refs.get(role, ())}
 
 
+def bodies(machine: Machine) -> dict[str, str]:
+    """Return the body of every node that is a cell of one: ``shaft`` or ``housing``.
+
+    Parameters
+    ----------
+    machine : Machine
+    """
+    parts = machine.of_kind("structure", "shaft", "housing")
+    return {name: part.kind for part in parts for name in part.refs["nodes"]}
+
+
 def enclosed_air(machine: Machine) -> str | None:
     """Return the part that is the air of an enclosure, if the machine has one.
 

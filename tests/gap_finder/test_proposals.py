@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from gap_finder import forward_backward
+from gap_finder import forward_backward, proposals
 from gap_finder.calibrate import calibrate
 from gap_finder.candidates import Candidate, candidates
 from gap_finder.design import all_sensitivities
@@ -91,3 +91,11 @@ def test_another_place_begins_where_the_one_that_does_best_has_ended(jig_borer_l
     assert begun.parameters[moved].value == pytest.approx(1.1 * usual)
     there_is = {item.name for item in begun.items} - {item.name for item in jig_borer_lumps.items}
     assert there_is == {"-".join(there.change.place)}
+
+
+def test_the_cells_of_one_body_leave_room_for_other_places():
+    cells = [f"housing_{number}" for number in range(9)]
+    parts = [*cells, "head", "column"]
+    listed = [AddedChange(HeatPath((part, "guides"), False), {}, ()) for part in parts]
+    chosen = proposals.places_of(listed, range(len(listed)), dict.fromkeys(cells, "housing"))
+    assert [listed[i].change.place[0] for i in chosen] == [*cells[:3], "head", "column"]
