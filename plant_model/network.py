@@ -13,9 +13,13 @@ import numpy as np
 from plant_model.effects import Effect, catalogue
 from plant_model.effects.base import NONE, Inputs
 from plant_model.exchange import Exchange
-from plant_model.integrate import Modes, linear_steps
+from plant_model.integrate import TOLERANCE, Modes, linear_steps
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Values
+
+FLOWING_K = 0.1
+"""Largest local error of a part that another part's coolant flows into [K], given by the resolution
+of a thermometer: the next coolant takes it away within seconds."""
 
 
 def effects_in_force(machine: Machine, values: Values) -> list[Effect]:
@@ -105,6 +109,7 @@ class Network:
         self.linear = follow_only and not (self._dependent or self.one_way)
         scales = [effect.state_scales or (1.0,) * len(effect.states) for effect in effects]
         self.error_scale = np.concatenate([np.ones(self.node_count), *scales])
+        self.error_scale[[entry.node for entry in self.one_way]] = FLOWING_K / TOLERANCE
         self._slices = state_slices(effects)
 
     def exchanges(self, inputs: Inputs) -> Iterable[Exchange]:

@@ -99,6 +99,8 @@ class Equations:
         Heat that depends on temperature; rates of own states.
     slopes : nodes, then own states
         Total rate of each.
+    node_scales : nodes
+        Error that counts as much as 1 K in error control.
     decay, time_constants, scales : own states
     target, settled, first : own states
     outputs : sensors, then drift in X, Y, Z
@@ -117,6 +119,7 @@ class Equations:
     dependent: Cells
     rates: Cells
     slopes: Cells
+    node_scales: Cells
     decay: Cells
     time_constants: Cells
     scales: Cells
@@ -210,6 +213,7 @@ class _Tracer:
             dependent=_flat(dependent),
             rates=_flat(rates),
             slopes=slopes + _flat(rates),
+            node_scales=_flat(network.error_scale)[: self.nodes],
             decay=_flat(network.state_decay()),
             time_constants=constants,
             scales=_flat(network.error_scale)[self.nodes :],

@@ -190,6 +190,8 @@ def _tables(machine: Machine, equations: Equations) -> Iterator[str]:
     noise = noise_and_resolution(machine).values()
     yield from _array("struct sensor_noise", "machine_sensors", "SENSORS", noise)
     yield f"const struct axis_limits machine_axis = {_in_c(limits)};"
+    node_scales = map(float, equations.node_scales)
+    yield from _array("double", "machine_node_scales", "NODES", node_scales)
     yield from _array("double", "machine_state_scales", "STATES", map(float, equations.scales))
     yield from _array("double", "machine_nominals", "SIZE", nominals(equations))
     yield from _array("bool", "machine_lags", "STATES", lags)

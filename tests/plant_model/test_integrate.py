@@ -85,7 +85,7 @@ def test_linear_network_does_not_depend_on_the_step(jig_borer_lumps):
     ("hours", "step_s", "tolerance", "of_solver", "off"),
     [
         pytest.param(1.2, 10.0, 1e-7, 1e-9, 1e-5, marks=pytest.mark.long),
-        (0.8, 600.0, 1e-3, 1e-7, 1e-3),
+        (0.8, 600.0, 1e-3, 1e-7, 2e-3),
     ],
 )
 def test_dependent_network_equals_an_independent_solver(
@@ -99,12 +99,14 @@ def test_dependent_network_equals_an_independent_solver(
     np.testing.assert_allclose(ours, reference(machine, inputs, of_solver), atol=off)
 
 
-def test_error_control_keeps_what_it_promises(jig_borer_lumps):
-    machine = with_effects(jig_borer_lumps, "radiation", "viscosity_temperature")
+@pytest.mark.parametrize(("fed", "off"), [(False, 1e-3), (True, 5e-3)])
+def test_error_control_keeps_what_it_promises(fed, off, jig_borer_lumps):
+    machine = in_series(jig_borer_lumps, "jacket_front") if fed else jig_borer_lumps
+    machine = with_effects(machine, "radiation", "viscosity_temperature")
     inputs = inputs_over(0.4, every_s=60.0)
     default = simulate(machine, inputs, step_s=60.0).temperatures
     close = simulate(machine, inputs, step_s=20.0, tolerance=1e-7).temperatures
-    assert np.abs(default - close).max() < 1e-3
+    assert np.abs(default - close).max() < off
 
 
 def through(

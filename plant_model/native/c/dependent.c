@@ -107,7 +107,10 @@ static double once(
                          + w[SLOPE_GAIN][i] * (fa.states[i] - f0.states[i]) + error;
         worst = larger(fabs(error / plant->scales[i]), worst);
     }
-    return larger(h * largest_of(r, NODES), worst);
+    for (size_t i = 0; i < NODES; i++) {
+        worst = larger(fabs(h * r[i] / machine_node_scales[i]), worst);
+    }
+    return worst;
 }
 
 /* Steps through an interval, in equal parts until the error requires others. */

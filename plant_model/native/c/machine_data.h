@@ -65,6 +65,7 @@ extern const struct ports model_ports;
 extern const struct sensor_noise machine_sensors[AT_LEAST_ONE(SENSORS)];
 extern const struct axis_limits machine_axis;
 extern const double machine_nominals[SIZE]; /* of temperatures and own states */
+extern const double machine_node_scales[NODES]; /* error that counts as much as 1 K */
 extern const double machine_state_scales[AT_LEAST_ONE(STATES)];
 extern const bool machine_lags[AT_LEAST_ONE(STATES)];
 extern const bool machine_one_way; /* heat flows one way between nodes */
