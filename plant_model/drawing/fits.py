@@ -120,11 +120,13 @@ def _seat(drawing: Drawing, seat: Seat) -> list[str]:
     form, bearing = seat.form, seat.bearing
     lines = []
     sleeve = form.sleeve.outer if form.sleeve else None
+    middles = [(start + end) / 2.0 for start, end in seat.spans]
     for part, size, ring, key in (
         ("shaft", bearing.bore, "bore", "outer"),
         ("housing", sleeve or bearing.outside, "sleeve" if sleeve else "outside diameter", "inner"),
     ):
-        there = getattr(drawing.stretch_at(part, form.at), key)
+        sizes = [getattr(drawing.stretch_at(part, at), key) for at in middles]
+        there = max(sizes, key=lambda seated: abs(seated - size))
         loose = ring == "outside diameter" and there > size
         if abs(there - size) > LOOSE * size:
             lines.append(

@@ -130,6 +130,13 @@ def test_a_slip_shows(key, value, sentence):
     assert not any(sentence in line for line in said_of_the_sound_one())
 
 
+def test_a_shoulder_between_the_bearings_of_a_set_is_no_seat():
+    page = changed(small_page(), "bearings.0.spacing", 60)
+    ends = [(0, 140, 60), (140, 160, 80), (160, 260, 60)]
+    page["shaft"]["stretches"] = [{"from": a, "to": b, "outer": d, "inner": 20} for a, b, d in ends]
+    assert not any("The bore" in line for line in odd_fits(Drawing(page, "page.toml")))
+
+
 def test_what_moves_or_is_used_otherwise_is_not_idle():
     still = changed(small_page(), "jackets.0.inlet_side", None)
     for key, value in (
