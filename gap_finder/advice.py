@@ -68,12 +68,14 @@ def _worst_first(ranked: Sequence[tuple[float, Advice]]) -> list[Advice]:
 
 
 def worse_than_none(machine: Machine, left: Sequence[RunResiduals]) -> list[Advice]:
-    """Return the channels predicted worse by the model than by their first reading."""
+    """Return the channels predicted worse than by their first reading, by more than the noise."""
+    names = left[0].observed.channels
+    noise = noise_of(machine, names)
     ranked = []
-    for i, name in enumerate(left[0].observed.channels):
+    for i, name in enumerate(names):
         without = [run.observed.moved[:, i] for run in left]
         model, none = _rms_of_both([run.values[:, i] for run in left], without)
-        if model > none:
+        if model > np.hypot(none, noise[i]):
             unit = _unit(machine, name)
             text = (
                 f"{name}: the model is off by {model:.2g} {unit}, holding the first reading by "

@@ -175,9 +175,10 @@ def _left(table: Mapping[str, Any]) -> str:
 
 
 def _source(source: Mapping[str, Any]) -> str:
-    name = "how warm the machine started" if source["input"] == START else source["input"]
+    if source["input"] == START:
+        return "how warm the machine started"
     lag = f"{source['lag_min']:.0f} min{' or more' if source['lag_min'] == LAGS_MIN[-1] else ''}"
-    return f"{name} with a lag of {lag}"
+    return f"{source['input']} with a lag of {lag}"
 
 
 def _left_out(faults: Sequence[Mapping[str, Any]]) -> str:
