@@ -1,8 +1,9 @@
 """The one list of what may be missing: every effect and every change of the description.
 
 A kind is a law of the catalogue or a kind of change; it has one candidate for each driver, channel
-or place. "Nothing" has half of the prior probability; the kinds share the rest evenly, and so do
-the candidates of a kind. Every further addition again costs its own share.
+or place. "Nothing" has half of the prior probability; the kinds share the rest evenly, so do the
+bodies at which a kind may act, and so do the cells of a body: a finer mesh makes no other place
+less likely. Every further addition again costs its own share.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -28,6 +29,7 @@ from gap_finder.keys import has_its_drivers, law_of, laws_of
 from gap_finder.kinds import CalibratedRun, Change, kinds
 from gap_finder.observations import Observations
 from gap_finder.score import Fit
+from plant_model.anatomy import bodies
 from plant_model.effect_names import name_of
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
@@ -187,28 +189,43 @@ class Listed:
         Each candidate at several sizes.
     costs : dict of str to float
         -2 log of the prior probability of every candidate, by key.
+    body : mapping of str to str
+        The body of each part that is a cell of one.
     """
 
     tried: Sequence[Addition]
     costs: dict[str, float]
+    body: Mapping[str, str] = field(default_factory=dict)
 
     def without(self, keys: Collection[str]) -> Listed:
         """Return the list without what is already added, and without its law on other drivers."""
         taken = set(laws_of(keys))
         rest = [addition for addition in self.tried if law_of(addition.key) not in taken]
-        return Listed(rest, prior_costs({addition.key for addition in rest}))
+        costs = prior_costs({addition.key for addition in rest}, self.body)
+        return Listed(rest, costs, self.body)
 
 
-def prior_costs(keys: Collection[str]) -> dict[str, float]:
+def prior_costs(keys: Collection[str], body: Mapping[str, str]) -> dict[str, float]:
     """Return -2 log of the prior probability of every candidate; "nothing" has 0.
 
     Parameters
     ----------
     keys : collection of str
         All candidates.
+    body : mapping of str to str
+        The body of each part that is a cell of one.
     """
-    of_kind = Counter(name_of(key) for key in keys)
-    return {key: 2.0 * float(np.log(len(of_kind) * of_kind[name_of(key)])) for key in keys}
+    places = {key: key.partition(":")[2].split("+") for key in keys}
+    at = {
+        key: (name_of(key), *sorted(body.get(part, part) for part in place))
+        for key, place in places.items()
+    }
+    cells = Counter(at.values())
+    of_kind = Counter(kind for kind, *_ in cells)
+    return {
+        key: 2.0 * float(np.log(len(of_kind) * of_kind[where[0]] * cells[where]))
+        for key, where in at.items()
+    }
 
 
 def all_additions(
@@ -250,7 +267,8 @@ def all_additions(
                 answers = tuple(run[name][i][j] for run in by_run)
                 tried.append(AddedChange(change, numbers, answers))
     shown = [addition for addition in tried if _squares(addition.answers) > NEGLIGIBLE_SQUARES]
-    return Listed(shown, prior_costs({addition.key for addition in shown}))
+    body = bodies(machine)
+    return Listed(shown, prior_costs({addition.key for addition in shown}, body), body)
 
 
 def _squares(answers: Sequence[FloatArray]) -> float:

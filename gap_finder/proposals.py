@@ -14,7 +14,6 @@ from gap_finder.keys import effect_of
 from gap_finder.leave_one_out import LeaveOneOut
 from gap_finder.score import Fit, Units
 from gap_finder.screen import Screen
-from plant_model.anatomy import bodies
 from plant_model.effect_names import name_of
 
 LEADERS = 4
@@ -75,7 +74,7 @@ def screened(
     # Near the calibrated machine, effects that calibration absorbed show little: always score some.
     likely = [i for rank, i in enumerate(likely) if rank < LEADERS or won[i] > prior[i]]
     keys = {tried[i].key for i in likely}
-    places = [i for i in places_of(tried, order, bodies(best.machine)) if tried[i].key not in keys]
+    places = [i for i in places_of(tried, order, listed.body) if tried[i].key not in keys]
     return Proposed([sized[i] for i in likely], [sized[i] for i in places])
 
 

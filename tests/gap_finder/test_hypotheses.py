@@ -11,10 +11,19 @@ from plant_model.effects.base import possible
 
 def test_half_is_nothing_and_every_kind_has_an_equal_part_of_the_rest():
     keys = ["windage", "slow_structure", "slow_structure:bed", *(f"heat_path:a+{i}" for i in "bcd")]
-    odds = {key: np.exp(-cost / 2.0) for key, cost in prior_costs(keys).items()}
+    odds = {key: np.exp(-cost / 2.0) for key, cost in prior_costs(keys, {}).items()}
     assert sum(odds.values()) == pytest.approx(1.0), "as likely as nothing, whose odds are 1"
     assert odds["windage"] == pytest.approx(2.0 * odds["slow_structure"])
     assert odds["windage"] == pytest.approx(3.0 * odds["heat_path:a+b"])
+
+
+def test_a_finer_mesh_makes_no_other_place_less_likely():
+    cells = {f"housing_{i}": "housing" for i in range(9)}
+    coarse = prior_costs(["heat_path:housing+bed", "heat_path:head+bed"], {})
+    fine = prior_costs([*(f"heat_path:{cell}+bed" for cell in cells), "heat_path:head+bed"], cells)
+    assert fine["heat_path:head+bed"] == coarse["heat_path:head+bed"]
+    odds = [np.exp(-fine[f"heat_path:{cell}+bed"] / 2.0) for cell in cells]
+    assert sum(odds) == pytest.approx(np.exp(-coarse["heat_path:housing+bed"] / 2.0))
 
 
 @pytest.mark.parametrize("value", [1.0, 3.0, 40.0])
@@ -54,6 +63,6 @@ def test_candidates_cover_both_signs_and_stay_possible(jig_borer_lumps):
 def test_what_is_added_leaves_the_list_with_its_law_on_every_driver():
     keys = ["slow_structure", "slow_structure:bed", "sensor_lag:T1", "sensor_lag:T2", "windage"]
     tried = [AddedEffect(Candidate(key, {}, ())) for key in keys]
-    rest = Listed(tried, prior_costs(keys)).without(["slow_structure:bed", "sensor_lag:T2"])
+    rest = Listed(tried, prior_costs(keys, {})).without(["slow_structure:bed", "sensor_lag:T2"])
     assert [one.key for one in rest.tried] == ["sensor_lag:T1", "windage"]
-    assert rest.costs == prior_costs(["sensor_lag:T1", "windage"])
+    assert rest.costs == prior_costs(["sensor_lag:T1", "windage"], {})

@@ -35,7 +35,7 @@ def test_the_likeliest_are_scored_even_if_none_lowers_the_score_in_the_screening
         for one in candidates(now.machine, observed, catalogue()[name])
     ]
     # So unlikely that nothing gained pays for it.
-    costs = {key: 1e4 + cost for key, cost in prior_costs({one.key for one in tried}).items()}
+    costs = {key: 1e4 + cost for key, cost in prior_costs({one.key for one in tried}, {}).items()}
     likely = screened(now, now, sensitivities, Listed(tried, costs)).likely
     assert len({one.key for one in likely}) == len(likely) == LEADERS
 
