@@ -39,6 +39,13 @@ def test_the_loop_equals_the_one_by_hand(simulated, h):
         assert found[name].to_numpy() == pytest.approx(values), name
 
 
+def test_without_a_compensator_the_offsets_stay_zero(simulated):
+    for recording in (simulated(compensator=None), simulated(("compensator.enabled", False))):
+        assert not recording.frame["offset_X_um"].any()
+        assert [fmu.label for fmu in recording.fmus] == ["plant"]
+        assert recording.frame["error_X_um"].iloc[-1] == pytest.approx(300.0)
+
+
 def test_a_missing_reading_reaches_the_compensator_and_its_status_is_kept(simulated):
     recording = simulated(more=MISSING)
     seen = recording.frame["T1_seen_degC"]
@@ -51,6 +58,11 @@ def test_a_missing_reading_reaches_the_compensator_and_its_status_is_kept(simula
         (6.0, 11, "holding: T1 is missing"),
         (9.0, 0, "ok"),
     ]
+
+
+def test_parameters_reach_the_plant(simulated):
+    frame = simulated(("plant.parameters.gain", 0.0)).frame
+    assert set(frame["T1_degC"]) == {20.0}
 
 
 @pytest.mark.parametrize("told", [30.0, 0.0])

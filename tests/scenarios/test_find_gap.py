@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -17,7 +18,8 @@ from plant_model.machine_file import read_machine
 from plant_model.machine_writer import write_machine
 from plant_model.sensors import column_of
 from plant_model.simulate import simulate
-from scenarios import gap_cosimulation
+from scenarios import gap_cosimulation, gap_runner
+from scenarios.cli import main
 from scenarios.fmu_files import build_plant
 from scenarios.gap_cosimulation import compare_fmus
 from tests.gap_finder.conftest import runs_of
@@ -100,6 +102,22 @@ def test_too_few_runs_that_can_be_used(machine, refusal):
     line = refusal(broken, *runs[1:])
     assert "only 2 of 3 can be used" in line
     assert "T5" in line
+
+
+def test_nothing_is_left_of_a_folder_when_something_fails(machine, tmp_path, monkeypatch):
+    paths = written(tmp_path, *runs_of(machine))
+
+    def fails(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(gap_runner, "answer", fails)
+    out = tmp_path / "out"
+    assert (
+        main(["find-gap", "jig_borer_lumps", "--runs", *paths, "--out", str(out), "--quiet"]) == 130
+    )
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
+        Path(path).name for path in paths
+    )
 
 
 def test_an_fmu_that_shows_what_was_measured_leaves_nothing(machine):
