@@ -25,7 +25,7 @@ from gap_finder.candidates import (
 )
 from gap_finder.design import RunSensitivities
 from gap_finder.directions import NEGLIGIBLE_SQUARES
-from gap_finder.keys import has_its_drivers, law_of, laws_of
+from gap_finder.keys import bodies_of, has_its_drivers, law_of, laws_of
 from gap_finder.kinds import CalibratedRun, Change, kinds
 from gap_finder.observations import Observations
 from gap_finder.score import Fit
@@ -215,11 +215,7 @@ def prior_costs(keys: Collection[str], body: Mapping[str, str]) -> dict[str, flo
     body : mapping of str to str
         The body of each part that is a cell of one.
     """
-    places = {key: key.partition(":")[2].split("+") for key in keys}
-    at = {
-        key: (name_of(key), *sorted(body.get(part, part) for part in place))
-        for key, place in places.items()
-    }
+    at = {key: bodies_of(key, body) for key in keys}
     cells = Counter(at.values())
     of_kind = Counter(kind for kind, *_ in cells)
     return {

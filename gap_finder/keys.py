@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from plant_model.effect_names import effect_key, name_of
 from plant_model.effects import Effect, catalogue
@@ -90,6 +90,19 @@ def key_of(name: str, place: Sequence[str]) -> str:
         The parts, inputs, sensors or axes.
     """
     return f"{name}:{'+'.join(place)}"
+
+
+def bodies_of(key: str, body: Mapping[str, str]) -> tuple[str, ...]:
+    """Return a key's name, and the bodies of the parts after its colon in alphabetical order.
+
+    Parameters
+    ----------
+    key : str
+    body : mapping of str to str
+        The body of each part that is a cell of one; any other part is a body itself.
+    """
+    name, _, place = key.partition(":")
+    return name, *sorted(body.get(part, part) for part in place.split("+"))
 
 
 def place_of(key: str) -> list[str]:

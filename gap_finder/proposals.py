@@ -10,7 +10,7 @@ import numpy as np
 
 from gap_finder.design import RunSensitivities, design_of
 from gap_finder.hypotheses import AddedChange, AddedEffect, Addition, Listed
-from gap_finder.keys import effect_of
+from gap_finder.keys import bodies_of, effect_of
 from gap_finder.leave_one_out import LeaveOneOut
 from gap_finder.score import Fit, Units
 from gap_finder.screen import Screen
@@ -98,8 +98,8 @@ def places_of(
         addition = tried[i]
         if not isinstance(addition, AddedChange) or addition.key in keys:
             continue
-        kind = addition.change.name
-        where = (kind, *(body.get(part, part) for part in addition.change.place))
+        where = bodies_of(addition.key, body)
+        kind = where[0]
         if of_kind[kind] < PLACES_TRIED and of_bodies[where] < PLACES_TRIED // 2:
             keys.add(addition.key)
             of_kind[kind] += 1

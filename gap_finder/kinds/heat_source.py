@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import product
 from typing import ClassVar, Self
 
@@ -27,6 +28,14 @@ explains nothing of left-out runs if it is screened at 0.8 or 1.2."""
 
 SIMULATED = np.geomspace(EXPONENT.low, EXPONENT.high, 3)
 """Those that are simulated: the others' powers are sums of these, to 2 % of the input's range."""
+
+
+@cache
+def _shares() -> FloatArray:
+    """Return the shares of the simulated powers in each that is tried, (tried, simulated)."""
+    of_range = np.linspace(0.0, 1.0, 101)[:, None]
+    powers = np.linalg.lstsq(of_range**SIMULATED, of_range**EXPONENTS, rcond=None)[0]
+    return np.asarray(powers.T)
 
 
 @dataclass(frozen=True)
@@ -69,10 +78,8 @@ class HeatSource(Change):
         sizes = np.array(SIZES_W)[:, None] / SIZES_W[0]
         if len(self.place) == 1:
             return self.points()[:1], sizes
-        range_ = np.linspace(0.0, 1.0, 101)[:, None]
-        shares = np.linalg.lstsq(range_**SIMULATED, range_**EXPONENTS, rcond=None)[0].T
         points = [{self.amplitude: SIZES_W[0], "exponent": a} for a in SIMULATED.tolist()]
-        return points, np.kron(sizes, shares)
+        return points, np.kron(sizes, _shares()).astype(np.float64)
 
     def usual(self, number: str) -> tuple[float, float]:
         """Return the usual range of the power, or all exponents that a file may have."""
