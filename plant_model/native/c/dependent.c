@@ -108,9 +108,9 @@ static double once(
         worst = larger(fabs(error / plant->scales[i]), worst);
     }
     for (size_t i = 0; i < NODES; i++) {
-        worst = larger(fabs(h * r[i] / machine_node_scales[i]), worst);
+        r[i] /= machine_node_scales[i];
     }
-    return worst;
+    return larger(h * largest_of(r, NODES), worst);
 }
 
 /* Steps through an interval, in equal parts until the error requires others. */
