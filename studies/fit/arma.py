@@ -97,7 +97,7 @@ class AutoregressiveMovingAverage(FittedModel):
         Raises
         ------
         BadInput
-            For an unknown option or value, too few rows, or constant columns.
+            For a value that is not allowed, too few rows, or constant columns.
         """
         refuse_poor(task)
         step = usual_step(task) if step_s is None else within("arma", "step_s", step_s, 0.1, 1e5)

@@ -105,7 +105,7 @@ class AutoregressiveExogenous(FittedModel):
         Raises
         ------
         BadInput
-            For an unknown option or value, too few rows, or constant columns.
+            For a value that is not allowed, too few rows, or constant columns.
         """
         refuse_other("arx", "estimator", estimator, ESTIMATORS)
         if lags not in LAGS or isinstance(lags, bool):

@@ -43,7 +43,7 @@ class Bayes(ThermalStates):
         Raises
         ------
         BadInput
-            For an unknown option or value, too few rows, or constant columns.
+            For a value that is not allowed, too few rows, or constant columns.
         """
         refuse_poor(task)
         sets = LAG_SETS_S if lags_s is None else (checked_lags("bayes", lags_s),)

@@ -142,7 +142,7 @@ class BackPropagation(FittedModel):
         Raises
         ------
         BadInput
-            For an unknown option or value, too few rows, or constant columns.
+            For a value that is not allowed, too few rows, or constant columns.
         """
         layers = hidden_layers("bp", hidden)
         samples = Samples.of(task, rows_wanted("bp", rows))

@@ -94,7 +94,7 @@ class FiniteElementModel(FittedModel):
         Raises
         ------
         BadInput
-            For an unknown option or value, a bad description, too few rows, or runs without
+            For a value that is not allowed, a bad description, too few rows, or runs without
             speed.
         """
         size = whole("fem", "modes", modes, 4, 30)

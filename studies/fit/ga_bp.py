@@ -83,7 +83,7 @@ class GeneticBackPropagation(BackPropagation):
         Raises
         ------
         BadInput
-            For an unknown option or value, too few rows, or constant columns.
+            For a value that is not allowed, too few rows, or constant columns.
         """
         refuse_other("ga_bp", "nodes_by", nodes_by, JUDGES)
         settings = GeneticSettings(

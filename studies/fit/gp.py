@@ -76,7 +76,7 @@ class GaussianProcess(FittedModel):
         Raises
         ------
         BadInput
-            For an unknown option or value, too few rows, or constant columns.
+            For a value that is not allowed, too few rows, or constant columns.
         """
         wanted = whole("gp", "centres", centres, 1, 500)
         refuse_poor(task)

@@ -60,7 +60,7 @@ class Lasso(ThermalStates):
         Raises
         ------
         BadInput
-            For an unknown option or value, too few rows, or constant columns.
+            For a value that is not allowed, too few rows, or constant columns.
 
         Notes
         -----

@@ -89,7 +89,7 @@ class NaturalExponential(FittedModel):
         Raises
         ------
         BadInput
-            For an unknown option or value, a run without speed, a spindle that never turns, or
+            For a value that is not allowed, a run without speed, a spindle that never turns, or
             too few rows.
         """
         refuse_other("ne", "steady", steady, STEADY)

@@ -37,7 +37,7 @@ class Ridge(ThermalStates):
         Raises
         ------
         BadInput
-            For an unknown option or value, too few rows, or constant columns.
+            For a value that is not allowed, too few rows, or constant columns.
         """
         fitted = super().fit(
             task,

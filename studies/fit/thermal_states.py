@@ -127,7 +127,7 @@ class ThermalStates(FittedModel):
         Raises
         ------
         BadInput
-            For an unknown option or value, too few rows, or constant columns.
+            For a value that is not allowed, too few rows, or constant columns.
         """
         kind = cls.kind()
         refuse_poor(task)

@@ -105,7 +105,7 @@ class VectorAngleCosine(FittedModel):
         Raises
         ------
         BadInput
-            For an unknown option or value, or anything that a constituent refuses.
+            For a value that is not allowed, or anything that a constituent refuses.
         """
         refuse_other("vac", "combination", combination, COMBINATIONS)
         refuse_poor(task)

@@ -57,7 +57,7 @@ class MultipleLinearRegression(FittedModel):
         Raises
         ------
         BadInput
-            For an unknown option, too few rows, a constant input or target, or collinear inputs.
+            For too few rows, a constant input or target, or collinear inputs.
         """
         refuse_poor(task)
         constant = task.input_form != "rise" if intercept is None else intercept
