@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 
 import numpy as np
 
@@ -135,7 +135,9 @@ def enclosed_air(machine: Machine) -> str | None:
 
 
 def base_node(machine: Machine) -> int:
-    """Return the heaviest node that gives heat to the hall (the column), or else the heaviest.
+    """Return the column: the heaviest part that moves the nose and gives heat to the hall.
+
+    If no part does both, the heaviest that gives heat to the hall, or else the heaviest.
 
     Parameters
     ----------
@@ -146,14 +148,14 @@ def base_node(machine: Machine) -> int:
     int
         Its position among the nodes.
     """
-    index = machine.node_index
     open_to_air = {item.refs["between"][0] for item in machine.of_kind("links", "convection")}
-    chosen = [node for node in machine.nodes if node.name in open_to_air] or machine.nodes
-    return index[max(chosen, key=lambda node: node.capacity.value).name]
+    return _heaviest(machine, open_to_air & _movers(machine), open_to_air, machine.node_index)
 
 
 def carrier_node(machine: Machine) -> int:
-    """Return the heaviest node that passes heat to the column: it carries the spindle.
+    """Return the part that carries the spindle: the heaviest mover that passes heat to the column.
+
+    If no such part moves the nose, the heaviest that passes heat to the column.
 
     Parameters
     ----------
@@ -164,12 +166,29 @@ def carrier_node(machine: Machine) -> int:
     int
         Its position among the nodes; that of `base_node` if nothing passes heat to the column.
     """
-    index = machine.node_index
     base = machine.nodes[base_node(machine)].name
     pairs = [item.refs["between"] for item in machine.of_kind("links", "conduction", "contact")]
-    beside = {name for pair in pairs if base in pair for name in pair if name in index} - {base}
-    chosen = [node for node in machine.nodes if node.name in beside]
-    return index[max(chosen, key=lambda node: node.capacity.value).name if chosen else base]
+    beside = {name for pair in pairs if base in pair for name in pair} - {base}
+    return _heaviest(machine, beside & _movers(machine), beside, {base})
+
+
+def _movers(machine: Machine) -> set[str]:
+    """Return the parts outside the spindle that move the nose by growing or bending.
+
+    A bed or a foot that only stores heat may be heavier than the column.
+    """
+    members = machine.of_kind("structure", "member", "bend")
+    nodes = {name for item in members for names in item.refs.values() for name in names}
+    return nodes - spindle_nodes(machine)
+
+
+def _heaviest(machine: Machine, *among: Container[str]) -> int:
+    """Return the heaviest node of the first of *among* that holds one."""
+    for names in among:
+        chosen = [node for node in machine.nodes if node.name in names]
+        if chosen:
+            return machine.node_index[max(chosen, key=lambda node: node.capacity.value).name]
+    raise ValueError("no node is among these")
 
 
 def around_bearing(machine: Machine, bearing: Item) -> tuple[tuple[int, ...], tuple[int, ...]]:

@@ -46,8 +46,8 @@ class ColumnBending(Effect):
     T_column - T_hall across 0.4 m bends 1.5 m of iron by 20 urad per kelvin; walls of 20 to 60 mm
     need 0.5 to 6 h (rho c t / h). These sizes are engineering judgement. Influence of the
     surroundings on machines: Mayr et al., CIRP Annals 61 (2012) 771-791,
-    doi:10.1016/j.cirp.2012.05.008; its test: ISO 230-3. The column is the heaviest node that gives
-    heat to the hall, the carrier the heaviest that passes heat to the column.
+    doi:10.1016/j.cirp.2012.05.008; its test: ISO 230-3. The column is the heaviest part that
+    moves the nose and gives heat to the hall, the carrier the heaviest such part beside it.
     """
 
     title = "Column bending with the hall"

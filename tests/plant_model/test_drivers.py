@@ -7,7 +7,7 @@ import pytest
 
 from gap_finder.candidates import missing_effects, with_effect
 from gap_finder.keys import driver_keys, driver_of, law_of, laws_of, unused_with
-from plant_model.anatomy import enclosed_air
+from plant_model.anatomy import enclosed_air, structure_parts
 from plant_model.effects import catalogue
 from plant_model.effects.base import NONE
 from plant_model.machine_file import machine_path, read_machine
@@ -41,6 +41,10 @@ def test_one_driver_in_force_leaves_no_other_to_be_missed(jig_borer_lumps):
     machine = with_effect(jig_borer_lumps, "slow_structure:column")
     assert catalogue()["slow_structure"] not in missing_effects(machine)
     assert catalogue()["sensor_lag"] in missing_effects(with_effect(machine, "sensor_lag:T1"))
+
+
+def test_a_foot_that_does_not_move_the_nose_is_not_the_column():
+    assert structure_parts(read_machine("lathe")) == ["bed", "bed_head"]  # not the heavier foot
 
 
 def test_what_a_driver_does_not_use_is_not_calibrated(jig_borer_lumps):
