@@ -29,7 +29,8 @@ def differences_of(effect: Effect) -> list[Exchange]:
     exchanges = []
     for item in machine.of_kind("links", "coolant_unevenness"):
         wall = frozenset(item.refs["between"])
-        g = np.maximum(scale * effect.of(item, "difference"), -left[wall])
+        g = scale * effect.of(item, "difference")
+        g = np.minimum(np.maximum(g, -left[wall]), left[wall])
         left[wall] = left[wall] + g
         exchanges.append(exchange(machine, item, g))
     return exchanges
@@ -40,8 +41,8 @@ class UnevenCooling(Effect):
 
     The inlet side of a jacket cools better than the far side. ``coolant_unevenness`` gives a
     sector's difference from the mean; the differences of one ring should sum to zero. A deficit is
-    at most all of the sector's ``coolant_wall``: without ``coolant_jacket`` there is no cooling,
-    and this effect does nothing.
+    at most all of the sector's ``coolant_wall``, and so is an excess, which a deficit elsewhere
+    balances. Without ``coolant_jacket`` there is no cooling, and this effect does nothing.
     """
 
     title = "Uneven cooling around the circumference"

@@ -264,6 +264,19 @@ def test_without_jackets_no_side_is_cooled(jig_borer_lumps):
     assert off == [0.0, 0.0]
 
 
+def test_one_side_of_a_jacket_gains_at_most_what_the_other_can_lose(jig_borer_lumps):
+    wall = jig_borer_lumps.parameters["links.housing_front_xp-jacket_front.conductance"].value
+    over = {"effects.uneven_cooling.scale": 1.5} | {
+        f"links.unevenness_front_{side}.difference": share * 33.8
+        for side, share in (("xp", 1.0), ("xm", -1.0))
+    }
+    most = jig_borer_lumps.with_values(over)
+    sides = ("housing_front_xp", "housing_front_xm")
+    cooled = [conductance_between(most, side, "jacket_front") for side in sides]
+    assert wall < 1.5 * 33.8
+    assert cooled == pytest.approx([2.0 * wall, 0.0])
+
+
 def test_coolant_supply_offset_is_coolant_of_another_temperature(jig_borer_lumps):
     inputs = steady(6000.0, 3.0)
     warmer = simulate(jig_borer_lumps, inputs.assign(T9_degC=inputs["T9_degC"] + 0.7))
