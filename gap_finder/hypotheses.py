@@ -27,6 +27,7 @@ from gap_finder.design import RunSensitivities
 from gap_finder.directions import NEGLIGIBLE_SQUARES
 from gap_finder.keys import bodies_of, has_its_drivers, law_of, laws_of
 from gap_finder.kinds import CalibratedRun, Change, kinds
+from gap_finder.linearise import simulate_runs
 from gap_finder.observations import Observations
 from gap_finder.score import Fit
 from plant_model.anatomy import bodies
@@ -34,6 +35,7 @@ from plant_model.effect_names import name_of
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
+from plant_model.simulate import Simulation
 
 
 class Addition(Protocol):
@@ -245,23 +247,23 @@ def all_additions(
         Whether the description may also be changed.
     """
     machine, observed = about.machine, about.observed
-    effects = [effect.name for effect in missing_effects(machine, without)]
-    jobs = [pool.submit(_of_effect, machine, observed, name) for name in effects]
+    plain = simulate_runs(machine, observed)
     runs = [
-        CalibratedRun(machine, run, part) for run, part in zip(observed, sensitivities, strict=True)
+        CalibratedRun(machine, run, simulated, part)
+        for run, simulated, part in zip(observed, plain, sensitivities, strict=True)
     ]
     changes = {
         name: [change for change in kind.all_of(runs) if _is_sound(machine, change)]
         for name, kind in kinds().items()
         if described
     }
-    by_run = [job.result() for job in [pool.submit(_of_changes, run, changes) for run in runs]]
-    tried: list[Addition] = [AddedEffect(candidate) for job in jobs for candidate in job.result()]
-    for name, of_kind in changes.items():
-        for i, change in enumerate(of_kind):
-            for j, numbers in enumerate(change.points()):
-                answers = tuple(run[name][i][j] for run in by_run)
-                tried.append(AddedChange(change, numbers, answers))
+    of_changes = [
+        pool.submit(_of_changes, of_kind, runs) for of_kind in changes.values() if of_kind
+    ]
+    effects = [effect.name for effect in missing_effects(machine, without)]
+    of_effects = [pool.submit(_of_effect, machine, observed, plain, name) for name in effects]
+    tried: list[Addition] = [addition for job in of_effects for addition in job.result()]
+    tried += [addition for job in of_changes for addition in job.result()]
     shown = [addition for addition in tried if _squares(addition.answers) > NEGLIGIBLE_SQUARES]
     body = bodies(machine)
     return Listed(shown, prior_costs({addition.key for addition in shown}, body), body)
@@ -277,11 +279,16 @@ def _is_sound(machine: Machine, change: Change) -> bool:
     return not driven or has_its_drivers(change.put_into(machine, change.points()[0]))
 
 
-def _of_effect(machine: Machine, observed: Sequence[Observations], name: str) -> list[Candidate]:
-    return list(candidates(machine, observed, catalogue()[name]))
+def _of_effect(
+    machine: Machine, observed: Sequence[Observations], plain: Sequence[Simulation], name: str
+) -> list[AddedEffect]:
+    return [AddedEffect(one) for one in candidates(machine, observed, plain, catalogue()[name])]
 
 
-def _of_changes(
-    run: CalibratedRun, changes: dict[str, list[Change]]
-) -> dict[str, list[FloatArray]]:
-    return {name: kinds()[name].answers(of_kind, run) for name, of_kind in changes.items()}
+def _of_changes(changes: Sequence[Change], runs: Sequence[CalibratedRun]) -> list[AddedChange]:
+    answers = zip(*kinds()[changes[0].name].answers(changes, runs), strict=True)
+    return [
+        AddedChange(change, numbers, tuple(answer[i] for answer in of_runs))
+        for change, of_runs in zip(changes, answers, strict=True)
+        for i, numbers in enumerate(change.points())
+    ]

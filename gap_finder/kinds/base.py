@@ -12,13 +12,14 @@ import numpy as np
 from gap_finder.added_paths import AddedPath, path_answers
 from gap_finder.design import RunSensitivities
 from gap_finder.keys import key_of
-from gap_finder.linearise import modelled, simulate_at
+from gap_finder.linearise import modelled, simulate_runs
 from gap_finder.observations import Observations
 from plant_model.effects import catalogue
 from plant_model.effects.base import TIMES_USUAL
 from plant_model.integrate import IntegrationError
 from plant_model.machine import FAMILIES, Item, Machine
 from plant_model.parameters import FloatArray, Parameter
+from plant_model.simulate import Simulation
 
 SOURCE = "found by the gap finder"
 
@@ -29,18 +30,24 @@ a joint or stirred air. Set on no data."""
 
 @dataclass(frozen=True)
 class CalibratedRun:
-    """A run, and its derivatives about the calibrated machine.
+    """A run, simulated with the calibrated machine, and its derivatives about it.
 
     Attributes
     ----------
     machine : Machine
     observed : Observations
+    simulated : Simulation
     sensitivities : RunSensitivities
     """
 
     machine: Machine
     observed: Observations
+    simulated: Simulation
     sensitivities: RunSensitivities
+
+    def weighted(self, changed: FloatArray) -> FloatArray:
+        """Return responses of its channels, (points, K, C), times their weights, (points, N)."""
+        return (changed * self.observed.weights).reshape(len(changed), -1)
 
 
 @dataclass(frozen=True)
@@ -167,31 +174,35 @@ class Change(ABC):
         return {}
 
     @classmethod
-    def answers(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:
-        """Return the weighted responses of a run to changes of this kind.
+    def answers(
+        cls, changes: Sequence[Self], runs: Sequence[CalibratedRun]
+    ) -> list[list[FloatArray]]:
+        """Return the weighted responses of runs to changes of this kind.
 
         Parameters
         ----------
         changes : sequence of Change
-        run : CalibratedRun
+        runs : sequence of CalibratedRun
+            All of the same machine.
 
         Returns
         -------
-        list of array, each (points, N)
-            One for each change: model with it minus model without, times the weights [1]. N is
-            instants times channels.
+        list of list of array, each (points, N)
+            Of each run to each change: model with it minus model without, times the weights [1]. N
+            is instants times channels.
         """
-        base = modelled(simulate_at(run.machine, run.observed), run.observed)
-        answers: list[FloatArray] = []
+        answers: list[list[FloatArray]] = [[] for _ in runs]
         for start in range(0, len(changes), cls.at_once):
-            answers += cls._simulated(changes[start : start + cls.at_once], run, base)
+            together = cls._simulated(changes[start : start + cls.at_once], runs)
+            for of_run, more in zip(answers, together, strict=True):
+                of_run += more
         return answers
 
     @classmethod
     def _simulated(
-        cls, changes: Sequence[Self], run: CalibratedRun, base: FloatArray
-    ) -> list[FloatArray]:
-        grown = run.machine
+        cls, changes: Sequence[Self], runs: Sequence[CalibratedRun]
+    ) -> Iterator[list[FloatArray]]:
+        grown = runs[0].machine
         points, shares = zip(*(change.simulated() for change in changes), strict=True)
         for change, tried in zip(changes, points, strict=True):
             grown = change.put_into(grown, tried[0])
@@ -203,12 +214,14 @@ class Change(ABC):
                 column[end - len(tried) : end] = [point[number] for point in tried]
                 sets[name] = column
         try:
-            shown = modelled(simulate_at(grown, run.observed, sets), run.observed)
+            simulated = simulate_runs(grown, [run.observed for run in runs], sets)
         except IntegrationError:
-            shown = np.repeat(base, ends[-1], axis=0)
-        answers = (shown - base) * run.observed.weights
-        by_change = np.split(answers.reshape(int(ends[-1]), -1), ends[:-1])
-        return [share @ answer for share, answer in zip(shares, by_change, strict=True)]
+            simulated = [run.simulated for run in runs]
+        for run, with_them in zip(runs, simulated, strict=True):
+            changed = modelled(with_them, run.observed) - modelled(run.simulated, run.observed)
+            shape = (int(ends[-1]), *changed.shape[1:])
+            by_change = np.split(run.weighted(np.broadcast_to(changed, shape)), ends[:-1])
+            yield [share @ answer for share, answer in zip(shares, by_change, strict=True)]
 
 
 class PathChange(Change):
@@ -223,9 +236,12 @@ class PathChange(Change):
         return tuple(point[self.amplitude] for point in self.points())
 
     @classmethod
-    def answers(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:
+    def answers(
+        cls, changes: Sequence[Self], runs: Sequence[CalibratedRun]
+    ) -> list[list[FloatArray]]:
         """Return the responses to all paths, computed together."""
-        return path_answers(run.machine, run.observed, [change.path() for change in changes])
+        paths = [change.path() for change in changes]
+        return [path_answers(run.machine, run.observed, paths) for run in runs]
 
 
 def with_item(machine: Machine, item: Item, effect: str) -> Machine:

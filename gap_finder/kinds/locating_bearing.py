@@ -13,7 +13,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from gap_finder.kinds.base import CalibratedRun, Change, free
-from gap_finder.linearise import modelled, simulate_at
+from gap_finder.linearise import modelled, simulate_runs
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 
@@ -92,15 +92,19 @@ class LocatingBearing(Change):
         return self.at + WAYS[self.place[0]] * moved
 
     @classmethod
-    def answers(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:
+    def answers(
+        cls, changes: Sequence[Self], runs: Sequence[CalibratedRun]
+    ) -> list[list[FloatArray]]:
         """Return the responses; temperatures do not change, and are stepped once."""
-        answers = []
+        observed = [run.observed for run in runs]
+        answers: list[list[FloatArray]] = [[] for _ in runs]
         for change in changes:
-            tried = [change.at, *(change._place(p[change.amplitude]) for p in change.points())]
+            tried = [change._place(point[change.amplitude]) for point in change.points()]
             places = {change._parameter: np.array(tried)}
-            shown = modelled(simulate_at(run.machine, run.observed, places), run.observed)
-            response = (shown[1:] - shown[0]) * run.observed.weights
-            answers.append(response.reshape(len(response), -1))
+            simulated = simulate_runs(runs[0].machine, observed, places)
+            for run, moved, of_run in zip(runs, simulated, answers, strict=True):
+                base = modelled(run.simulated, run.observed)
+                of_run.append(run.weighted(modelled(moved, run.observed) - base))
         return answers
 
 

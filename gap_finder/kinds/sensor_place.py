@@ -22,7 +22,6 @@ from gap_finder.kinds.base import (
     parts_joined,
     taken_names,
 )
-from gap_finder.linearise import simulate_at
 from plant_model.effects.base import TIMES_USUAL
 from plant_model.machine import Machine, Node
 from plant_model.parameters import FloatArray
@@ -115,10 +114,15 @@ class SensorPlace(Change):
         return {"share": round(self.read(machine)[self.amplitude], 3)}
 
     @classmethod
-    def answers(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:
+    def answers(
+        cls, changes: Sequence[Self], runs: Sequence[CalibratedRun]
+    ) -> list[list[FloatArray]]:
         """Return the responses without simulating the tip: means of known temperatures."""
-        index, observed = run.machine.node_index, run.observed
-        shown = simulate_at(run.machine, observed)
+        return [cls._of_run(changes, run) for run in runs]
+
+    @classmethod
+    def _of_run(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:
+        index, observed, shown = run.machine.node_index, run.observed, run.simulated
         warm = shown.temperatures[0, 1:]
         answers = []
         for change in changes:
@@ -127,7 +131,7 @@ class SensorPlace(Change):
             there = warm[:, index[other]] if other in index else shown.inputs[other][1:]
             out = np.zeros((len(TIP_SHARES), len(observed.time_s), len(observed.channels)))
             out[..., column] = np.outer(TIP_SHARES, there - warm[:, index[change.of]])
-            answers.append((out * observed.weights).reshape(len(TIP_SHARES), -1))
+            answers.append(run.weighted(out))
         return answers
 
 

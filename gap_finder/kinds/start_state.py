@@ -16,7 +16,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from gap_finder.kinds.base import CalibratedRun, Change
-from gap_finder.linearise import START_K, simulate_at
+from gap_finder.linearise import START_K
 from gap_finder.priors import FAR
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
@@ -103,8 +103,14 @@ class StartState(Change):
         return {"starts_at": self.signal, "parameters": {self.amplitude: number}}
 
     @classmethod
-    def answers(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:
+    def answers(
+        cls, changes: Sequence[Self], runs: Sequence[CalibratedRun]
+    ) -> list[list[FloatArray]]:
         """Return the responses, which follow from those that calibration already has."""
+        return [cls._of_run(changes, run) for run in runs]
+
+    @classmethod
+    def _of_run(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:
         machine = run.machine
         first, begin = _first_values(run), _begins(run)
         hall = next(iter(machine.boundary_index))
@@ -124,7 +130,7 @@ def _target(first: Mapping[str, float], hall: str, signal: str, share: float) ->
 
 def _begins(run: CalibratedRun) -> FloatArray:
     """Return the starting temperature of every part from the file [degC], shape (nodes,)."""
-    return np.asarray(simulate_at(run.machine, run.observed).temperatures[0, 0])
+    return np.asarray(run.simulated.temperatures[0, 0])
 
 
 def _places(machine: Machine) -> list[tuple[str, ...]]:

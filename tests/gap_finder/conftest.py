@@ -4,17 +4,22 @@ The finder's figures come from an independent simulator in ``benchmarks/gap``; t
 that its parts do what they say.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 
+from gap_finder.candidates import Candidate, candidates
+from gap_finder.linearise import simulate_runs
+from gap_finder.observations import Observations
 from measurement.runs import Run
+from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from plant_model.simulate import simulate
 from tests.plant_model.conftest import jig_borer_lumps
 
-__all__ = ["inputs_of", "jig_borer_lumps", "only_free", "runs_of"]
+__all__ = ["candidates_of", "inputs_of", "jig_borer_lumps", "only_free", "runs_of"]
 
 SPECTRA = {
     "down": ([0.0, 1.2, 2.2], [12000.0, 7000.0, 0.0]),
@@ -67,3 +72,9 @@ def only_free(machine: Machine, *names: str) -> Machine:
         for key, table in machine.effects.items()
     }
     return replace(machine, items=items, nodes=nodes, effects=effects)
+
+
+def candidates_of(machine: Machine, observed: Sequence[Observations], name: str) -> list[Candidate]:
+    """Return an effect as it is tried on a machine."""
+    plain = simulate_runs(machine, observed)
+    return list(candidates(machine, observed, plain, catalogue()[name]))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gap_finder.calibrate import calibrate
-from gap_finder.candidates import candidates, grid, with_effect
+from gap_finder.candidates import grid, with_effect
 from gap_finder.design import all_sensitivities
 from gap_finder.forward_backward import Hypothesis, added_to
 from gap_finder.hypotheses import AddedEffect
@@ -17,7 +17,7 @@ from gap_finder.score import scored
 from measurement.runs import Run
 from plant_model.effects import catalogue
 from plant_model.simulate import simulate
-from tests.gap_finder.conftest import inputs_of, runs_of
+from tests.gap_finder.conftest import candidates_of, inputs_of, runs_of
 
 SERIES = "bearing_run_in:series"
 HOURS = {"down": 2.2, "stairs": 3.0, "stops": 2.1}
@@ -26,7 +26,7 @@ HOURS = {"down": 2.2, "stairs": 3.0, "stops": 2.1}
 
 def test_every_run_has_the_hours_before_it_and_the_machine_those_of_all(jig_borer_lumps):
     observed = observe(jig_borer_lumps, runs_of(jig_borer_lumps)[:3])
-    found = list(candidates(jig_borer_lumps, observed, catalogue()["bearing_run_in"]))
+    found = candidates_of(jig_borer_lumps, observed, "bearing_run_in")
     some = next(one for one in found if one.key == SERIES)
     before = [entry["before"] for entry in some.own]
     assert before[0] == 0.0
@@ -59,8 +59,8 @@ def test_pieces_of_a_log_carry_their_hours_by_themselves(jig_borer_lumps):
     assert [is_piece(one) for one in (*pieces, Run("week_of_may", frame))] == [True] * 3 + [False]
     keys = {
         one.key: one.own
-        for one in candidates(
-            jig_borer_lumps, observe(jig_borer_lumps, pieces), catalogue()["bearing_run_in"]
+        for one in candidates_of(
+            jig_borer_lumps, observe(jig_borer_lumps, pieces), "bearing_run_in"
         )
     }
     assert set(keys.values()) == {()}
@@ -78,7 +78,7 @@ def test_the_hours_of_all_runs_are_written_into_the_machine(jig_borer_lumps):
     calibration = calibrate(jig_borer_lumps, observed, starts=1, cost_limit=0.0)
     sensitivities = all_sensitivities(calibration.machine, observed)
     now = scored(jig_borer_lumps, observed, calibration, sensitivities)
-    found = list(candidates(now.machine, observed, catalogue()["bearing_run_in"]))
+    found = candidates_of(now.machine, observed, "bearing_run_in")
     some = next(one for one in found if one.key == SERIES and one.values["excess"] > 0.5)
     grown = added_to(Hypothesis((), (), now), AddedEffect(some), (10.0,), sensitivities)
     assert grown is not None

@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gap_finder.candidates import candidates, with_effect
+from gap_finder.candidates import with_effect
 from gap_finder.leaps import leaps_in
 from gap_finder.linearise import modelled, simulate_at
 from gap_finder.observations import Observations, observe
-from plant_model.effects import catalogue
 from plant_model.machine import Machine
-from tests.gap_finder.conftest import runs_of
+from tests.gap_finder.conftest import candidates_of, runs_of
 
 KEY = "bearing_stick_slip"
 
@@ -49,7 +48,7 @@ def test_a_leap_against_the_strain_is_no_slip(jig_borer_lumps, slipping):
 
 
 def test_candidates_carry_what_was_seen_to_every_run(jig_borer_lumps, slipping):
-    found = list(candidates(jig_borer_lumps, slipping, catalogue()[KEY]))
+    found = candidates_of(jig_borer_lumps, slipping, KEY)
     assert found
     one = found[0]
     assert len(one.seen) == len(slipping)

@@ -3,15 +3,14 @@
 import numpy as np
 import pytest
 
-from gap_finder.candidates import candidates, with_effect
+from gap_finder.candidates import with_effect
 from gap_finder.linearise import modelled, simulate_at
 from gap_finder.observations import observe
 from gap_finder.periods import PHASES, in_step, quick
 from measurement.runs import Run
-from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from plant_model.simulate import simulate
-from tests.gap_finder.conftest import SPECTRA, inputs_of, runs_of
+from tests.gap_finder.conftest import SPECTRA, candidates_of, inputs_of, runs_of
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +26,7 @@ def swinging(jig_borer_lumps: Machine) -> list[Run]:
 
 def test_the_period_and_every_run_s_phase_are_found(jig_borer_lumps, swinging):
     observed = observe(jig_borer_lumps, swinging)
-    found = list(candidates(jig_borer_lumps, observed, catalogue()["coolant_thermostat"]))
+    found = candidates_of(jig_borer_lumps, observed, "coolant_thermostat")
     assert found[0].values["period"] == pytest.approx(11.0, rel=0.02)
     for i, own in enumerate(found[0].own):
         away = abs(own["phase"] - (0.15 + 0.2 * i))
@@ -53,7 +52,7 @@ def test_a_run_that_was_not_used_is_put_in_step(jig_borer_lumps, swinging):
 def test_a_fault_may_begin_with_any_run(jig_borer_lumps):
     runs = runs_of(jig_borer_lumps)
     observed = observe(jig_borer_lumps, runs)
-    found = list(candidates(jig_borer_lumps, observed, catalogue()["sensor_offset"]))
+    found = candidates_of(jig_borer_lumps, observed, "sensor_offset")
     of_one = [c for c in found if c.key == "sensor_offset:T1" and c.values["error"] == 1.0]
     acts = [[bool(np.any(answer)) for answer in one.answers] for one in of_one]
     assert acts == [[False] * k + [True] * (4 - k) for k in range(4)]

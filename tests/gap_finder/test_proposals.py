@@ -8,7 +8,7 @@ import pytest
 
 from gap_finder import forward_backward, proposals
 from gap_finder.calibrate import calibrate
-from gap_finder.candidates import Candidate, candidates
+from gap_finder.candidates import Candidate
 from gap_finder.design import all_sensitivities
 from gap_finder.forward_backward import Hypothesis, _in_place_of, added_to
 from gap_finder.hypotheses import AddedChange, AddedEffect, Listed, all_additions, prior_costs
@@ -19,7 +19,7 @@ from gap_finder.score import scored
 from measurement.workers import workers
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
-from tests.gap_finder.conftest import runs_of
+from tests.gap_finder.conftest import candidates_of, runs_of
 
 LAWS = ("friction_speed_exponent", "windage", "motor_iron_loss", "joint_resistance", "radiation")
 
@@ -30,9 +30,7 @@ def test_the_likeliest_are_scored_even_if_none_lowers_the_score_in_the_screening
     sensitivities = all_sensitivities(calibration.machine, observed)
     now = scored(jig_borer_lumps, observed, calibration, sensitivities)
     tried: list[AddedEffect | AddedChange] = [
-        AddedEffect(one)
-        for name in LAWS
-        for one in candidates(now.machine, observed, catalogue()[name])
+        AddedEffect(one) for name in LAWS for one in candidates_of(now.machine, observed, name)
     ]
     # So unlikely that nothing gained pays for it.
     costs = {key: 1e4 + cost for key, cost in prior_costs({one.key for one in tried}, {}).items()}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gap_finder.candidates import candidates, with_effect
+from gap_finder.candidates import with_effect
 from gap_finder.linearise import modelled, simulate_at
 from gap_finder.observations import Observations, observe
 from gap_finder.switchings import Relay, carried_away, likely_switchings, watched
@@ -11,7 +11,7 @@ from measurement.runs import Run
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from plant_model.simulate import simulate
-from tests.gap_finder.conftest import inputs_of, runs_of
+from tests.gap_finder.conftest import candidates_of, inputs_of, runs_of
 
 KEY = "coolant_thermostat:rear_outer"
 SETTING = {"on_above": 26.0, "dead_band": 3.0}
@@ -69,8 +69,9 @@ def test_the_measured_part_switches_and_not_the_modelled_one(jig_borer_lumps):
 
 @pytest.mark.long
 def test_it_is_tried_on_its_parts(jig_borer_lumps, observed):
-    effect = catalogue()["coolant_thermostat"]
-    tried = [one for one in candidates(jig_borer_lumps, observed, effect) if one.seen]
+    tried = [
+        one for one in candidates_of(jig_borer_lumps, observed, "coolant_thermostat") if one.seen
+    ]
     assert tried[0].key == KEY
     grown = with_effect(jig_borer_lumps, KEY, tried[0].values)
     free = {name for name, p in grown.effects[KEY].items() if p.calibrate}
