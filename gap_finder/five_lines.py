@@ -33,18 +33,19 @@ def five_lines(table: dict[str, Any]) -> list[str]:
     table : dict
         The content of ``gap.json``.
     """
-    where = table["where"]
-    worst = "residuals are within tolerance"
-    if where:
-        worst = "; ".join(
-            f"{p['channel']} {p['regime']} ({p['run']}, {p['rms']:.2g} {p['unit']})"
-            for p in where[:3]
-        )
+    worst_of: dict[str, dict[str, Any]] = {}
+    for place in table["where"]:
+        worst_of.setdefault(place["channel"], place)
+    worst = "; ".join(
+        f"{p['channel']} {p['regime']} ({p['run']}, {p['rms']:.2g} {p['unit']})"
+        for p in list(worst_of.values())[:3]
+    )
     gap = table["gap"]["holdout"]
     assert all(np.isfinite([gap["before"], gap["after"]]))
     return [
         _what(table),
-        f"Where the model is wrong: {worst}.{_left_out(table['data_faults'])}",
+        f"Where the model is wrong: {worst or 'residuals are within tolerance'}."
+        f"{_left_out(table['data_faults'])}",
         _rivals(table),
         f"Added: {_added(table) or 'nothing; the machine is calibrated'} -> {table['machine']}.",
         f"Gap on the held-out run: {gap['before']:.2f} before, {gap['after']:.2f} after, in "

@@ -12,7 +12,6 @@ import numpy as np
 from gap_finder.calibrate import Progress
 from gap_finder.design import RunSensitivities, all_sensitivities
 from gap_finder.hypotheses import AddedEffect, Addition, Listed, all_additions
-from gap_finder.keys import effect_of
 from gap_finder.proposals import LEADERS, PLACES_TRIED, is_far_from_linear, screened
 from gap_finder.score import Fit, Units, fit
 from gap_finder.search import Search
@@ -195,8 +194,7 @@ class Searching:
         leader = min(tried, key=lambda hypothesis: hypothesis.score(units), default=None)
         if leader is not None:
             kind = name_of(leader.keys[-1])
-            more = _other_drivers(leader, tried, listed)
-            more += [addition for addition in proposed.places if name_of(addition.key) == kind]
+            more = [addition for addition in proposed.places if name_of(addition.key) == kind]
             limit = self._cost_limit(best, tried)
             tried += self._scored(best, more, listed, sensitivities, leader, limit)
         units = units_of(self.nothing, [best, *tried])
@@ -405,16 +403,3 @@ def _hypothesis_of(
 def _read(additions: Iterable[Addition], machine: Machine) -> tuple[Addition, ...]:
     """Return additions with the numbers of a machine."""
     return tuple(addition.read(machine) for addition in additions)
-
-
-def _other_drivers(
-    leader: Hypothesis, tried: Sequence[Hypothesis], listed: Listed
-) -> list[Addition]:
-    """Return the leader's law on each driver not scored yet: only the score tells them apart."""
-    effect = effect_of(leader.keys[-1])
-    if effect is None or effect.on_channel or effect.switched:
-        return []
-    done = {hypothesis.keys[-1] for hypothesis in tried}
-    of_law = [addition for addition in listed.tried if name_of(addition.key) == effect.name]
-    by_key = {addition.key: addition for addition in of_law}
-    return [addition for key, addition in by_key.items() if key not in done]

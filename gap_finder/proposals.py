@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap_finder.design import RunSensitivities, design_of
-from gap_finder.hypotheses import AddedChange, AddedEffect, Addition, Listed
+from gap_finder.hypotheses import AddedEffect, Addition, Listed
 from gap_finder.keys import bodies_of, effect_of
 from gap_finder.leave_one_out import LeaveOneOut
 from gap_finder.score import Fit, Units
@@ -35,7 +35,8 @@ class Proposed:
     likely : list of Addition
         The best of each kind: the likeliest few, and others that lower the score in the screening.
     places : list of Addition
-        A few of every kind of change, to be scored if that kind does best.
+        A few places of every kind of change and drivers of every law, to be scored if that kind
+        does best.
     """
 
     likely: list[Addition]
@@ -89,19 +90,22 @@ def _best_of_kinds(tried: Sequence[Addition], order: Sequence[int]) -> list[int]
 def places_of(
     tried: Sequence[Addition], order: Sequence[int], body: Mapping[str, str]
 ) -> list[int]:
-    """Return the positions of the first few places of every kind of change."""
+    """Return the positions of the first few places or drivers of every kind."""
     keys: set[str] = set()
     of_kind: Counter[str] = Counter()
     of_bodies: Counter[tuple[str, ...]] = Counter()
     chosen = []
     for i in order:
-        addition = tried[i]
-        if not isinstance(addition, AddedChange) or addition.key in keys:
+        key = tried[i].key
+        effect = effect_of(key)
+        # The screening tells thermometers apart, and parts that switch a cooler.
+        told_apart = effect is not None and (effect.on_channel or effect.switched)
+        if told_apart or key in keys:
             continue
-        where = bodies_of(addition.key, body)
+        where = bodies_of(key, body)
         kind = where[0]
         if of_kind[kind] < PLACES_TRIED and of_bodies[where] < PLACES_TRIED // 2:
-            keys.add(addition.key)
+            keys.add(key)
             of_kind[kind] += 1
             of_bodies[where] += 1
             chosen.append(i)

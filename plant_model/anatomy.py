@@ -115,7 +115,7 @@ def enclosed_air(machine: Machine) -> str | None:
     """Return the part that is the air of an enclosure, if the machine has one.
 
     Machine files do not name it: it is the part with the most contacts, if it has `TOUCHES` or
-    more, does not belong to the spindle and does not move the tool or the work.
+    more, does not belong to the spindle, is not drawn and does not move the tool or the work.
 
     Parameters
     ----------
@@ -124,6 +124,7 @@ def enclosed_air(machine: Machine) -> str | None:
     members = [item for item in machine.items if item.family == "structure"]
     others = {name for item in members for name in item.refs.get("nodes", ())}
     others |= spindle_nodes(machine)
+    others |= {node.name for node in machine.nodes if node.capacity.tied}  # to a drawn material
     touching = Counter(
         name
         for item in machine.of_kind("links", "contact")

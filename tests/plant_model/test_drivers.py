@@ -101,6 +101,14 @@ def test_the_air_of_an_enclosure_is_the_part_with_most_contacts(jig_borer_lumps)
     lengths = [item for item in machine.items if item.family == "structure"]
     grows = replace(lengths[0], name="grows", refs={"nodes": (air,)})
     assert enclosed_air(replace(machine, items=(*machine.items, grows))) != air
+    # Nor is a solid part, whose heat capacity follows from a drawing.
+    drawn = [
+        replace(node, capacity=replace(node.capacity, tied="numbers.steel_heat"))
+        if node.name == air
+        else node
+        for node in machine.nodes
+    ]
+    assert enclosed_air(replace(machine, nodes=tuple(drawn))) != air
     assert list(forced.drivers(jig_borer_lumps)) == []
 
 
