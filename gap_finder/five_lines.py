@@ -78,7 +78,7 @@ def _what(table: Mapping[str, Any]) -> str:
         best = table["runners_up"][:1]
         closest = f"; the closest is {_in_words(best[0])}" if best else ""
         return (
-            f"What is missing: unknown, because nothing on the list explains the error{closest}."
+            f"Nothing is named: error remains, but nothing on the list explains it{closest}."
             f"{look} {left[:1].upper()}{left[1:]}."
         )
     return f"What is missing: nothing that these runs show; residuals are within tolerance.{look}"
