@@ -334,11 +334,16 @@ def _report(runs: Sequence[RunReport]) -> Report:
             if gain is not None:
                 gains.append(gain)
     sensors = list(dict.fromkeys(run.sensor for run in of[SENSOR] if run.sensor))
-    summary = VERDICTS[verdict]
+    summary, advice = VERDICTS[verdict], ADVICE[verdict]
+    missed = [f"{run.run} ({e.axis})" for run in of[FITS] for e in run.errors if e.miss > 1.0]
+    if verdict == FITS and missed:
+        # Runs left out of training were no better: no change of the machine, but no good news.
+        summary = f"{summary}, but more than promised remains in {', '.join(missed)}"
+        advice = ADVICE[UNUSUAL]
     if sensors:
         named = f"{', '.join(sensors)}: broken, or not what the others explain"
         summary = named if verdict == SENSOR else f"{summary}; {named}"
-    return Report(verdict, summary, ADVICE[verdict], tuple(runs), tuple(gains))
+    return Report(verdict, summary, advice, tuple(runs), tuple(gains))
 
 
 def _chance_of_worst(unusual: Sequence[RunReport], runs: int) -> float:

@@ -68,6 +68,7 @@ def test_runs_like_the_training_fit(model):
     assert [one.verdict for one in report.runs] == [FITS] * 3
     assert report.gains == ()
     assert all(error.left < 0.2 * error.none for one in report.runs for error in one.errors)
+    assert (report.summary, report.advice) == ("still fits", "nothing to do")
 
 
 WANDERING = changed(NEW[1], T1_degC=NEW[1].frame["T1_degC"] + np.linspace(0.0, 6.0, len(ROWS)))
@@ -102,6 +103,16 @@ def test_one_run_that_moves_further_may_be_chance(model):
     report = monitor(model, [little, *NEW[1:]])
     assert report.verdict == UNUSUAL
     assert report.runs[0].verdict == CHANGED
+
+
+def test_a_run_that_misses_as_one_of_training_did_is_no_good_news():
+    strange = looked_over([*TRAINING[:7], further(TRAINING[7], 1.3)])
+    model = parse_model(compensator_text(fit_compensator(strange, RIG)), "m.json")
+    report = monitor(model, [further(NEW[0], 1.2), NEW[1]])
+    assert report.verdict == FITS
+    assert "more than promised remains in new0 (" in report.summary
+    assert "new1" not in report.summary
+    assert "measure more runs" in report.advice
 
 
 def test_other_conditions_are_outside(model):
