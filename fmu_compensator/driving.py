@@ -158,7 +158,10 @@ def refuse_lacking(model: Model, run: Run) -> None:
     lost = next((name for name in used if f"{name}_degC" not in run.frame), None)
     if lost is not None:
         there = ", ".join(run.temperatures) or "none"
-        problem = f"is missing, and the compensator uses it; the run's temperatures: {there}"
+        problem = (
+            "is missing, and the compensator uses it; if the thermometer is broken, leave the "
+            f"column empty; the run's temperatures: {there}"
+        )
         raise BadInput(run.path or run.name, f"column {lost}_degC", problem)
 
 
