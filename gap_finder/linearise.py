@@ -96,9 +96,11 @@ def simulate_runs(
 
     Parameters
     ----------
-    machine, parameters, start, near
+    machine, parameters, near
         As in :func:`simulate_at`.
     observed : sequence of Observations
+    start : array, shape (sets or 1, nodes), optional
+        Starting temperatures, instead of those that the runs give [degC].
 
     Returns
     -------

@@ -46,7 +46,7 @@ class CalibratedRun:
     sensitivities: RunSensitivities
 
     def weighted(self, changed: FloatArray) -> FloatArray:
-        """Return responses of its channels, (points, K, C), times their weights, (points, N)."""
+        """Return responses [K, um], (points, K, C), times their weights, (points, N) [1]."""
         return (changed * self.observed.weights).reshape(len(changed), -1)
 
 

@@ -66,8 +66,8 @@ def test_an_update_leaves_warm_restarts_out_and_says_so(compensator, new_run, tm
 def test_the_first_line_of_monitor_is_the_verdict(compensator, new_run, tmp_path, prints):
     out = tmp_path / "watched"
     told = prints(["monitor", str(compensator), str(new_run), "--out", str(out)]).splitlines()
-    assert told[0] == "fits: still fits"
-    assert told[1].startswith("what to do: nothing")
+    assert told[0] == "fits: still fits, but more than promised remains in new (Z)"
+    assert told[1].startswith("what to do: measure more runs")
     report = json.loads((out / "monitor.json").read_text())
     assert report["verdict"] == "fits"
     assert report["runs"][0]["errors"][0]["axis"] == "X"
