@@ -216,6 +216,11 @@ class Change(ABC):
         try:
             simulated = simulate_runs(grown, [run.observed for run in runs], sets)
         except IntegrationError:
+            # One that cannot be stepped responds nowhere; the rest is simulated without it.
+            if half := len(changes) // 2:
+                parts = [cls._simulated(some, runs) for some in (changes[:half], changes[half:])]
+                yield from (first + rest for first, rest in zip(*parts, strict=True))
+                return
             simulated = [run.simulated for run in runs]
         for run, with_them in zip(runs, simulated, strict=True):
             changed = modelled(with_them, run.observed) - modelled(run.simulated, run.observed)

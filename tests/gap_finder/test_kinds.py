@@ -1,6 +1,7 @@
 """Every kind of change of a description: tried where it can be, written, read, and found."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,17 +10,19 @@ from gap_finder.candidates import with_effect
 from gap_finder.design import all_sensitivities
 from gap_finder.hypotheses import AddedChange
 from gap_finder.keys import has_its_drivers
-from gap_finder.kinds import CalibratedRun, Change, kinds
+from gap_finder.kinds import CalibratedRun, Change, base, kinds
+from gap_finder.kinds.heat_source import HeatSource
 from gap_finder.kinds.locating_bearing import WAYS
 from gap_finder.kinds.moves_axis import MovesAxis
 from gap_finder.linearise import modelled, simulate_at, simulate_runs
 from gap_finder.observations import observe
+from plant_model.integrate import IntegrationError
 from plant_model.machine import Input, Machine
 from plant_model.machine_file import read_machine
 from plant_model.machine_writer import write_machine
 from plant_model.network import effects_in_force
 from plant_model.parameters import Values
-from plant_model.simulate import simulate
+from plant_model.simulate import Simulation, simulate
 from plant_model.stepper import PlantStepper
 from tests.gap_finder.conftest import inputs_of
 from tests.gap_finder.test_start_states import warm_runs
@@ -149,6 +152,22 @@ def test_what_is_screened_is_what_the_changed_machine_does(name, known):
             later = slice(3 * len(one.observed.channels), None)
             close = 0.2 * np.abs(changed).max() + 1e-2
             np.testing.assert_allclose(told[later], changed[later], atol=close)
+
+
+def test_a_change_that_cannot_be_stepped_leaves_the_others_alone(known, monkeypatch):
+    def refusing(machine: Machine, *args: Any) -> list[Simulation]:
+        if any(item.name == "heat_in_shaft_rear" for item in machine.items):
+            raise IntegrationError("too stiff")
+        return simulate_runs(machine, *args)
+
+    changes = changes_of("heat_source", known)[:9]
+    assert ("shaft_rear",) in [change.place for change in changes]
+    sound = HeatSource.answers(changes, known)
+    monkeypatch.setattr(base, "simulate_runs", refusing)
+    for of_run, usual in zip(HeatSource.answers(changes, known), sound, strict=True):
+        for change, answer, before in zip(changes, of_run, usual, strict=True):
+            lost = change.place == ("shaft_rear",)
+            np.testing.assert_allclose(answer, 0.0 * before if lost else before, atol=1e-6)
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if name not in NEVER_OFF])
