@@ -255,7 +255,7 @@ def _answers(
     """Return the weighted response of every run to every set, each (sets, N)."""
     shown = simulate_runs(grown, observed, sets)
     return [
-        ((modelled(simulated, run) - base) * run.weights).reshape(len(simulated.temperatures), -1)
+        run.response(modelled(simulated, run) - base)
         for simulated, run, base in zip(shown, observed, bases, strict=True)
     ]
 

@@ -252,14 +252,12 @@ def all_additions(
         CalibratedRun(machine, run, simulated, part)
         for run, simulated, part in zip(observed, plain, sensitivities, strict=True)
     ]
-    changes = {
-        name: [change for change in kind.all_of(runs) if _is_sound(machine, change)]
-        for name, kind in kinds().items()
+    changes = [
+        [change for change in kind.all_of(runs) if _is_sound(machine, change)]
+        for kind in kinds().values()
         if described
-    }
-    of_changes = [
-        pool.submit(_of_changes, of_kind, runs) for of_kind in changes.values() if of_kind
     ]
+    of_changes = [pool.submit(_of_changes, of_kind, runs) for of_kind in changes if of_kind]
     effects = [effect.name for effect in missing_effects(machine, without)]
     of_effects = [pool.submit(_of_effect, machine, observed, plain, name) for name in effects]
     tried: list[Addition] = [addition for job in of_effects for addition in job.result()]
@@ -286,7 +284,7 @@ def _of_effect(
 
 
 def _of_changes(changes: Sequence[Change], runs: Sequence[CalibratedRun]) -> list[AddedChange]:
-    answers = zip(*kinds()[changes[0].name].answers(changes, runs), strict=True)
+    answers = zip(*type(changes[0]).answers(changes, runs), strict=True)
     return [
         AddedChange(change, numbers, tuple(answer[i] for answer in of_runs))
         for change, of_runs in zip(changes, answers, strict=True)

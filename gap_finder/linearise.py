@@ -232,14 +232,12 @@ def nuisance_columns(machine: Machine, observed: Observations) -> FloatArray:
     starts = np.tile(at_start, (len(machine.nodes) + 1, 1))
     starts[1:] += START_K * np.eye(len(machine.nodes))
     answers = modelled(simulate_at(machine, observed, start=starts, near=True), observed)
-    change = (answers[1:] - answers[0]) * observed.weights
+    change = observed.response(answers[1:] - answers[0])
     for switch in observed.switches:
         later = modelled(simulate_at(machine, replace(observed, drive=switch.later)), observed)
         answer = (later[0] - answers[0]) * switch.uncertain_s / switch.later_s
-        columns.append((answer * observed.weights).reshape(-1))
-    return np.concatenate(
-        [np.array(columns).reshape(len(columns), -1), change.reshape(len(change), -1)]
-    ).T
+        columns.append(observed.response(answer))
+    return np.concatenate([np.array(columns).reshape(len(columns), -1), change]).T
 
 
 def bias_columns(machine: Machine, observed: Observations) -> FloatArray:

@@ -130,8 +130,17 @@ class Observations:
         modelled : array, shape (..., K, C)
             Channels of the model [degC, um].
         """
-        difference = (modelled - np.nan_to_num(self.values)) * self.weights
-        return difference.reshape(*modelled.shape[:-2], -1)
+        return self.response(modelled - np.nan_to_num(self.values))
+
+    def response(self, changed: FloatArray) -> FloatArray:
+        """Return a change of the channels times their weights, shape (..., K C) [1].
+
+        Parameters
+        ----------
+        changed : array, shape (..., K, C)
+            [K, um]
+        """
+        return np.asarray((changed * self.weights).reshape(*changed.shape[:-2], -1))
 
     def with_series(self, name: str, series: Callable[[Drive], FloatArray]) -> Observations:
         """Return observations with one more input series, also in the drives of the switches.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -45,9 +46,13 @@ class CalibratedRun:
     simulated: Simulation
     sensitivities: RunSensitivities
 
-    def weighted(self, changed: FloatArray) -> FloatArray:
-        """Return responses [K, um], (points, K, C), times their weights, (points, N) [1]."""
-        return (changed * self.observed.weights).reshape(len(changed), -1)
+    @cached_property
+    def _shown(self) -> FloatArray:
+        return modelled(self.simulated, self.observed)
+
+    def response(self, changed: Simulation) -> FloatArray:
+        """Return how another simulation of the run differs from it, weighted, (sets, N) [1]."""
+        return self.observed.response(modelled(changed, self.observed) - self._shown)
 
 
 @dataclass(frozen=True)
@@ -201,7 +206,7 @@ class Change(ABC):
     @classmethod
     def _simulated(
         cls, changes: Sequence[Self], runs: Sequence[CalibratedRun]
-    ) -> Iterator[list[FloatArray]]:
+    ) -> list[list[FloatArray]]:
         grown = runs[0].machine
         points, shares = zip(*(change.simulated() for change in changes), strict=True)
         for change, tried in zip(changes, points, strict=True):
@@ -217,19 +222,38 @@ class Change(ABC):
             simulated = simulate_runs(grown, [run.observed for run in runs], sets)
         except IntegrationError:
             # One that cannot be stepped responds nowhere; the rest is simulated without it.
-            if half := len(changes) // 2:
-                parts = [cls._simulated(some, runs) for some in (changes[:half], changes[half:])]
-                yield from (first + rest for first, rest in zip(*parts, strict=True))
-                return
-            simulated = [run.simulated for run in runs]
-        for run, with_them in zip(runs, simulated, strict=True):
-            changed = modelled(with_them, run.observed) - modelled(run.simulated, run.observed)
-            shape = (int(ends[-1]), *changed.shape[1:])
-            by_change = np.split(run.weighted(np.broadcast_to(changed, shape)), ends[:-1])
-            yield [share @ answer for share, answer in zip(shares, by_change, strict=True)]
+            half = len(changes) // 2
+            if not half:
+                return [[np.zeros((len(shares[0]), run.observed.weights.size))] for run in runs]
+            parts = [cls._simulated(some, runs) for some in (changes[:half], changes[half:])]
+            return [first + rest for first, rest in zip(*parts, strict=True)]
+        by_run = [
+            np.split(run.response(with_them), ends[:-1])
+            for run, with_them in zip(runs, simulated, strict=True)
+        ]
+        return [
+            [share @ answer for share, answer in zip(shares, by_change, strict=True)]
+            for by_change in by_run
+        ]
 
 
-class PathChange(Change):
+class ComputedChange(Change):
+    """A change whose responses follow from the calibrated run, without simulating it."""
+
+    @classmethod
+    @abstractmethod
+    def of_run(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:
+        """Return a run's weighted response to each change, (points, N)."""
+
+    @classmethod
+    def answers(
+        cls, changes: Sequence[Self], runs: Sequence[CalibratedRun]
+    ) -> list[list[FloatArray]]:
+        """Return the responses, computed run by run."""
+        return [cls.of_run(changes, run) for run in runs]
+
+
+class PathChange(ComputedChange):
     """A change that adds one heat path; thousands of them are computed together."""
 
     @abstractmethod
@@ -241,12 +265,9 @@ class PathChange(Change):
         return tuple(point[self.amplitude] for point in self.points())
 
     @classmethod
-    def answers(
-        cls, changes: Sequence[Self], runs: Sequence[CalibratedRun]
-    ) -> list[list[FloatArray]]:
+    def of_run(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:
         """Return the responses to all paths, computed together."""
-        paths = [change.path() for change in changes]
-        return [path_answers(run.machine, run.observed, paths) for run in runs]
+        return path_answers(run.machine, run.observed, [change.path() for change in changes])
 
 
 def with_item(machine: Machine, item: Item, effect: str) -> Machine:

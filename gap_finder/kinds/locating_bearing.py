@@ -13,7 +13,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from gap_finder.kinds.base import CalibratedRun, Change, free
-from gap_finder.linearise import modelled, simulate_runs
+from gap_finder.linearise import simulate_runs
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 
@@ -103,8 +103,7 @@ class LocatingBearing(Change):
             places = {change._parameter: np.array(tried)}
             simulated = simulate_runs(runs[0].machine, observed, places)
             for run, moved, of_run in zip(runs, simulated, answers, strict=True):
-                base = modelled(run.simulated, run.observed)
-                of_run.append(run.weighted(modelled(moved, run.observed) - base))
+                of_run.append(run.response(moved))
         return answers
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from gap_finder.kinds.base import (
     CalibratedRun,
-    Change,
+    ComputedChange,
     conductance_of,
     fixed,
     free,
@@ -37,7 +37,7 @@ film laws. Set on no data."""
 
 
 @dataclass(frozen=True)
-class SensorPlace(Change):
+class SensorPlace(ComputedChange):
     """A misplaced thermometer; the place is the thermometer and the other part."""
 
     name: ClassVar[str] = "sensor_place"
@@ -114,14 +114,8 @@ class SensorPlace(Change):
         return {"share": round(self.read(machine)[self.amplitude], 3)}
 
     @classmethod
-    def answers(
-        cls, changes: Sequence[Self], runs: Sequence[CalibratedRun]
-    ) -> list[list[FloatArray]]:
+    def of_run(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:
         """Return the responses without simulating the tip: means of known temperatures."""
-        return [cls._of_run(changes, run) for run in runs]
-
-    @classmethod
-    def _of_run(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:
         index, observed, shown = run.machine.node_index, run.observed, run.simulated
         warm = shown.temperatures[0, 1:]
         answers = []
@@ -131,7 +125,7 @@ class SensorPlace(Change):
             there = warm[:, index[other]] if other in index else shown.inputs[other][1:]
             out = np.zeros((len(TIP_SHARES), len(observed.time_s), len(observed.channels)))
             out[..., column] = np.outer(TIP_SHARES, there - warm[:, index[change.of]])
-            answers.append(run.weighted(out))
+            answers.append(observed.response(out))
         return answers
 
 

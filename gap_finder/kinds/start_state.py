@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from gap_finder.kinds.base import CalibratedRun, Change
+from gap_finder.kinds.base import CalibratedRun, ComputedChange
 from gap_finder.linearise import START_K
 from gap_finder.priors import FAR
 from plant_model.machine import Machine
@@ -28,7 +28,7 @@ data."""
 
 
 @dataclass(frozen=True)
-class StartState(Change):
+class StartState(ComputedChange):
     """Another starting temperature of some parts.
 
     Attributes
@@ -103,14 +103,8 @@ class StartState(Change):
         return {"starts_at": self.signal, "parameters": {self.amplitude: number}}
 
     @classmethod
-    def answers(
-        cls, changes: Sequence[Self], runs: Sequence[CalibratedRun]
-    ) -> list[list[FloatArray]]:
+    def of_run(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:
         """Return the responses, which follow from those that calibration already has."""
-        return [cls._of_run(changes, run) for run in runs]
-
-    @classmethod
-    def _of_run(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:
         machine = run.machine
         first, begin = _first_values(run), _begins(run)
         hall = next(iter(machine.boundary_index))
