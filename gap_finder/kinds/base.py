@@ -68,6 +68,9 @@ class Change(ABC):
     at_once : int
         Number of changes simulated in one machine, each with all others off; 1 if a change cannot
         be switched off by its number.
+    only_heats : bool
+        Whether it adds heat and changes no path, so that its response is proportional to its
+        amplitude where the machine is linear: it is then simulated to first order.
     place : tuple of str
         The parts, inputs, sensors or axes.
     """
@@ -76,6 +79,7 @@ class Change(ABC):
     title: ClassVar[str]
     amplitude: ClassVar[str]
     at_once: ClassVar[int] = 40
+    only_heats: ClassVar[bool] = False
 
     place: tuple[str, ...]
 
@@ -211,7 +215,8 @@ class Change(ABC):
         points, shares = zip(*(change.simulated() for change in changes), strict=True)
         for change, tried in zip(changes, points, strict=True):
             grown = change.put_into(grown, tried[0])
-        ends = np.cumsum([len(tried) for tried in points])
+        off = int(cls.only_heats)  # the first set then has none, and all are stepped about it
+        ends = off + np.cumsum([len(tried) for tried in points])
         sets: dict[str, FloatArray] = {}
         for change, tried, end in zip(changes, points, ends, strict=True):
             for number, name in change.parameters().items():
@@ -219,7 +224,8 @@ class Change(ABC):
                 column[end - len(tried) : end] = [point[number] for point in tried]
                 sets[name] = column
         try:
-            simulated = simulate_runs(grown, [run.observed for run in runs], sets)
+            observed = [run.observed for run in runs]
+            simulated = simulate_runs(grown, observed, sets, near=cls.only_heats)
         except IntegrationError:
             # One that cannot be stepped responds nowhere; the rest is simulated without it.
             half = len(changes) // 2
@@ -228,7 +234,7 @@ class Change(ABC):
             parts = [cls._simulated(some, runs) for some in (changes[:half], changes[half:])]
             return [first + rest for first, rest in zip(*parts, strict=True)]
         by_run = [
-            np.split(run.response(with_them), ends[:-1])
+            np.split(run.response(with_them), [off, *ends[:-1]])[1:]
             for run, with_them in zip(runs, simulated, strict=True)
         ]
         return [

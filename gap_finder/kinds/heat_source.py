@@ -45,6 +45,7 @@ class HeatSource(Change):
     name: ClassVar[str] = "heat_source"
     title: ClassVar[str] = "Heat source that the machine file does not have"
     amplitude: ClassVar[str] = "power"
+    only_heats: ClassVar[bool] = True
 
     @classmethod
     def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:

@@ -155,10 +155,10 @@ def test_what_is_screened_is_what_the_changed_machine_does(name, known):
 
 
 def test_a_change_that_cannot_be_stepped_leaves_the_others_alone(known, monkeypatch):
-    def refusing(machine: Machine, *args: Any) -> list[Simulation]:
+    def refusing(machine: Machine, *args: Any, **options: Any) -> list[Simulation]:
         if any(item.name == "heat_in_shaft_rear" for item in machine.items):
             raise IntegrationError("too stiff")
-        return simulate_runs(machine, *args)
+        return simulate_runs(machine, *args, **options)
 
     changes = changes_of("heat_source", known)[:9]
     assert ("shaft_rear",) in [change.place for change in changes]
