@@ -44,7 +44,7 @@ from scenarios.recording import Event, Recording, facts_of, notice
 from scenarios.replay import model_of
 from scenarios.scenario import Case
 from scenarios.signals.base import FloatArray
-from scenarios.views import rig_of
+from scenarios.views import columns_of, rig_of
 from scenarios.wiring import (
     PROBED,
     TOOL_LENGTH,
@@ -331,6 +331,7 @@ class _Loop:
             self.case,
             pd.DataFrame(columns),
             tuple(sensors),
+            columns_of(self.plant.path),
             tuple(self.events),
             tuple(facts),
             wall_s,

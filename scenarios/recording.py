@@ -67,6 +67,8 @@ class Recording:
         outputs.
     sensors : tuple of str
         Columns of the machine's thermometers and displacement sensors.
+    inputs : dict of str to str
+        Run-file columns of the machine's inputs, by their own.
     events : tuple of Event
         Changes of the compensator's status.
     fmus : tuple of FmuFacts
@@ -78,6 +80,7 @@ class Recording:
     case: Case
     frame: pd.DataFrame
     sensors: tuple[str, ...]
+    inputs: dict[str, str]
     events: tuple[Event, ...]
     fmus: tuple[FmuFacts, ...]
     wall_s: float

@@ -131,16 +131,20 @@ def recorded(recording: Recording) -> pd.DataFrame:
 def machine_run(recording: Recording, rows: pd.DataFrame) -> pd.DataFrame:
     """Return what the machine itself would have recorded: a run file like a measured one.
 
-    It has commands (speed, feed, torque) and sensor readings with noise and faults; not the model's
-    boundary temperatures, nor drift and error at the tool tip, which nobody measures.
+    It has commands (speed, feed, torque), the machine's inputs under their run-file columns, and
+    sensor readings with noise and faults; not drift and error at the tool tip, which nobody
+    measures.
     """
-    commands = [
-        str(name)
+    commands = {
+        str(name): str(name)
         for name in rows.columns
-        if str(name).endswith(("_rpm", "_mm_min", "_Nm", "_W", "_lpm"))
-        and str(name) not in recording.sensors
-    ]
-    columns = {name: rows[name].to_numpy() for name in ["time_s", *commands]}
+        if str(name).endswith(("_s", "_rpm", "_mm_min", "_Nm", "_W", "_lpm"))
+    }
+    columns = {
+        file: rows[own].to_numpy()
+        for own, file in (commands | recording.inputs).items()
+        if own in rows and file not in recording.sensors
+    }
     columns |= {name: seen(rows, name) for name in recording.sensors}
     return pd.DataFrame(columns).round(DECIMALS)
 

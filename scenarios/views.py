@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -84,11 +85,29 @@ def rig_of(plant_fmu: Path) -> FivePointRig | None:
         From this project or elsewhere.
     """
     try:
-        machine = json.loads(member(plant_fmu, *MACHINES) or b"{}")
-        rig = rig_from_table(machine["rig"], plant_fmu)
+        rig = rig_from_table(_machine_in(plant_fmu)["rig"], plant_fmu)
     except (KeyError, TypeError, ValueError, AttributeError):  # BadInput is a ValueError
         return None
     return rig if isinstance(rig, FivePointRig) else None
+
+
+def columns_of(plant_fmu: Path) -> dict[str, str]:
+    """Return the run-file columns of a plant FMU's inputs by their own; empty if not known.
+
+    Parameters
+    ----------
+    plant_fmu : Path
+        From this project or elsewhere.
+    """
+    try:
+        inputs = _machine_in(plant_fmu)["inputs"]
+        return {f"{entry['name']}_{entry['unit']}": entry["column"] for entry in inputs}
+    except (KeyError, TypeError, ValueError):
+        return {}
+
+
+def _machine_in(plant_fmu: Path) -> Any:
+    return json.loads(member(plant_fmu, *MACHINES) or b"{}")
 
 
 def charts_of(recordings: Sequence[Recording], rig: FivePointRig | None) -> list[Chart]:
@@ -103,7 +122,7 @@ def charts_of(recordings: Sequence[Recording], rig: FivePointRig | None) -> list
     """
     main = recordings[0]
     groups = grouped(recordings)
-    charts = [_speed(main), _temperatures(main)]
+    charts = [*_commands(main), _temperatures(main)]
     for number, group in enumerate(groups):
         name = "drift" if number == 0 else f"drift_{number + 1}"
         charts.append(drift_chart(name, group_title(group), group))
@@ -114,19 +133,21 @@ def charts_of(recordings: Sequence[Recording], rig: FivePointRig | None) -> list
     return charts
 
 
-def _speed(main: Recording) -> Chart:
+def _commands(main: Recording) -> list[Chart]:
+    """Return the chart of the speed and whatever else jumps and stays, whatever its name."""
     frame = main.frame
     time_s = _floats(frame, "time_s")
+    columns = [(split_column(column), column) for column in frame]
     panels = []
-    for column in ("speed_rpm", "feed_mm_min", "torque_Nm", TOOL):
-        # A tool that is never changed, or a torque that is always zero, shows nothing.
-        if column not in frame or (column != "speed_rpm" and frame[column].nunique() < 2):
-            continue
-        name, unit = split_column(column)
-        line = Line("", time_s, frame[column].to_numpy(), LINES[0], held=True)
-        label = f"{name.replace('_', ' ')} [{UNITS[unit].label}]"
-        panels.append(Panel(label, (line,), from_zero=True))
-    return Chart("speed", "Spindle speed", "", tuple(panels))
+    for unit in (suffix for suffix, unit in UNITS.items() if unit.switches and suffix != "1"):
+        for (name, its_unit), column in columns:
+            # A tool that is never changed, or a torque that is always zero, shows nothing.
+            if its_unit != unit or (unit != "rpm" and frame[column].nunique() < 2):
+                continue
+            line = Line("", time_s, frame[column].to_numpy(), LINES[0], held=True)
+            label = f"{name.replace('_', ' ')} [{UNITS[unit].label}]"
+            panels.append(Panel(label, (line,), from_zero=True))
+    return [Chart("speed", "Spindle speed", "", tuple(panels))] if panels else []
 
 
 def _temperatures(main: Recording) -> Chart:

@@ -15,6 +15,7 @@ from scenarios.runner import run_scenario
 from scenarios.scenario import read_scenario
 from tests.scenarios.conftest import MISSING, names
 
+ROOT = Path(__file__).resolve().parents[2]
 TABLE_TEXT = json.dumps({"kind": RESULTS, "files": [TABLE, "new.txt"]})
 
 
@@ -114,3 +115,23 @@ def test_the_same_scenario_gives_the_same_bytes(tmp_path, tiny_scenario, tiny_fo
     # The run file shows what a faulty sensor showed.
     run = read_run(tmp_path / "a" / "run.csv").frame
     assert run.index[run["T1_degC"].isna()].tolist() == [5, 6, 7]
+
+
+def test_a_machine_with_names_of_its_own_is_recorded_as_its_file_says(tmp_path):
+    text = (ROOT / "docs/examples/machine.toml").read_text()
+    (tmp_path / "own.toml").write_text(
+        text.replace("\nspeed = {", "\nspindel = {")
+        .replace('"speed"', '"spindel"')
+        .replace("speed_rpm", "n_ist_rpm")
+    )
+    scenario = tmp_path / "warm.toml"
+    scenario.write_text(
+        'format = 1\nname = "warm"\ntitle = "Warm"\nduration_s = 60\nplant = { fmu = "own.toml" }\n'
+        "compensator = { enabled = false }\nsignals = { spindel = 6000, ambient = 21 }\n"
+    )
+    table, _, _ = run_scenario(read_scenario(scenario), tmp_path / "out", tmp_path, quiet=True)
+    assert "speed.png" in table["files"]
+    run = read_run(tmp_path / "out/run.csv").frame
+    columns = ["time_s", "n_ist_rpm", "hall_degC", "T1_degC", "T2_degC", "disp_z_um"]
+    assert list(run.columns) == columns
+    assert set(run["n_ist_rpm"]) == {6000}
