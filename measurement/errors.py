@@ -86,7 +86,10 @@ def checked(kind: type[M], table: dict[str, Any], source: str | Path, within: st
         first, *others = error.errors(include_url=False)
     place = ".".join([within] * bool(within) + _steps(table, first))
     message = first["msg"].removeprefix("Value error, ")
-    problem = f"{shown(first['input'])} is not allowed: {message[0].lower()}{message[1:]}"
+    problem = message[0].lower() + message[1:]
+    # A check of several fields together names them; its input is the whole table.
+    if not (first["type"] == "value_error" and isinstance(first["input"], dict)):
+        problem = f"{shown(first['input'])} is not allowed: {problem}"
     problems = {"missing": "is missing", "extra_forbidden": "is not a known field"}
     problem = problems.get(first["type"], problem)
     beside = [

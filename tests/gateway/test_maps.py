@@ -287,7 +287,7 @@ WRONG = [
         'SPN_STATUS = { protection = "counter", counter = "SpnLoad", counter_values = 65536',
         "frames.SPN_STATUS: counter_values: 65536 do not fit into SpnLoad",
     ),
-    ('frames = "sampled"', 'frames = "together"', "and every_ms need each other"),
+    ('frames = "sampled"', 'frames = "together"', 'map.toml: cycle: frames = "sam'),
     ("valid = {", "fresh = {", "outputs.dX, outputs.dY, outputs.dZ: needs when_invalid"),
     (
         'status = "CMP_STATUS.CmpState"',
