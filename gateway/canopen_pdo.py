@@ -24,6 +24,7 @@ from gateway.database import COMPENSATOR, Frame
 from gateway.database import OFFSETS as DRIFTS
 from gateway.mapcheck import inputs_of, limits_of
 from gateway.mapfile import MapFile
+from gateway.mapped_signals import named
 from gateway.mapping import Mapping, mapping_of, read_database
 from measurement.errors import BadInput, checked
 from measurement.files import sha256_of
@@ -189,8 +190,11 @@ def node_mapping(node_id: int, fmu: Path) -> Mapping:
     }
     for way in (RECEIVE, SEND):
         table[way] = {
-            entry.name: {"signal": f"{pdo.name}.{entry.name}"}
-            | ({"missing_raw": NO_READING} if entry.kind == "i16" else {})
+            entry.name: {
+                "signal": f"{pdo.name}.{entry.name}",
+                "missing_raw": NO_READING if entry.kind == "i16" else None,
+                "values": named(entry.name) or None,
+            }
             for pdo in pdos
             if pdo.way == way
             for entry in pdo.entries

@@ -125,7 +125,8 @@ def conversion(unit: str, wanted: str) -> tuple[float, float]:
 def _enumeration(name: str, spec: Spec, codes: dict[str, int], plain: Signal) -> Signal:
     words = named(name)
     own_words = {word: raw for word, raw in codes.items() if word in words or word == OTHER}
-    given = spec.values or own_words or words
+    needed = {"machine_state": "running", "thermal_state": "cold"}.get(name)
+    given = spec.values or own_words or ({} if needed else words)
     strange = [word for word in given if word not in words and word != OTHER]
     if strange:
         raise BadInput("values", "", f"{strange[0]} is none of {', '.join(words)}, {OTHER}")
@@ -152,7 +153,6 @@ def _enumeration(name: str, spec: Spec, codes: dict[str, int], plain: Signal) ->
             low=float(min(given.values())),
             high=float(top),
         )
-    needed = {"machine_state": "running", "thermal_state": "cold"}.get(name)
     if needed and needed not in given:
         raise BadInput("values", "", f"has no {needed}")
     ends = given.values()

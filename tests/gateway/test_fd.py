@@ -46,6 +46,8 @@ def path(tmp_path: Path) -> Path:
     dbc = ['VERSION ""', "", "NS_ :", "", "BS_:", "", "BU_: CONTROL GATEWAY", ""]
     dbc += [_frame(0x300, "Cycle", "CONTROL", MACHINE_FRAME)]
     dbc += [_frame(0x200, "Answer", "GATEWAY", ANSWER)]
+    dbc += ['VAL_ 768 machine_state 0 "off" 1 "starting" 2 "running" 3 "stopping" ;']
+    dbc += ['VAL_ 768 thermal_state 0 "unknown" 1 "cold" 2 "warm" ;']
     dbc += ['BA_DEF_ BO_ "GenMsgCycleTime" INT 0 60000;', 'BA_DEF_DEF_ "GenMsgCycleTime" 100;']
     (tmp_path / "fd.dbc").write_text("\n".join([*dbc, ""]))
     frame = (

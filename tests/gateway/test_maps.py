@@ -265,6 +265,7 @@ WRONG = [
     ("[inputs]", '[frames.DRV_CURRENT]\nprotection = "none"\n[inputs]', "CURRENT: is not needed"),
     ("running = 2", "run = 2", "inputs.machine_state: values: run is none of"),
     ("running = 2", "stopping = 2", "inputs.machine_state: values: has no running"),
+    (", values = { off = 0, starting = 1, running = 2 }", "", "_state: values: has no running"),
     ('"none", late_after_ms = 3000', '"crc8_autosar", late_after_ms = 3000', "no signal crc"),
     (
         '"none", late_after_ms = 3000',
