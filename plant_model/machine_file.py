@@ -152,12 +152,12 @@ class _Reader:
             raise self.refuse("nodes", f"{min(clash)} is the name of an input as well")
         items = [item for family in FAMILIES for item in self._items(family)]
         sensors = self._sensors()
-        signals = [*self.inputs, *(sensor.name for sensor in sensors)]
+        warm = [*self.boundaries, *(sensor.name for sensor in sensors)]
         nodes = tuple(
             Node(
                 node.name,
                 self._parameter(f"nodes.{i}.capacity", node.capacity, CAPACITY),
-                self._one_of(f"nodes.{i}.start", node.start, [*signals, REST]),
+                self._one_of(f"nodes.{i}.start", node.start, [*warm, REST]),
                 node.start_share,
             )
             for i, node in enumerate(form.nodes)

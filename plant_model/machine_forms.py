@@ -78,8 +78,8 @@ class NodeForm(Form):
     capacity: dict[str, Any]
     """A parameter, 0.001 to 1e9 J/K."""
     start: str = "ambient"
-    """Sensor or input whose first value it starts at; or ``rest``: its steady state with the
-    machine at rest, without heat that depends on temperature."""
+    """Sensor or ``degC`` input whose first value it starts at; or ``rest``: its steady state with
+    the machine at rest, without heat that depends on temperature."""
     start_share: Number = Field(default=1.0, ge=0.0, le=2.0)
     """Share of the way to that start from the first boundary temperature."""
 
@@ -142,7 +142,7 @@ class FileForm(Form):
     """Parameters that several others follow: ``{ number = "film", factor = 0.025, unit = "W/K" }``.
     Calibration, sweeps and the plant FMU see ``numbers.film`` instead of its followers."""
     inputs: dict[Name, InputForm] = Field(min_length=1)
-    """What drives the model, by name."""
+    """What drives the model, by name. Compensators expect spindle speed as ``speed``."""
     nodes: list[NodeForm] = Field(min_length=1, max_length=MOST_NODES)
     links: list[dict[str, Any]] = Field(default_factory=list, max_length=5000)
     """``kind``, ``name`` (by default the joined names, ``shaft-housing``) and the fields of the

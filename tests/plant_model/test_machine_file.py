@@ -52,6 +52,7 @@ def test_references_are_used_and_known(name):
         ("nodes.0.capacity.low", float("nan"), "shaft_front.capacity.low: nan is not allowed"),
         ("nodes.0.capacity", 5.0, "nodes.shaft_front.capacity: 5 is not allowed"),
         ("nodes.0.start", "T99", "did you mean T9?"),
+        ("nodes.0.start", "speed", "start: 'speed' is not one of ambient, coolant_inlet, T1, T2"),
         ("nodes.1.name", "shaft_front", "the name shaft_front stands twice"),
         ("links.0.between", ["shaft_front", "shaft_front"], "joins something to itself"),
         (
