@@ -83,10 +83,12 @@ def load_text(database: Database) -> str:
         return f"{len(database.frames)} frames; the load of a bus with CAN FD is not computed."
     frames = sum(frame.a_second for frame in database.frames)
     most, least = bus_load(database), bus_load(database, stuffed=False)
+    unknown = [f.name for f in database.frames if f.cycle_s == inf and not f.event]
+    left_out = f" Without {', '.join(unknown)}, of unknown period." if unknown else ""
     return (
         f"{len(database.frames)} frames, {frames:g} a second: at {rate / 1000:g} kbit/s a bus load "
         f"of {100 * most:.2f} % with the most stuff bits that any content can need "
-        f"({most * rate:,.0f} bit/s), {100 * least:.2f} % with none."
+        f"({most * rate:,.0f} bit/s), {100 * least:.2f} % with none.{left_out}"
     )
 
 

@@ -3,6 +3,7 @@
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 
 import can
@@ -154,6 +155,13 @@ def test_all_pages_that_the_gateway_sends_load_the_bus(builder):
         alone = replace(builder, frames=(frame,))
         assert f"{count} a second" in load_text(alone)
         assert bus_load(alone) * builder.bit_rate == count * frame_bits(7)
+
+
+def test_a_frame_whose_period_no_file_gives_is_missing_from_the_load(builder):
+    assert load_text(builder).endswith("with none.")
+    unknown = replace(builder.frames[0], cycle_s=inf)
+    text = load_text(replace(builder, frames=(unknown, *builder.frames[1:])))
+    assert text.endswith(f"with none. Without {unknown.name}, of unknown period.")
 
 
 def test_a_page_that_does_not_come_is_told_by_its_number(builder):
