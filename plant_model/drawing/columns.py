@@ -193,7 +193,8 @@ def _named(columns: list[str], words: tuple[str, ...]) -> str:
 
 def _place(name: str) -> str:
     words = _words(name)
-    place = next((PARTS[word] for word in words if word in PARTS), "")
+    places = [PARTS[word] for word in words if word in PARTS]
+    place = min(places, key="housing".__eq__, default="")  # which any other word says better
     return "" if place == "motor" and OF_A_FEED & set(words) else place
 
 

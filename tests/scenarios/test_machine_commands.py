@@ -88,6 +88,13 @@ def test_the_motor_of_a_feed_does_not_turn_the_spindle():
     assert [name for name, place in found.items() if place] == ["T_motor"]
 
 
+def test_a_place_on_the_housing_says_more_than_the_housing():
+    names = ("housing_front_degC", "Gehaeuse_hinten_degC", "motor_housing_degC", "housing_degC")
+    frame = pd.DataFrame({"time_s": [0.0, 60.0], "hall_degC": 20.0} | dict.fromkeys(names, 21.0))
+    found = columns_of(Run("run", frame)).thermometers
+    assert list(found.values()) == ["front", "rear", "motor", "housing"]
+
+
 BELT = ("--drive", "belt", "--bearing", "7014", "--speed", "6000", "--coolant", "none")
 
 
