@@ -29,9 +29,10 @@ DEGREES = 3.0
 """Degrees of freedom of Student's t for the size of a run's random walk [1]: set on nine splits of
 the lathe's runs and fifteen simulated machines, where 90 % intervals contain 79 to 97 %. At 2 they
 are too wide, at 4 those of three splits of the lathe are too narrow."""
-USUAL_UM_PER_K, SPREAD_OF_USUAL = 1.5, 1.0
-"""A weight's usual size, and the standard deviation of its logarithm [um/K, 1]: an elongation is
-alpha times a length, 1 to 5 um/K. Wide enough that the runs decide; set on no data."""
+USUAL_UM_PER_K, SPREAD_OF_USUAL = 2.2, 1.0
+"""Usual drift for one kelvin of all thermometers, and the standard deviation of its logarithm
+[um/K, 1]: an elongation is alpha times a length, 1 to 5 um/K, and this is the middle on a
+logarithmic scale. Wide enough that the runs decide; set on no data."""
 SPREAD_OF_WALK = 2.0
 """Standard deviation of the logarithm of the random walk's size over an hour in units of the noise,
 about 0 [1]. Wide enough that the runs decide; set on no data."""
@@ -278,7 +279,10 @@ class _Evidence:
         weights = posterior.weights(self._targets)
         left = self._targets - posterior.features @ weights
         noise = np.diag(self._spread(posterior, left, weights))
-        size = 0.5 * (logs[1:, None] + np.log(noise)) - np.log(USUAL_UM_PER_K)
+        # The more thermometers share the drift, the less follows each: variances add up.
+        thermometers = len(weights) // (len(logs) - 1)
+        usual = USUAL_UM_PER_K / np.sqrt(thermometers)
+        size = 0.5 * (logs[1:, None] + np.log(noise)) - np.log(usual)
         fit = 0.5 * len(noise) * (posterior.determinant + float(np.log(posterior.variance).sum()))
         fit += 0.5 * rows * np.log(noise).sum()
         far = logs[0] / SPREAD_OF_WALK

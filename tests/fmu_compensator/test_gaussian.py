@@ -54,8 +54,10 @@ def test_the_scales_are_the_likeliest():
 
     def cost(scale: Array, walk: float) -> float:
         dense = Dense.of(by_feature(scale, WIDTH), walk, SAMPLES)
-        # Weak priors: a weight is 1.5 um/K, give or take a factor of e, and the walk e squared.
-        usual = 0.5 * np.log(np.outer(scale, dense.noise)) - np.log(1.5)
+        # Weak priors: all weights of a group together are 2.2 um/K, give or take a factor of e, and
+        # the walk e squared.
+        each = 2.2 / np.sqrt(WIDTH / len(scale))
+        usual = 0.5 * np.log(np.outer(scale, dense.noise)) - np.log(each)
         return dense.cost() + 0.5 * float(np.sum(usual**2) + (np.log(walk) / 2.0) ** 2)
 
     best = cost(model.scale, model.walk)
