@@ -99,9 +99,10 @@ def replay(
         Number of frames sent.
     """
     closing = database.closing(MACHINE)
+    cycle_s = database.every_s or closing.cycle_s
     until = clock() + wait_s
     while answers.last is None and clock() < until and not stopped():
-        answers.hear(link, min(clock() + closing.cycle_s, until))
+        answers.hear(link, min(clock() + cycle_s, until))
     sent = 0
     for message, due in _paced(messages, speed_up or inf, closing.timeout_s, clock()):
         while not stopped() and (left := due - clock()) > 0.0:
@@ -116,7 +117,7 @@ def replay(
         patience_s, time_s = 0.0, None
         if speed_up is None:
             time_s = _running_time(closing, message)
-            patience_s = closing.cycle_s if time_s is None else answers.timeout_s
+            patience_s = cycle_s if time_s is None else answers.timeout_s
         answers.hear(link, clock() + patience_s, time_s)
     return sent
 

@@ -1,6 +1,8 @@
 """The machine's end: its clock, its answers over the wrap, its memory, and a log in its place."""
 
 from collections.abc import Iterable
+from dataclasses import replace
+from math import inf
 from typing import Any
 
 import can
@@ -10,6 +12,8 @@ from fmu_packaging.variables import USUAL_TOOL_MM
 from gateway.codec import decode
 from gateway.database import MACHINE
 from gateway.machine import AnswerReceiver, MachineNode, Pace
+from gateway.mapfile import MAPS
+from gateway.mapping import read_mapping
 from gateway.plant import MachinePlant
 from gateway.replay import replay
 from scenarios.cli import main
@@ -34,6 +38,20 @@ class Clock:
     def send(self, messages: Iterable[can.Message]) -> bool:
         self.sent += [(self.now, message) for message in messages]
         return True
+
+
+class Ear:
+    """Hears a gateway at once, and listens to it to the end."""
+
+    timeout_s = 0.5
+    last: object = None
+
+    def __init__(self, clock: Clock) -> None:
+        self.clock = clock
+
+    def hear(self, link: Any, until: float, time_s: float | None = None) -> bool:
+        self.last, self.clock.now = self, max(until, self.clock.now)
+        return False
 
 
 class Plant:
@@ -123,6 +141,17 @@ def test_a_long_pause_in_a_log_is_cut_out(database, monkeypatch):
     assert replay(log, database, link, ear, wait_s=0.0, clock=clock) == len(frames)
     at = [when - 100.0 for when, _ in clock.sent]
     assert at == pytest.approx([0.0, 0.1, 0.2, 0.2, 0.3, 0.3, 0.55], abs=1e-6)
+
+
+def test_a_replay_begins_when_a_gateway_answers_though_no_file_gives_its_frames_a_period():
+    database = read_mapping(MAPS / "machine_builder.toml").database
+    frames = tuple(replace(frame, cycle_s=inf) for frame in database.frames)
+    clock = Clock()
+    ear: Any = Ear(clock)
+    link: Any = clock
+    log = [can.Message(arbitration_id=0x321, data=bytes(8), timestamp=0.0)]
+    assert replay(log, replace(database, frames=frames), link, ear, clock=clock) == 1
+    assert clock.sent[0][0] == pytest.approx(100.1)
 
 
 @pytest.mark.parametrize("speed_up", ["7.5", "60", "400"])
