@@ -15,7 +15,7 @@ from gateway.protection import PROFILE_1
 from measurement.errors import BadInput
 from measurement.rig import AXES
 from scenarios.fmu_file import compensator_file, read_description
-from scenarios.wiring import PROBED, range_of
+from scenarios.wiring import PROBED, check_role, range_of
 
 if TYPE_CHECKING:
     from gateway.mapping import Mapping
@@ -130,10 +130,11 @@ def problems_of(mapping: Mapping, fmu: Path, *, machine_clock: bool = False) -> 
     Raises
     ------
     BadInput
-        If the FMU cannot be read.
+        If the FMU cannot be read, or is no compensator.
     """
     form = mapping.form
     variables = {variable.name: variable for variable in read_description(fmu).modelVariables}
+    check_role("compensator", variables, fmu)
     for name in inputs_of(fmu):
         if name not in form.inputs:
             mapping.say(f"inputs.{name}", "is missing: the compensator takes it")

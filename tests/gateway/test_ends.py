@@ -172,6 +172,7 @@ def test_the_table_of_given_frames_is_checked_against_a_given_compensator(capsys
         (["gateway", "--speed-up", "0"], "--speed-up"),
         (["gateway", "--timeout", "nan"], "--timeout"),
         (["gateway", "--compensator", "none.fmu"], "none.fmu"),
+        (["gateway", "--compensator", "docs/examples/machine.toml"], "is no compensator"),
         (["gateway", "--interface", "virtual", "--log", "x.txt"], "x.txt"),
         (["gateway", "--interface", "virtual", "--option", "x"], "--option"),
         (["gateway", "--eds"], "--eds: needs --canopen"),
