@@ -228,6 +228,17 @@ def test_a_bad_probe_changes_nothing_until_the_next_one_confirms_it():
     assert works.variance < plain.variance + 1.0
 
 
+@pytest.mark.parametrize(("half_widths", "believed"), [(2.5, True), (3.5, False)])
+def test_a_probe_is_believed_as_far_as_a_run_may_creep(half_widths, believed):
+    works = installed(known())
+    for row in range(6):
+        before = step(works, row)
+    half = works.deviations * np.sqrt(works.variance) * np.array(works.spread)
+    works.take((half_widths * half).tolist())
+    moved = np.abs(step(works, 6) - before)
+    assert (moved > 0.5 * half).all() == believed
+
+
 @pytest.mark.usefixtures("walks_alike")
 def test_a_confirmed_leap_is_a_leap_of_the_walk():
     model = known()
