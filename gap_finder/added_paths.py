@@ -19,9 +19,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap_finder.linearise import machine_in_run
+from gap_finder.in_run import machine_in_run, shown_per_kelvin
 from gap_finder.observations import Observations
-from plant_model.effects import Effect
 from plant_model.effects.stirred_film import share_of_motion
 from plant_model.integrate import Modes, phi
 from plant_model.levels import conductances_at, levels_on
@@ -29,9 +28,7 @@ from plant_model.machine import Machine
 from plant_model.nearby import Slopes, slopes_along
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import FloatArray, Values
-from plant_model.sensors import readings
 from plant_model.simulate import at_rows, simulate
-from plant_model.structure import pose
 
 AT_ONCE = 512
 """Responses computed together; more only use more memory. Set on no data."""
@@ -123,7 +120,7 @@ class _Stepped:
         if network.state_count or not network.linear:
             course = np.concatenate([self.base, base.states[0]], axis=1)
             self.slopes = slopes_along(network, drive, course)
-        self.shown = _weights(self.machine, effects, network, observed.channels)
+        self.shown = shown_per_kelvin(self.machine, effects, network, observed.channels)[0]
         self._gains: dict[tuple[tuple[float, ...], float], tuple[FloatArray, ...]] = {}
 
     def _gain(self, key: tuple[float, ...], step: float) -> tuple[FloatArray, ...]:
@@ -218,18 +215,3 @@ class _Stepped:
             behind += 0.5 * step * rate * then
             out[:, k + 1] = state @ shown
         return out
-
-
-def _weights(
-    machine: Machine, effects: Sequence[Effect], network: Network, channels: Sequence[str]
-) -> FloatArray:
-    """Return each channel's reading per kelvin of each part and per own state, (size, C)."""
-    slices = network.state_slices()
-    nodes, size = network.node_count, network.node_count + network.state_count
-    inputs = {entry.name: np.zeros(size + 1) for entry in machine.inputs}
-    unit = np.concatenate([np.zeros((1, size)), np.eye(size)])[None]
-    rise, states = unit[..., :nodes], unit[..., nodes:]
-    moved = pose(effects, slices, inputs, rise, states)
-    seen = readings(machine, effects, slices, inputs, np.zeros(size + 1), rise, states, moved)
-    shown = np.stack([seen[name][0] for name in channels], axis=-1)
-    return np.asarray(shown[1:] - shown[0])

@@ -18,7 +18,7 @@ from gap_finder.linearise import (
     bias_columns,
     linear_about,
     nuisance_columns,
-    residuals_at,
+    points_of,
 )
 from gap_finder.observations import Observations
 from gap_finder.priors import DETERMINED, FAR, Priors
@@ -153,7 +153,9 @@ class _Problem:
 
     def at(self, x: FloatArray) -> Point:
         """Linearise every run about a point, (P,)."""
-        parts = linear_about(self.machine, self.observed, self.priors, x)
+        parts = self.likelihood.about_starts(
+            linear_about(self.machine, self.observed, self.priors, x)
+        )
         of_runs = self.likelihood.about(parts)
         matrix, right = of_runs.matrix + np.eye(len(x)), of_runs.right + x
         about = Quadratic(matrix, right, of_runs.cost + float(x @ x), of_runs.units)
@@ -172,15 +174,10 @@ class _Problem:
 
     def costs(self, points: FloatArray) -> FloatArray:
         """Return the cost at every point, (S,); NaN if the machine cannot be stepped there."""
-        residuals = residuals_at(self.machine, self.observed, self.priors, points)
-        return np.array(
-            [self.cost(x, [shown[i] for shown in residuals]) for i, x in enumerate(points)]
-        )
-
-    def cost(self, x: FloatArray, residuals: Sequence[FloatArray]) -> float:
-        """Return the cost at a point, (P,), from its residuals, each (N,)."""
-        parts = [Linearisation(shown, np.zeros((len(shown), 0))) for shown in residuals]
-        return self.likelihood.about(parts).cost + float(x @ x)
+        runs = points_of(self.machine, self.observed, self.priors, points)
+        squares = np.sum(points**2, axis=1)
+        costs = [self.likelihood.about(parts).cost for parts in zip(*runs, strict=True)]
+        return np.asarray(costs + squares)
 
 
 @one_thread()

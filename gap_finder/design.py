@@ -150,6 +150,10 @@ class RunDesign:
         """Return columns (N, m) minus what nuisance parameters can imitate under their prior."""
         return columns - self.nuisance @ np.linalg.solve(self._inner, self.nuisance.T @ columns)
 
+    def narrowing_of(self, columns: slice) -> float:
+        """Return -2 log of the share of some nuisance parameters' prior that the run leaves."""
+        return -float(np.linalg.slogdet(np.linalg.inv(self._inner)[columns, columns])[1])
+
     def deviations_alone(self, covariance: FloatArray) -> FloatArray:
         """Return standard deviations of the parameters that only this run depends on, (alone,).
 
@@ -199,7 +203,7 @@ def run_design(
     weight = in_units(sensitivities.weight, units)
     shared = np.hstack([linear.by_parameter, sensitivities.other])
     # A parameter that only this run depends on is its own unknown, like a zero.
-    own = np.hstack([sensitivities.nuisance, shared[:, alone]])
+    own = np.hstack([sensitivities.nuisance, linear.by_start, shared[:, alone]])
     shared[:, alone] = 0.0
     return RunDesign(
         *(linear.residual * weight, shared * weight[:, None], own * weight[:, None], weight),

@@ -54,8 +54,9 @@ class Hypothesis:
 
     @property
     def prior_cost(self) -> float:
-        """-2 log of the prior including sizes; 0 for "nothing"."""
-        return sum(self.prior) + sum(addition.size_cost() for addition in self.additions)
+        """-2 log of the prior including sizes, and of where each run finds lagging laws."""
+        sizes = sum(addition.size_cost() for addition in self.additions)
+        return sum(self.prior) + sizes + self.fit.starts_cost
 
     def score(self, units: Units) -> float:
         """Return the score, in the units of the best hypothesis.

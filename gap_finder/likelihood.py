@@ -10,7 +10,7 @@ and the errors of thermometers.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -70,15 +70,31 @@ class Likelihood:
 
     def about(self, parts: Sequence[Linearisation]) -> Quadratic:
         """Return the likelihood about a point, from every run linearised about it."""
-        runs = [self._squares(*run) for run in zip(parts, self._own, self._errors, strict=True)]
-        units = self._units(runs)
+        runs, counts = self._squared(parts)
+        units, _ = self._units(runs, counts)
         shared = [
-            _eliminated(_over(units, run), own.shape[1])[0]
-            for run, own in zip(runs, self._own, strict=True)
+            _eliminated(_over(units, run), own)[0] for run, own in zip(runs, counts, strict=True)
         ]
         rest, _ = _eliminated(np.sum(shared, axis=0), self._errors[0].shape[1])
         cost = float(rest[-1, -1] + self._independent @ np.log(units))
         return Quadratic(rest[:-1, :-1], rest[:-1, -1], cost, units)
+
+    def about_starts(self, parts: Sequence[Linearisation]) -> list[Linearisation]:
+        """Return the parts with derivatives where lagging laws are likeliest to start."""
+        if not any(part.by_start.size for part in parts):
+            return list(parts)
+        without = [replace(part, by_parameter=part.by_parameter[:, :0]) for part in parts]
+        _, unknowns = self._units(*self._squared(without))
+        return [
+            part.about_start(own[len(own) - part.by_start.shape[1] :])
+            for part, own in zip(parts, unknowns, strict=True)
+        ]
+
+    def _squared(self, parts: Sequence[Linearisation]) -> tuple[list[FloatArray], list[int]]:
+        """Return every run's `_squares`, and the number of its own unknowns."""
+        owns = [np.hstack([own, part.by_start]) for own, part in zip(self._own, parts, strict=True)]
+        runs = [self._squares(*run) for run in zip(parts, owns, self._errors, strict=True)]
+        return runs, [own.shape[1] for own in owns]
 
     def _squares(self, part: Linearisation, own: FloatArray, errors: FloatArray) -> FloatArray:
         """Return the products of a run's columns in each channel, (C, M, M), the residual last."""
@@ -87,24 +103,26 @@ class Likelihood:
         by_channel = columns.reshape(-1, len(self._independent), columns.shape[1]).swapaxes(0, 1)
         return np.asarray(by_channel.swapaxes(1, 2) @ by_channel)
 
-    def _units(self, runs: Sequence[FloatArray]) -> FloatArray:
-        """Return the likeliest units, each (C,), where the parameters are."""
+    def _units(
+        self, runs: Sequence[FloatArray], counts: Sequence[int]
+    ) -> tuple[FloatArray, list[FloatArray]]:
+        """Return the likeliest units, (C,), and own unknowns of runs where the parameters are."""
         units, errors = np.ones(len(self._independent)), self._errors[0].shape[1]
         few = []  # only the columns of these unknowns and the residual
-        for run, columns in zip(runs, self._own, strict=True):
-            own = columns.shape[1]
+        for run, own in zip(runs, counts, strict=True):
             kept = np.append(np.arange(own + errors), -1)
             few.append((run[:, kept][..., kept], own))
         for _ in range(ROUNDS):
             followed = [_eliminated(_over(units, run), own) for run, own in few]
             _, error = _eliminated(np.sum([rest for rest, _ in followed], axis=0), errors)
             error = np.append(error, 1.0)
-            squares = np.zeros(len(units))
+            squares, unknowns = np.zeros(len(units)), []
             for (run, _), (_, follow) in zip(few, followed, strict=True):
-                at = np.append(follow @ error, error)
+                unknowns.append(follow @ error)
+                at = np.append(unknowns[-1], error)
                 squares += at @ run @ at
             units = np.maximum(1.0, squares / np.maximum(self._independent, 1e-9))
-        return units
+        return units, unknowns
 
 
 def independent_values(observed: Observations) -> FloatArray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gap_finder.in_run import given_in_run, machine_in_run, start_responses
 from gap_finder.observations import Observations
 from gap_finder.priors import Priors
 from plant_model.integrate import IntegrationError
@@ -29,29 +30,6 @@ START_K = 0.3
 BIAS_K = 0.15
 """Standard deviation of a thermometer's error common to all runs, from mounting and calibration
 [K]; set on no data."""
-
-
-def machine_in_run(
-    machine: Machine, observed: Observations
-) -> tuple[Machine, dict[str, FloatArray]]:
-    """Return the machine without effects that had not begun in a run, and the run's own values.
-
-    Parameters
-    ----------
-    machine : Machine
-    observed : Observations
-
-    Returns
-    -------
-    machine : Machine
-    own : dict of str to array, shape (1,)
-        Parameters by full name.
-    """
-    if observed.absent & machine.effects.keys():
-        kept = {key: p for key, p in machine.effects.items() if key not in observed.absent}
-        machine = replace(machine, effects=kept)
-    own = {name: np.array([v]) for name, v in observed.own.items() if name in machine.parameters}
-    return machine, own
 
 
 def simulate_at(
@@ -114,8 +92,7 @@ def simulate_runs(
     for places in alike.values():
         first = observed[places[0]]
         in_force, own = machine_in_run(machine, first)
-        absent = tuple(f"effects.{key}." for key in first.absent)
-        given = {n: v for n, v in (parameters or {}).items() if not n.startswith(absent)}
+        given = given_in_run(parameters, first)
         runs = [
             Driven(run.run.frame, run.drive, np.append(run.run.time_s[0], run.time_s), start)
             for run in (observed[i] for i in places)
@@ -161,10 +138,20 @@ class Linearisation:
         Model minus measurement.
     by_parameter : array, shape (N, P)
         Derivatives in the fitting scale of the priors.
+    by_start : array, shape (N, laws)
+        Derivatives by where each lagging law starts, one prior standard deviation each.
+    by_both : array, shape (P, N, laws)
+        Derivatives of these by the parameters.
     """
 
     residual: FloatArray
     by_parameter: FloatArray
+    by_start: FloatArray
+    by_both: FloatArray
+
+    def about_start(self, start: FloatArray) -> Linearisation:
+        """Return it with the parameters' derivatives where the laws start there, (laws,)."""
+        return replace(self, by_parameter=self.by_parameter + (self.by_both @ start).T)
 
 
 def residuals_of(
@@ -180,23 +167,33 @@ def residuals_of(
     return [run.weighted(modelled(simulated, run)) for run, simulated in pairs]
 
 
-def residuals_at(
+def points_of(
     machine: Machine, observed: Sequence[Observations], priors: Priors, points: FloatArray
-) -> list[FloatArray]:
-    """Return the weighted residuals of every run at several points, (S, P), of the fitting scale.
+) -> list[list[Linearisation]]:
+    """Return every run at several points, (S, P), of the fitting scale, without derivatives by it.
 
     Returns
     -------
-    list of array, each (S, N)
-        NaN at points from which the machine cannot be stepped.
+    list of list of Linearisation
+        By run and point; NaN at points from which the machine cannot be stepped.
     """
+    values = priors.values(points)
     try:
-        return residuals_of(machine, observed, priors.values(points))
+        residuals = residuals_of(machine, observed, values)
     except IntegrationError:  # A single extreme point stops all of them.
         if len(points) == 1:
-            return [np.full((1, run.weights.size), np.nan) for run in observed]
-        each = [residuals_at(machine, observed, priors, point[None]) for point in points]
-        return [np.concatenate(of_run) for of_run in zip(*each, strict=True)]
+            residuals = [np.full((1, run.weights.size), np.nan) for run in observed]
+        else:
+            each = [points_of(machine, observed, priors, point[None]) for point in points]
+            return [[one for (one,) in of_run] for of_run in zip(*each, strict=True)]
+    runs = []
+    for run, left in zip(observed, residuals, strict=True):
+        starts = _by_starts(machine, run, values, len(points))
+        none = np.zeros((left.shape[1], 0)), np.zeros((0, *starts.shape[1:]))
+        runs.append(
+            [Linearisation(r, none[0], s, none[1]) for r, s in zip(left, starts, strict=True)]
+        )
+    return runs
 
 
 def linear_about(
@@ -207,8 +204,22 @@ def linear_about(
     # A difference that would leave the physical range goes the other way.
     way = np.where(point + step > priors.high, -step, step)
     sets = point + np.concatenate([np.zeros((1, len(way))), np.diag(way)])
-    of_runs = residuals_of(machine, observed, priors.values(sets), near=True)
-    return [Linearisation(r[0], ((r[1:] - r[0]) / way[:, None]).T) for r in of_runs]
+    values = priors.values(sets)
+    parts = []
+    for run, left in zip(observed, residuals_of(machine, observed, values, near=True), strict=True):
+        starts = _by_starts(machine, run, values, len(sets))
+        by_parameter = ((left[1:] - left[0]) / way[:, None]).T
+        by_both = (starts[1:] - starts[0]) / way[:, None, None]
+        parts.append(Linearisation(left[0], by_parameter, starts[0], by_both))
+    return parts
+
+
+def _by_starts(
+    machine: Machine, observed: Observations, parameters: Mapping[str, FloatArray], sets: int
+) -> FloatArray:
+    """Return a run's weighted response to where each lagging law starts, (sets, N, laws)."""
+    by_start = observed.response(start_responses(machine, observed, parameters)).swapaxes(1, 2)
+    return np.broadcast_to(by_start, (sets, *by_start.shape[1:]))
 
 
 def nuisance_columns(machine: Machine, observed: Observations) -> FloatArray:

@@ -140,7 +140,7 @@ class Observations:
         changed : array, shape (..., K, C)
             [K, um]
         """
-        return np.asarray((changed * self.weights).reshape(*changed.shape[:-2], -1))
+        return np.asarray((changed * self.weights).reshape(*changed.shape[:-2], self.weights.size))
 
     def with_series(self, name: str, series: Callable[[Drive], FloatArray]) -> Observations:
         """Return observations with one more input series, also in the drives of the switches.

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gap_finder.in_run import moved_by_starts
 from gap_finder.linearise import modelled, simulate_at
 from gap_finder.observations import INDEPENDENT_S, Observations, stated_noise
 from measurement.spectrum import speed_spectrum
@@ -68,9 +69,9 @@ def residuals(machine: Machine, observed: Observations) -> RunResiduals:
     RunResiduals
         Its values have the shape (K, C) [K, um]; NaN where nothing was measured.
     """
-    return RunResiduals(
-        observed, modelled(simulate_at(machine, observed), observed)[0] - observed.values
-    )
+    shown = modelled(simulate_at(machine, observed), observed)[0]
+    shown += moved_by_starts(machine, observed, shown)
+    return RunResiduals(observed, shown - observed.values)
 
 
 def regimes(observed: Observations) -> list[tuple[float, float, str]]:

@@ -69,7 +69,14 @@ def test_what_acts_in_one_run_alone_is_that_runs_own():
     for run in range(3):
         answer = generator.normal(size=(8, 2))
         answer[:, 1] *= 1.0 if run == 1 else 1e-12  # Rounding: nothing drives it in the others.
-        parts.append(Linearisation(generator.normal(size=8), answer))
+        parts.append(
+            Linearisation(
+                generator.normal(size=8),
+                answer,
+                np.zeros((8, 0)),
+                np.zeros((answer.shape[1], 8, 0)),
+            )
+        )
         none, one = np.zeros((8, 1)), np.ones(8)
         known.append(RunSensitivities(none, none, none, none, one))
     designs = design_of(parts, known, np.ones(1))

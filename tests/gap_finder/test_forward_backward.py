@@ -23,7 +23,12 @@ DETERMINED = 10.0
 
 def moved_by(squares: float) -> dict[str, float]:
     """Return how far a fit's unknowns moved; its runs determine ten of the file's numbers."""
-    return {"numbers_moved": squares, "others_moved": 0.0, "determined": DETERMINED}
+    return {
+        "numbers_moved": squares,
+        "others_moved": 0.0,
+        "determined": DETERMINED,
+        "starts_cost": 0.0,
+    }
 
 
 def hypothesis(

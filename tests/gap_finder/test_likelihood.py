@@ -35,7 +35,10 @@ def likelihood(runs: list[Any]) -> Likelihood:
 
 
 def linear(runs: list[Any], x: float = 0.0) -> list[Linearisation]:
-    return [Linearisation(residual + x * slope[:, 0], slope) for residual, _, _, slope in runs]
+    settled = np.zeros((ROWS * CHANNELS, 0)), np.zeros((1, ROWS * CHANNELS, 0))
+    return [
+        Linearisation(residual + x * slope[:, 0], slope, *settled) for residual, _, _, slope in runs
+    ]
 
 
 def brute_force(runs: list[Any]) -> float:

@@ -63,7 +63,11 @@ def test_what_is_far_from_linear_also_starts_from_the_file(
     usual = jig_borer_lumps.parameters[moved].value
     calibrated = jig_borer_lumps.with_values({moved: 1.1 * usual})
     fit: Any = SimpleNamespace(
-        machine=calibrated, base=jig_borer_lumps, observed=(), calibration=SimpleNamespace(cost=0.0)
+        machine=calibrated,
+        base=jig_borer_lumps,
+        observed=(),
+        calibration=SimpleNamespace(cost=0.0),
+        starts_cost=0.0,
     )
     values = {name: one.value for name, one in catalogue()[law].parameters.items()}
     begun: list[Machine] = []
