@@ -33,6 +33,7 @@ from scenarios.pages.report import page_text
 from scenarios.plugged import effect_files, error_model_files
 from scenarios.reference_runs import compensator_reference, plant_reference, with_array
 from scenarios.scenario import Settings
+from scenarios.unpacking import place_in_python
 from scenarios.version import version as installed_version
 
 HERE = Path(__file__).resolve().parent.parent
@@ -322,6 +323,8 @@ def job_for(
     if form.in_c:
         usable = compilers_for_all() if form.all_platforms else compilers()
         native = native_of(recipe, *([] if isinstance(source, Machine) else [source]))
+    else:
+        place_in_python()  # it is validated there
     if native is not None and form.can:
         if on_bus is None or isinstance(source, Machine):
             raise BadInput("--can", "", "only the compensator of build_fmu.py has a CAN terminal")

@@ -35,6 +35,25 @@ def prefix() -> str:
         return f"{PREFIX}{plain[:32]}-"
 
 
+def place_in_python() -> Path:
+    """Return the temporary folder for unpacking FMUs in Python.
+
+    Raises
+    ------
+    BadInput
+        If they cannot read its name from a URI.
+    """
+    place = Path(tempfile.gettempdir())
+    plain = place.as_posix().replace(" ", "")
+    if urllib.parse.quote(plain) != plain:
+        problem = (
+            "is not fit for unpacking an FMU in Python: set TMPDIR to a folder whose path is "
+            "plain ASCII, or use FMUs in C (build_fmu.py --native)"
+        )
+        raise BadInput(place, "", problem)
+    return place
+
+
 class Unpacked:
     """An FMU in its own folder.
 
@@ -56,14 +75,7 @@ class Unpacked:
     """
 
     def __init__(self, path: Path, *, in_python: bool = True) -> None:
-        place = Path(tempfile.gettempdir())
-        plain = place.as_posix().replace(" ", "")
-        if in_python and urllib.parse.quote(plain) != plain:
-            problem = (
-                "is not fit for unpacking an FMU in Python: set TMPDIR to a folder whose path is "
-                "plain ASCII, or use FMUs in C (build_fmu.py --native)"
-            )
-            raise BadInput(place, "", problem)
+        place = place_in_python() if in_python else Path(tempfile.gettempdir())
         sweep(place)
         self._lock: int | None = None
         self.folder = Path(tempfile.mkdtemp(prefix=prefix()))

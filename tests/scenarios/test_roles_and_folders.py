@@ -12,7 +12,9 @@ from pathlib import Path
 import pytest
 
 from measurement.errors import BadInput
+from plant_model.machine_file import read_machine
 from scenarios import unpacking
+from scenarios.building import Form, job_for
 from scenarios.fmu import FmuError
 from scenarios.unpacking import Unpacked
 from tests.patience import PATIENCE_S, until
@@ -90,6 +92,9 @@ def test_a_folder_that_an_fmu_cannot_read_from_a_uri_is_refused(tiny_plant, temp
     monkeypatch.setattr(tempfile, "tempdir", None)
     with pytest.raises(BadInput, match="set TMPDIR to a folder whose path is plain ASCII"):
         Unpacked(tiny_plant)
+    with pytest.raises(BadInput, match="set TMPDIR to a folder whose path is plain ASCII"):
+        job_for(read_machine("jig_borer"), temporary / "dist", Form())
+    assert list(temporary.iterdir()) == [folder]
     assert list(folder.iterdir()) == []
 
 
