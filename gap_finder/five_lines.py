@@ -140,8 +140,17 @@ def _added(table: Mapping[str, Any]) -> str:
             f", {name} = {p['value']:.3g}{unit_after(p['unit'])}"
             for name, p in entry.get("switched_at", {}).items()
         )
+        + _start(entry.get("behind_at_start_K", {}))
         for entry in table["effects"]
     )
+
+
+def _start(behind: Mapping[str, float]) -> str:
+    """Return in words in which run a law started farthest from where it settles."""
+    if not behind:
+        return ""
+    run, most = max(behind.items(), key=lambda pair: abs(pair[1]))
+    return f", {abs(most):.2g} K {'behind' if most > 0.0 else 'ahead'} at the start of {run}"
 
 
 def _worse(table: Mapping[str, Any]) -> str:

@@ -95,27 +95,53 @@ def start_responses(
         [K, um]. A law with the time constant tau is behind a swing with the angular frequency w by
         w tau / sqrt(1 + (w tau)^2) of it.
     """
+    return _starts(machine, observed, parameters)[0]
+
+
+def _starts(
+    machine: Machine, observed: Observations, parameters: Mapping[str, FloatArray] | None = None
+) -> tuple[FloatArray, dict[str, float]]:
+    """Return the responses, and the first set's standard deviation of each law, by key [K]."""
     in_run, own = machine_in_run(machine, observed)
     values = Values(in_run.parameters, given_in_run(parameters, observed) | own, bounded=False)
     effects = effects_in_force(in_run, values)
     lagging = [effect.key for effect in effects if effect.lags and "at_start" in effect.states]
     responses = np.zeros((values.sets, len(lagging), *observed.weights.shape))
     if not lagging:
-        return responses
+        return responses, {}
     network = Network(in_run, values, effects)
     states = [network.state_slices()[key].start for key in lagging]
     rates = network.state_decay()[:, states, None]
     shown = shown_per_kelvin(in_run, effects, network, observed.channels)
     since_s = observed.time_s - observed.run.time_s[0]
-    behind = SWING_K * DAILY / np.hypot(rates, DAILY) * -np.expm1(-rates * since_s)
-    responses += behind[..., None] * shown[:, network.node_count :][:, states, None]
-    return responses
+    behind_k = SWING_K * DAILY / np.hypot(rates, DAILY)
+    settles = behind_k * -np.expm1(-rates * since_s)
+    responses += settles[..., None] * shown[:, network.node_count :][:, states, None]
+    return responses, dict(zip(lagging, behind_k[0, :, 0].tolist(), strict=True))
 
 
-def moved_by_starts(machine: Machine, observed: Observations, shown: FloatArray) -> FloatArray:
-    """Return what the channels of a model, (K, C), lack because its laws start settled, (K, C)."""
-    (responses,) = start_responses(machine, observed)
+def likely_starts(
+    machine: Machine, observed: Observations, shown: FloatArray
+) -> tuple[FloatArray, dict[str, float]]:
+    """Return what a model lacks because its laws start settled, and how far each is behind.
+
+    Parameters
+    ----------
+    machine : Machine
+    observed : Observations
+    shown : array, shape (K, C)
+        The model's channels [K, um].
+
+    Returns
+    -------
+    moved : array, shape (K, C)
+        To be added to the channels [K, um].
+    behind : dict of str to float
+        By how much each law is colder at the start than what it follows, by key [K].
+    """
+    (responses,), deviations = _starts(machine, observed)
     columns = observed.response(responses).T
     inner = columns.T @ columns + np.eye(len(responses))
     start = -np.linalg.solve(inner, columns.T @ observed.weighted(shown))
-    return np.tensordot(start, responses, 1)
+    pairs = zip(start.tolist(), deviations.items(), strict=True)
+    return np.tensordot(start, responses, 1), {key: s * sd for s, (key, sd) in pairs}

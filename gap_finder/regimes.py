@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gap_finder.in_run import moved_by_starts
+from gap_finder.in_run import likely_starts
 from gap_finder.linearise import modelled, simulate_at
 from gap_finder.observations import INDEPENDENT_S, Observations, stated_noise
 from measurement.spectrum import speed_spectrum
@@ -50,10 +50,13 @@ class RunResiduals:
     observed : Observations
     values : array, shape (K, C)
         [K, um]; NaN where nothing was measured.
+    behind : dict of str to float
+        By how much each lagging law is colder at the start than what it follows, by key [K].
     """
 
     observed: Observations
     values: FloatArray
+    behind: Mapping[str, float] = field(default_factory=dict)
 
 
 def residuals(machine: Machine, observed: Observations) -> RunResiduals:
@@ -70,8 +73,8 @@ def residuals(machine: Machine, observed: Observations) -> RunResiduals:
         Its values have the shape (K, C) [K, um]; NaN where nothing was measured.
     """
     shown = modelled(simulate_at(machine, observed), observed)[0]
-    shown += moved_by_starts(machine, observed, shown)
-    return RunResiduals(observed, shown - observed.values)
+    moved, behind = likely_starts(machine, observed, shown)
+    return RunResiduals(observed, shown + moved - observed.values, behind)
 
 
 def regimes(observed: Observations) -> list[tuple[float, float, str]]:

@@ -225,6 +225,9 @@ def _entry(judged: Judged, place: int) -> dict[str, Any]:
         entry["switched_at"] = {
             name: {"value": table[name].value, "unit": table[name].unit} for name in effect.switched
         }
+    runs = [*judged.used.after, *judged.unseen.after]
+    if behind := {r.observed.run.name: r.behind[key] for r in runs if key in r.behind}:
+        entry["behind_at_start_K"] = behind
     entry["larger_than_usual"] = list(beyond_usual_range(machine, key))
     return entry
 
