@@ -20,7 +20,7 @@ from scenarios.fmu import Port
 from scenarios.probe_cycle import ProbeSource
 from scenarios.scenario import Case
 from scenarios.views import rig_of
-from scenarios.wiring import PROBED, TOOL_LENGTH
+from scenarios.wiring import PROBED, SPEED, TOOL_LENGTH, speed_of
 
 
 class MachinePlant:
@@ -64,9 +64,12 @@ class MachinePlant:
         # The bus brings the offsets. The compensator must get the plant's value of an input that no
         # signal drives.
         driven = {n: variable for n, variable in self.slave.variables.items() if n not in OFFSETS}
+        speed = speed_of(driven)
+        told = driven | ({SPEED: driven[speed]} if speed else {})
         time_s = np.arange(self.steps + 1, dtype=np.float64) * self.step_s
-        self._signals = signals_over(case, time_s, driven, driven)
-        self._in = Port(self.slave, [*self._signals, *OFFSETS])
+        self._signals = signals_over(case, time_s, driven, told)
+        self._driven = {n: rows for n, rows in self._signals.items() if n in driven}
+        self._in = Port(self.slave, [*self._driven, *OFFSETS])
         self._out = Port(self.slave, self.slave.names("output"))
         lost = [name for name in OFFSETS if name not in self.slave.names("input")]
         if lost:
@@ -179,7 +182,7 @@ class MachinePlant:
         """
         if not self._recorded:
             return
-        signals = [rows[self.point] for rows in self._signals.values()]
+        signals = [rows[self.point] for rows in self._driven.values()]
         row = [self.time_s, *signals, *(offsets[name] for name in OFFSETS)]
         self._table.extend([*row, *self._out.values.tolist(), *extra.values()])
         self._extra = tuple(extra)
@@ -203,13 +206,13 @@ class MachinePlant:
         self._out.get()
 
     def _set(self, offsets: Mapping[str, float]) -> None:
-        signals = [rows[self.point] for rows in self._signals.values()]
+        signals = [rows[self.point] for rows in self._driven.values()]
         self._in.values[:] = [*signals, *(offsets[name] for name in OFFSETS)]
         self._in.set()
 
     def frame(self) -> pd.DataFrame:
         """Return the record as the table of a run file."""
-        names = ["time_s", *(self.slave.column(n) for n in (*self._signals, *OFFSETS))]
+        names = ["time_s", *(self.slave.column(n) for n in (*self._driven, *OFFSETS))]
         names += [self.slave.column(name) for name in self._out.names]
         names += [f"{name}_1" for name in self._extra]
         rows = np.array(self._table, dtype=np.float64).reshape(-1, len(names))

@@ -142,7 +142,7 @@ class FileForm(Form):
     """Parameters that several others follow: ``{ number = "film", factor = 0.025, unit = "W/K" }``.
     Calibration, sweeps and the plant FMU see ``numbers.film`` instead of its followers."""
     inputs: dict[Name, InputForm] = Field(min_length=1)
-    """What drives the model, by name. Compensators expect spindle speed as ``speed``."""
+    """What drives the model, by name. Spindle speed is ``speed``, or else the only one in rpm."""
     nodes: list[NodeForm] = Field(min_length=1, max_length=MOST_NODES)
     links: list[dict[str, Any]] = Field(default_factory=list, max_length=5000)
     """``kind``, ``name`` (by default the joined names, ``shaft-housing``) and the fields of the

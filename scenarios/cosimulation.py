@@ -51,6 +51,7 @@ from scenarios.wiring import (
     Variables,
     check_ranges,
     check_signals,
+    shared_inputs,
     shared_starts,
     wire,
 )
@@ -124,7 +125,7 @@ def signals_over(
         The communication points [s], shape (points,).
     plant, compensator : dict of str to variable
         The FMUs' variables. An input of both that no signal drives becomes a signal at the plant's
-        start value.
+        start value; what they name differently (`shared_inputs`) is there under both names.
 
     Raises
     ------
@@ -139,7 +140,9 @@ def signals_over(
     }
     check_ranges(plant, signals, time_s, case.setting.source)
     unsaid = shared_starts(plant, compensator, signals)
-    return signals | {name: np.full(len(time_s), value) for name, value in unsaid.items()}
+    signals |= {name: np.full(len(time_s), value) for name, value in unsaid.items()}
+    shared = shared_inputs(plant, compensator)
+    return signals | {name: signals[own] for name, own in shared.items()}
 
 
 def plant_parameters(case: Case, plant: Variables) -> dict[str, float]:
@@ -314,10 +317,10 @@ class _Loop:
 
     def _recording(self, wall_s: float) -> Recording:
         columns: dict[str, FloatArray] = {"time_s": self.time_s}
-        for name, values in self.signals.items():
+        for name in self.case.signals | dict.fromkeys(self.wiring.driven):
             owner = self.plant if name in self.plant.variables else self.compensator
             assert owner is not None
-            columns[owner.column(name)] = values
+            columns[owner.column(name)] = self.signals[name]
         sensors = []
         for name, values in self._table(self.plant_out):
             column = self.plant.column(name)

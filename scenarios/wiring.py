@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from fmu_packaging.units import own_name
 from measurement.errors import BadInput, near, shown
 from measurement.rig import AXES
 
-TOOL_LENGTH = "tool_length"
+TOOL_LENGTH, SPEED = "tool_length", "speed"
 Variables = Mapping[str, Any]
 """The variables of an FMU as described by fmpy, by name and in the FMU's order."""
 
@@ -192,6 +193,24 @@ def check_ranges(
             raise BadInput(source, f"signals.{name}", _refused("plant", plant[name], value))
 
 
+def speed_of(plant: Variables) -> str | None:
+    """Return the plant's spindle speed: ``speed``, or else its only input in r/min."""
+    turning = [n for n in names_of(plant, "input") if own_name(plant[n].unit or "1") == "rpm"]
+    if SPEED in plant:
+        return SPEED
+    return turning[0] if len(turning) == 1 else None
+
+
+def shared_inputs(plant: Variables, compensator: Variables | None) -> dict[str, str]:
+    """Return the plant's inputs by those of the compensator that must get the same.
+
+    Their names are equal, except that a plant may have its own name for the spindle speed.
+    """
+    inputs, wanted = names_of(plant, "input"), names_of(compensator or {}, "input")
+    own = {name: speed_of(plant) if name == SPEED else name for name in wanted}
+    return {name: same for name, same in own.items() if same in inputs}
+
+
 def shared_starts(
     plant: Variables, compensator: Variables | None, signals: Collection[str]
 ) -> dict[str, float]:
@@ -199,9 +218,8 @@ def shared_starts(
 
     Each FMU has its own start value, but both must get the same tool, for example.
     """
-    wanted = names_of(compensator, "input") if compensator else []
-    both = [name for name in names_of(plant, "input") if name in wanted and name not in signals]
-    return {name: float(plant[name].start or 0.0) for name in both}
+    both = shared_inputs(plant, compensator).values()
+    return {name: float(plant[name].start or 0.0) for name in both if name not in signals}
 
 
 def check_signals(
@@ -212,12 +230,12 @@ def check_signals(
     Raises
     ------
     BadInput
-        For a signal that neither FMU takes.
+        For a signal that neither FMU takes, or for a second speed.
     """
     inputs = names_of(plant, "input")
-    variables = {*inputs, *(names_of(compensator, "input") if compensator else ())}
+    others = {*names_of(compensator or {}, "input")} - {*shared_inputs(plant, compensator)}
     for name in signals:
-        if name not in variables:
+        if name not in inputs and name not in others:
             raise BadInput(
                 source,
                 f"signals.{name}",
@@ -235,7 +253,7 @@ def wire(
     ----------
     plant, compensator : dict of str to variable
     signals : collection of str
-        The scenario's signals, including `shared_starts`.
+        The scenario's signals, including `shared_inputs`.
     source : str or path
         The scenario, for refusals.
 

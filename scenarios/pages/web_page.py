@@ -22,9 +22,17 @@ from scenarios.fmu_file import MODELS, member
 from scenarios.pages.report import STATES, state_of, write_page
 from scenarios.scenario import read_scenario
 from scenarios.views import MACHINES
-from scenarios.wiring import TOOL_LENGTH, Variables, Wiring, shared_starts, wire
+from scenarios.wiring import (
+    SPEED,
+    TOOL_LENGTH,
+    Variables,
+    Wiring,
+    names_of,
+    shared_inputs,
+    speed_of,
+    wire,
+)
 
-SPEED = "speed"
 DAY = "step_speed"
 """The scenario whose speeds are the day's work, one hour each."""
 ABOUT = (
@@ -98,7 +106,8 @@ def _written(machine: Machine, compensator: Path, path: Path) -> dict[str, int]:
     model = parse_model(compensator.read_text("utf-8"), str(compensator))
     plant = web_module(recipe, native_of(recipe))
     sender = web_module(other, native_of(other, compensator))
-    wiring = _wiring(plant, sender, compensator)
+    ends = _as_fmpy(plant), _as_fmpy(sender)
+    wiring = _wiring(*ends, compensator)
     about = ABOUT.format(
         machine=machine.name, compensator=model.name, version=recipe.identity.version
     )
@@ -111,10 +120,10 @@ def _written(machine: Machine, compensator: Path, path: Path) -> dict[str, int]:
         told={
             "plant": plant.told(),
             "compensator": sender.told(),
-            "wiring": vars(wiring),
+            "wiring": vars(wiring) | {"shared": shared_inputs(*ends)},
             "states": STATES,
             "stateOf": {code: state_of(code) for code in status_meanings()},
-            **_controls(machine, model, plant, wiring),
+            **_controls(machine, model, plant, wiring, speed_of(ends[0]) or ""),
         },
         plant=base64.b64encode(plant.code).decode(),
         compensator=base64.b64encode(sender.code).decode(),
@@ -122,16 +131,11 @@ def _written(machine: Machine, compensator: Path, path: Path) -> dict[str, int]:
     return {"plant_bytes": len(plant.code), "compensator_bytes": len(sender.code)}
 
 
-def _wiring(plant: WebModule, compensator: WebModule, source: Path) -> Wiring:
+def _wiring(plant: Variables, compensator: Variables, source: Path) -> Wiring:
     """Connect the two as a scenario does; the sliders are its signals."""
-    ends = _as_fmpy(plant), _as_fmpy(compensator)
-    offsets = {name for name, entry in ends[1].items() if entry.causality == "output"}
-    signals = [
-        name
-        for name, entry in ends[0].items()
-        if entry.causality == "input" and name not in offsets
-    ]
-    return wire(*ends, [*signals, *shared_starts(*ends, signals)], source)
+    offsets = names_of(compensator, "output")
+    signals = [name for name in names_of(plant, "input") if name not in offsets]
+    return wire(plant, compensator, [*signals, *shared_inputs(plant, compensator)], source)
 
 
 def _as_fmpy(module: WebModule) -> Variables:
@@ -147,7 +151,7 @@ def _as_fmpy(module: WebModule) -> Variables:
 
 
 def _controls(
-    machine: Machine, model: Model, plant: WebModule, wiring: Wiring
+    machine: Machine, model: Model, plant: WebModule, wiring: Wiring, speed: str
 ) -> Mapping[str, Any]:
     """Return the sliders: range and step, title, and which come first."""
     inputs = {entry.name: entry for entry in plant.variables if entry.name in wiring.driven}
@@ -155,14 +159,14 @@ def _controls(
     sliders = {name: _slider(entry) for name, entry in inputs.items()}
     sliders[TOOL_LENGTH] = (0.0, model.limits.tool_length_mm[1], 5.0)
     titles = {name: name.replace("_", " ").capitalize() for name in inputs}
-    titles |= {hall: "Hall", SPEED: "Speed", TOOL_LENGTH: "Tool length"}
+    titles |= {hall: "Hall", speed: "Speed", TOOL_LENGTH: "Tool length"}
     day = read_scenario(DAY).settings.signals[SPEED]["values"]
-    speeds = [min(speed, sliders[SPEED][1]) for speed in day if SPEED in inputs]
+    speeds = [min(turns, sliders[speed][1]) for turns in day if speed in inputs]
     return {
         "sliders": sliders,
         "titles": titles,
-        "main": [name for name in (SPEED, TOOL_LENGTH, hall) if name in inputs],
-        "speed": SPEED if SPEED in inputs else "",
+        "main": [name for name in (speed, TOOL_LENGTH, hall) if name in inputs],
+        "speed": speed if speed in inputs else "",
         "hall": hall,
         "programme": {"each_s": 3600, "speeds": speeds},
     }

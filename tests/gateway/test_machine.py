@@ -18,6 +18,7 @@ from gateway.plant import MachinePlant
 from gateway.replay import replay
 from scenarios.cli import main
 from scenarios.scenario import read_scenario
+from tests.scenarios.tiny_fmus import PLANT, build_tiny
 
 CYCLE_S = 0.1
 
@@ -127,6 +128,20 @@ def test_a_machine_tells_the_start_of_an_input_that_no_signal_drives(shipped):
     try:
         plant.start()
         assert plant.readings()["tool_length"] == USUAL_TOOL_MM
+    finally:
+        plant.close()
+
+
+def test_a_machine_tells_its_speed_whatever_its_plant_calls_it(tmp_path):
+    path = build_tiny(PLANT.replace("speed", "drehzahl"), "ToldPlant", tmp_path)
+    scenario = 'format = 1\nname = "a"\ntitle = "A"\nduration_s = 1\nsignals = {drehzahl = 700}'
+    (tmp_path / "a.toml").write_text(scenario)
+    plant = MachinePlant(path, read_scenario(tmp_path / "a.toml").cases[0])
+    try:
+        plant.start()
+        assert plant.readings()["speed"] == 700
+        plant.record(dict.fromkeys(("dX", "dY", "dZ"), 0.0), {})
+        assert "speed_rpm" not in plant.frame()
     finally:
         plant.close()
 

@@ -10,7 +10,7 @@ from measurement.errors import BadInput
 from scenarios.fmu import FmuError
 from scenarios.fmu_file import read_description
 from tests.scenarios.conftest import MISSING
-from tests.scenarios.tiny_fmus import COMPENSATOR, build_tiny
+from tests.scenarios.tiny_fmus import COMPENSATOR, PLANT, build_tiny
 
 
 def by_hand(steps: int, h: float, speed: list[float]) -> dict[str, list[float]]:
@@ -99,6 +99,18 @@ def test_an_input_of_both_without_a_signal_has_the_plants_start_value(simulated,
     tiny_scenario.write_text(tiny_scenario.read_text().replace("tool_length = 100.0", ""))
     frame = simulated().frame
     assert set(frame["tool_length_mm"]) == {70.0}
+
+
+def test_a_plants_speed_is_the_compensators_whatever_its_name(simulated, tiny_scenario, tmp_path):
+    plant = build_tiny(PLANT.replace("speed", "drehzahl"), "TurningPlant", tmp_path)
+    source = COMPENSATOR.replace("self.dX = -10.0 * (self.T1 - 20.0)", "self.dX = self.speed")
+    compensator = build_tiny(source, "TurnedCompensator", tmp_path)
+    with pytest.raises(BadInput, match=r"signals\.speed: is not an input of .* drehzahl"):
+        simulated(plant=plant, compensator=compensator)
+    tiny_scenario.write_text(tiny_scenario.read_text().replace("speed =", "drehzahl ="))
+    frame = simulated(plant=plant, compensator=compensator).frame
+    assert frame["dX_um"].tolist()[1:] == frame["drehzahl_rpm"].tolist()[:-1]
+    assert "speed_rpm" not in frame
 
 
 def test_what_is_no_fmu_is_refused_in_one_line(tmp_path):

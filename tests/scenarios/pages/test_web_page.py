@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from fmu_packaging.native.web import WebModule
+from plant_model.machine_file import machine_path
 from scenarios.building import DEFAULT_MODEL
 from scenarios.cli import main
 from scenarios.pages.report import STATES
@@ -182,6 +183,20 @@ def test_the_interval_is_named_by_the_share_of_the_compensator_file(tmp_path, mo
     other.write_text(json.dumps(model), "utf-8")
     assert main(["web", "jig_borer_lumps", str(other), "-o", str(path)]) == 0
     assert "interval, 68 %" in path.read_text("utf-8")
+
+
+def test_a_page_steers_a_speed_of_any_name(tmp_path, monkeypatch):
+    monkeypatch.setattr(WebModule, "code", b"")
+    machine, page = tmp_path / "mine.toml", tmp_path / "page.html"
+    text = machine_path("jig_borer_lumps").read_text("utf-8")
+    text = re.sub(r"^speed = \{", "drehzahl = {", text, flags=re.MULTILINE)
+    # Air gaps know no other name.
+    text = re.sub(
+        r'\[\[links\]\]\nkind = "air_gap".*?\n\n|air_gap = \{\}', "", text, flags=re.DOTALL
+    )
+    machine.write_text(text.replace('"speed"', '"drehzahl"'), "utf-8")
+    assert main(["web", str(machine), str(DEFAULT_MODEL), "-o", str(page)]) == 0
+    assert re.search(r'"shared": ?\{"speed": ?"drehzahl"', page.read_text("utf-8"))
 
 
 def test_without_its_compiler_nothing_is_written(tmp_path, monkeypatch, refused):

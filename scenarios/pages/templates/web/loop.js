@@ -1,7 +1,8 @@
 /* Plant and compensator in a loop: the order of a step is that of scenarios/cosimulation.py. */
 class Loop {
-  constructor(plant, compensator, { driven, by_signals, measured, offsets }) {
-    Object.assign(this, { plant, compensator, driven, by_signals, offsets });
+  constructor(plant, compensator, { driven, by_signals, shared, measured, offsets }) {
+    Object.assign(this, { plant, compensator, driven, offsets });
+    this.told = by_signals.map((name) => shared[name] ?? name);
     this.drive = plant.port(driven);
     this.move = plant.port(offsets);
     this.seed = plant.port(["noise_seed"], "integer");
@@ -37,7 +38,7 @@ class Loop {
     const place = this.fault ? this.measured.indexOf(this.fault.sensor) : -1;
     if (place >= 0) values[place] = this.broken(values[place]);
     this.saw = Object.fromEntries(this.measured.map((name, k) => [name, values[k]]));
-    return [...values, ...this.by_signals.map((name) => this.signals[name])];
+    return [...values, ...this.told.map((name) => this.signals[name])];
   }
 
   broken(reading) {
