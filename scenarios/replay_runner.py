@@ -112,7 +112,7 @@ def run_replay(
     recorded = looked_over([read_run(path) for path in runs])
     names = _file_names([run.name for run in recorded])
     with tempfile.TemporaryDirectory(prefix="spindle-drift-built-") as work:
-        fmu = find_fmu(compensator, fmu_dir, near, Path(work), quiet=quiet)
+        fmu = find_fmu(compensator, fmu_dir, near, Path(work), quiet=quiet, native=True)
         model = model_of(fmu)
         rig = rig_of_model(model, None if machine is None else read_machine(machine))
         length = model.limits.judged_tool(tool_length_mm)

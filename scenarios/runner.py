@@ -85,13 +85,15 @@ def run_scenario(
     recordings: list[Recording] = []
     with tempfile.TemporaryDirectory(prefix="spindle-drift-built-") as work:
         near = scenario.path.resolve().parent
-        find = partial(find_fmu, fmu_dir=fmu_dir, near=near, work=Path(work), quiet=quiet)
+        find = partial(
+            find_fmu, fmu_dir=fmu_dir, near=near, work=Path(work), quiet=quiet, native=True
+        )
         named = [fmus_of(case, plant, compensator) for case in scenario.cases]
         if live and len(named[-1]) < 2:
             raise BadInput(scenario.path, "compensator", "is none, so there is no live page")
         check_fmus(chain.from_iterable(named), fmu_dir, near)
         for case, (plant_name, *compensators) in zip(scenario.cases, named, strict=True):
-            plant_fmu = find(plant_name, native=True)
+            plant_fmu = find(plant_name)
             compensator_fmu = find(compensators[0]) if compensators else None
             recordings.append(simulate(case, plant_fmu, compensator_fmu, quiet=quiet))
         rig = rig_of(plant_fmu)

@@ -1,10 +1,13 @@
-"""A scenario takes the plant in C where it can be had, and gives the same."""
+"""A scenario takes FMUs in C where they can be had, and gives the same."""
 
+import json
 import shutil
+import tempfile
 from pathlib import Path
 
 import build_fmu
 from scenarios import fmu_files
+from scenarios.cli import main
 from scenarios.fmu_files import find_fmu
 from scenarios.replay import model_of
 from scenarios.views import rig_of
@@ -35,6 +38,15 @@ def test_a_compensator_has_a_twin_too(shipped_in_c, tmp_path):
     built = find_fmu("compensator.fmu", tmp_path, work, work, native=True)
     assert built == work / "compensator_native.fmu"
     assert model_of(built).table == model_of(python).table
+
+
+def test_a_run_needs_a_folder_fit_for_python_for_neither(shipped_in_c, tmp_path, monkeypatch):
+    (place := tmp_path / "t ü").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(place))
+    command = ["run", "step_speed", "--fmu-dir", str(shipped_in_c), "--out", str(tmp_path / "out")]
+    assert main([*command, "--set", "duration_s=60", "--quiet"]) == 0
+    facts = json.loads((tmp_path / "out" / "table.json").read_text("utf-8"))["variants"][0]
+    assert [fmu["file"] for fmu in facts["fmus"]] == ["plant_native.fmu", "compensator_native.fmu"]
 
 
 def test_what_is_no_twin_is_not_taken(shipped_in_c, tmp_path):
