@@ -152,9 +152,10 @@ class Service:
             node.farewell(state)
 
     def _fit(self) -> None:
-        ambient, fmu = self.settings.proof.ambient, self.fmu.name
-        if ambient and self.unit.unit_of(ambient) != "degC":
-            raise BadInput("--ambient", ambient, f"is not a temperature input of {fmu}")
+        ambient = self.settings.proof.ambient
+        inputs = [name for name in self.unit.inputs if self.unit.unit_of(name) == "degC"]
+        if ambient and ambient not in inputs:
+            raise BadInput("--ambient", ambient, f"is not one of {', '.join(inputs)}")
         probed = {name for frame in self.database.events(MACHINE) for name in frame.signals}
         lost = [name for name in self.unit.probed if name not in probed]
         if probed and lost:

@@ -97,13 +97,17 @@ def fmus_of(case: Case, plant: str | None = None, compensator: str | None = None
 
 
 def check_fmus(
-    names: Iterable[str], fmu_dir: Path, near: Path, versions: Collection[str] = ("2.0",)
+    plants: Iterable[str],
+    compensators: Iterable[str],
+    fmu_dir: Path,
+    near: Path,
+    versions: Collection[str] = ("2.0",),
 ) -> None:
     """Refuse files that `find_fmu` could not use, before it builds any FMU.
 
     Parameters
     ----------
-    names : iterable of str
+    plants, compensators : iterable of str
     fmu_dir, near : Path
         As for `find_fmu`.
     versions : collection of str
@@ -112,12 +116,17 @@ def check_fmus(
     Raises
     ------
     BadInput, ModelFileError
-        For the first that is missing, or is no FMU, compensator file or machine file.
+        For the first that is missing, or is neither an FMU nor the file that its role is made from.
     """
-    for name in names:
+    for name, other, kind in (
+        *((name, ".json", "compensator file, not a plant") for name in plants),
+        *((name, ".toml", "machine file, not a compensator") for name in compensators),
+    ):
         file, _ = _file_of(name, fmu_dir, near)
         if file is None:
             continue
+        if file.suffix == other:
+            raise BadInput(name, "", f"is a {kind}")
         if file.suffix == ".json":
             compensator_recipe(file, "compensator")
         elif file.suffix == ".toml":

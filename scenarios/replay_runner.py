@@ -34,7 +34,7 @@ from measurement.runs import read_run, write_run
 from measurement.units import split_column
 from measurement.warm import named_warm
 from plant_model.machine_file import read_machine
-from scenarios.fmu_files import find_fmu
+from scenarios.fmu_files import check_fmus, find_fmu
 from scenarios.pages.charts import SHOWN
 from scenarios.probing import Probing
 from scenarios.replay import Replay, chart_of, model_of, replay, results_of, rig_of_model
@@ -106,11 +106,9 @@ def run_replay(
         If the FMU fails; no folder is left behind.
     """
     check_folder(out)
-    if Path(compensator).suffix == ".toml":
-        problem = "is a machine file; a replay takes a compensator, its FMU or its .json file"
-        raise BadInput(compensator, "", problem)
     recorded = looked_over([read_run(path) for path in runs])
     names = _file_names([run.name for run in recorded])
+    check_fmus((), [compensator], fmu_dir, near)
     with tempfile.TemporaryDirectory(prefix="spindle-drift-built-") as work:
         fmu = find_fmu(compensator, fmu_dir, near, Path(work), quiet=quiet, native=True)
         model = model_of(fmu)

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from functools import partial
 from importlib import metadata
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -91,7 +90,8 @@ def run_scenario(
         named = [fmus_of(case, plant, compensator) for case in scenario.cases]
         if live and len(named[-1]) < 2:
             raise BadInput(scenario.path, "compensator", "is none, so there is no live page")
-        check_fmus(chain.from_iterable(named), fmu_dir, near)
+        used = [name for _, *names in named for name in names]
+        check_fmus((name for name, *_ in named), used, fmu_dir, near)
         for case, (plant_name, *compensators) in zip(scenario.cases, named, strict=True):
             plant_fmu = find(plant_name)
             compensator_fmu = find(compensators[0]) if compensators else None

@@ -248,7 +248,7 @@ class _Fmus:
             tried += [value for entry in variations if entry.name == key for value in entry.values]
             if key == PLANT or self.scenario.settings.compensator.enabled:
                 names += dict.fromkeys(map(str, tried))
-        check_fmus(itertools.chain.from_iterable(named.values()), self.fmu_dir, self.near)
+        check_fmus(named[PLANT], named[COMPENSATOR], self.fmu_dir, self.near)
         descriptions: dict[str, list[Mapping[str, Any]]] = {key: [] for key in named}
         for key, described in descriptions.items():
             for name in named[key]:

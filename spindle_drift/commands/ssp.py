@@ -56,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
     with tempfile.TemporaryDirectory(prefix="spindle-drift-built-") as work:
         fmi: Fmi = 2 if args.ssp == 1 else 3
         names = fmus_of(case, args.plant, args.compensator)
-        check_fmus(names, args.fmu_dir, near, ("2.0", "3.0")[: args.ssp])
+        check_fmus(names[:1], names[1:], args.fmu_dir, near, ("2.0", "3.0")[: args.ssp])
         fmus = [
             find_fmu(name, args.fmu_dir, near, Path(work), native=True, everywhere=True, fmi=fmi)
             for name in names

@@ -207,3 +207,10 @@ def test_an_fmu_whose_inputs_the_frames_do_not_carry_is_refused(capsys, tmp_path
     arguments = ["--interface", "virtual", "--channel", "refused", "--compensator", str(other)]
     assert main(["gateway", *arguments]) == 2
     assert told in capsys.readouterr().err
+
+
+def test_an_ambient_temperature_that_the_compensator_does_not_take_is_refused(capsys, quick_fmu):
+    arguments = ["--interface", "virtual", "--channel", "hall", "--compensator", str(quick_fmu)]
+    for name in ("lufft", "tool_length"):
+        assert main(["gateway", *arguments, "--ambient", name]) == 2
+        assert f"--ambient: {name}: is not one of T1, T2, T3" in capsys.readouterr().err

@@ -144,6 +144,6 @@ def test_a_machine_file_is_built_into_a_plant(shipped, tmp_path):
 
 
 def test_a_shipped_machine_is_a_plant_by_its_name(tiny_folder, tmp_path):
-    check_fmus(["lathe"], tiny_folder, tmp_path)
+    check_fmus(["lathe"], (), tiny_folder, tmp_path)
     fmu = find_fmu("lathe", tiny_folder, tmp_path, tmp_path)
     assert json.loads(member(fmu, f"resources/{MACHINE_FILE}") or "{}")["name"] == "lathe"

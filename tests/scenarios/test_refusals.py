@@ -28,6 +28,8 @@ REFUSED = [
     ("run step_speed --plant no.fmu", "no.fmu: there is no such file"),
     (f"{RUN} --plant fmus/plant.fmu --compensator fmus/plant.fmu", "is no compensator: it has no"),
     (f"{RUN} --plant fmus/compensator.fmu", "is no plant: it has no input dX, dY or dZ"),
+    (f"{RUN} --compensator lathe", "lathe: is a machine file, not a compensator"),
+    (f"{SWEEP} --set plant.fmu={MODEL}", "jig_borer.json: is a compensator file, not a plant"),
     ("run replay", "replay.runs: names no run"),
     ("replay no.json no.csv", "no.csv: no such file"),
     ("replay no.json no.csv --tool-length=nan", "--tool-length: "),
