@@ -97,8 +97,8 @@ show([said, [m[1] for m in messages]])
     words = (
         "before the end of the initialisation",
         "value reference 999: there is no such variable",
-        "what the FMU computes cannot be set",
-        "there is no such variable of this type",
+        "dX: what the FMU computes cannot be set",
+        "status: there is no such variable of this type",
         "model_file: this FMU has its compensator file compiled in",
         "a parameter cannot be set after the start",
         "above 0 s",

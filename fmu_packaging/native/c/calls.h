@@ -19,7 +19,11 @@ static FMI(Status) variable_outcome(
     const struct component *self, FMI(ValueReference) ref, const char *problem)
 {
     char about[80];
-    snprintf(about, sizeof about, "value reference %u: ", (unsigned)ref);
+    if (ref < model_variable_count) {
+        snprintf(about, sizeof about, "%.70s: ", model_variables[ref].name);
+    } else {
+        snprintf(about, sizeof about, "value reference %u: ", (unsigned)ref);
+    }
     return said(self, FMI(Error), about, problem);
 }
 
