@@ -89,6 +89,9 @@ def checked(kind: type[M], table: dict[str, Any], source: str | Path, within: st
     problem = message[0].lower() + message[1:]
     # A check of several fields together names them; its input is the whole table.
     if not (first["type"] == "value_error" and isinstance(first["input"], dict)):
+        words = [other for other in others if other["type"] == "literal_error"]
+        same = [other for other in words if _steps(table, other) == _steps(table, first)]
+        problem = " or ".join([problem, *(other["ctx"]["expected"] for other in same)])
         problem = f"{shown(first['input'])} is not allowed: {problem}"
     problems = {"missing": "is missing", "extra_forbidden": "is not a known field"}
     problem = problems.get(first["type"], problem)

@@ -269,6 +269,11 @@ WRONG = [
     ("factor = -1, missing_raw = -32768", "missing_raw = 99999", "outside the raw values"),
     ('TOOL_DATA = { protection = "none", late_after_ms = 2500 }\n', "", "TOOL_DATA: is missing"),
     ('"none", late_after_ms = 500 }', '"none" }', "late_after_ms: is missing"),
+    (
+        '"none", late_after_ms = 500 }',
+        '"none", late_after_ms = "nie" }',
+        "late_after_ms: 'nie' is not allowed: input should be a valid number or 'never'",
+    ),
     ("CMP_STATUS.CmpTrust", "SPN_STATUS.SpnLoad", "outputs.trust: SPN_STATUS holds inputs and"),
     ("[inputs]", '[frames.DRV_CURRENT]\nprotection = "none"\n[inputs]', "CURRENT: is not needed"),
     ("running = 2", "run = 2", "inputs.machine_state: values: run is none of"),
