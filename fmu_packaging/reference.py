@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -93,7 +94,10 @@ def run_apart(fmu: Path, inputs: str, stop_s: float, step_s: float) -> str:
             check=False,
         )
         if done.returncode or not result.is_file():
-            raise RunError((done.stderr + done.stdout).strip())
+            ended = f"the process ended with code {done.returncode}"
+            if done.returncode < 0:
+                ended = f"the process crashed: {signal.strsignal(-done.returncode)}"
+            raise RunError((done.stderr + done.stdout).strip() or ended)
         return result.read_text(encoding="utf-8")
 
 

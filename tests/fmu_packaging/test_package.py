@@ -106,6 +106,9 @@ def test_what_fails_leaves_the_old_one_in_place(tmp_path):
     files = dict(broken.files) | {script: b"import a_module_that_is_not_there\n"}
     with pytest.raises(PublishError, match="reference run failed"):
         publish(Package(broken.name, broken.guid, files, broken.slave), tmp_path, REFERENCE)
+    files = dict(broken.files) | {script: b"import os\nos.kill(os.getpid(), 11)\n"}
+    with pytest.raises(PublishError, match="the process crashed: Segmentation fault"):
+        publish(Package(broken.name, broken.guid, files, broken.slave), tmp_path, REFERENCE)
     assert [entry.name for entry in tmp_path.iterdir()] == ["tiny.fmu"]
     assert (tmp_path / "tiny.fmu").read_bytes() == b"the old one"
 
