@@ -20,6 +20,10 @@ class PublishError(RuntimeError):
     """An FMU that cannot be published; the text says why, with one line per problem."""
 
 
+class UnwritableError(PublishError):
+    """A folder that cannot be written to, for example on a full disk; the text is one line."""
+
+
 @dataclass(frozen=True)
 class Reference:
     """Inputs over time, length and step of the reference run [s]."""
@@ -91,16 +95,26 @@ def _with_run(package: Package, reference: Reference, inputs: str, result: str) 
 
 def _put(files: Mapping[Path, bytes], folder: Path) -> None:
     """Write all files under temporary names, synced to disk, before renaming any of them."""
+    is_new = not folder.exists()
     with _writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=folder, prefix=".fmu_") as apart:
-            for path, data in files.items():
-                with (Path(apart) / path.name).open("xb") as stream:
-                    stream.write(data)
-                    stream.flush()
-                    os.fsync(stream.fileno())
-            for path in files:
-                (Path(apart) / path.name).replace(path)
+        try:
+            _put_into(folder, files)
+        except BaseException:
+            if is_new:
+                folder.rmdir()
+            raise
+
+
+def _put_into(folder: Path, files: Mapping[Path, bytes]) -> None:
+    with tempfile.TemporaryDirectory(dir=folder, prefix=".fmu_") as apart:
+        for path, data in files.items():
+            with (Path(apart) / path.name).open("xb") as stream:
+                stream.write(data)
+                stream.flush()
+                os.fsync(stream.fileno())
+        for path in files:
+            (Path(apart) / path.name).replace(path)
 
 
 @contextlib.contextmanager
@@ -108,4 +122,4 @@ def _writing(folder: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise PublishError(f"{folder}: cannot be written: {error.strerror or error}") from None
+        raise UnwritableError(f"{folder}: cannot be written: {error.strerror or error}") from None

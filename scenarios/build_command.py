@@ -13,7 +13,7 @@ from typing import Any, NoReturn
 from fmu_compensator.runtime.modelfile import ModelFileError
 from fmu_packaging.native.compilers import CompileError, NativeError
 from fmu_packaging.package import Package
-from fmu_packaging.publish import PublishError
+from fmu_packaging.publish import PublishError, UnwritableError
 from measurement.errors import BadInput
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
@@ -104,6 +104,9 @@ def main(given: Sequence[str] | None = None, on_bus: OnBus | None = None) -> int
     for job in jobs:
         try:
             entries.append(_summary(*job.run()))
+        except UnwritableError as error:
+            print(error, file=sys.stderr)
+            return 2
         except (PublishError, NativeError, CompileError) as error:
             print(f"{job.recipe.identity.name}.fmu is not built:\n{error}", file=sys.stderr)
             return 1

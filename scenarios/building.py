@@ -288,7 +288,7 @@ def job_for(
     name: str | None = None,
     on_bus: OnBus | None = None,
 ) -> Job:
-    """Return the checked job that builds an FMU, after creating its folder.
+    """Return the checked job that builds an FMU.
 
     Parameters
     ----------
@@ -371,7 +371,7 @@ def _check_outputs(folder: Path, name: str) -> None:
     Parameters
     ----------
     folder : Path
-        Their folder; created if missing.
+        Their folder.
     name : str
         Name of the FMU, without ``.fmu``.
 
@@ -381,6 +381,7 @@ def _check_outputs(folder: Path, name: str) -> None:
         If a file that this program did not make is in the way, or the folder cannot be created.
     """
     target = folder / f"{name}.fmu"
+    is_new = not folder.exists()
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except FileExistsError:
@@ -392,3 +393,5 @@ def _check_outputs(folder: Path, name: str) -> None:
     there = [path for path in beside if path.exists()]
     if there and not target.exists() and not is_forced():
         raise BadInput(there[0], "", f"exists without {target.name} beside it: {OTHERWISE}")
+    if is_new:
+        folder.rmdir()  # made again once there is something to put into it

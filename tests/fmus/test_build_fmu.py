@@ -1,6 +1,7 @@
 """build_fmu.py as a user runs it."""
 
 import json
+import os
 import shutil
 import sys
 from pathlib import Path
@@ -120,3 +121,14 @@ def test_bad_input_is_one_line_and_exit_code_2(tmp_path, monkeypatch, capsys, ar
     assert error.count("\n") == 1
     assert named in error
     assert not Path("dist").exists()
+
+
+def test_a_full_disk_is_one_line_and_leaves_no_folder(tmp_path, monkeypatch, capsys):
+    def full(handle: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    out = tmp_path / "dist"
+    assert build_fmu.main(["--only", "compensator", "--out", str(out)]) == 2
+    assert capsys.readouterr().err == f"{out}: cannot be written: No space left on device\n"
+    assert not out.exists()
