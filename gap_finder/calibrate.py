@@ -291,18 +291,15 @@ def intervals(
     x, spread : array, shape (P,)
         Calibrated values and their standard deviations, in the fitting scale.
     """
-    points = {
-        key: priors.values((x + shift * spread)[None, :])
-        for key, shift in (("low", -1.96), ("value", 0.0), ("high", 1.96))
-    }
+    low, value, high = (priors.beside(x, shift * spread) for shift in (-1.96, 0.0, 1.96))
     return tuple(
         ParameterEstimate(
             name,
             machine.parameters[name].unit,
             machine.parameters[name].value,
-            float(points["value"][name][0]),
-            float(points["low"][name][0]),
-            float(points["high"][name][0]),
+            float(value[i]),
+            float(low[i]),
+            float(high[i]),
             float(1.0 - min(spread[i], 1.0)),
             bool(x[i] <= priors.low[i] + 1e-9 or x[i] >= priors.high[i] - 1e-9),
             float(x[i]),

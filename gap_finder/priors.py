@@ -2,7 +2,8 @@
 
 A parameter with a positive range is fitted in its logarithm, any other directly. The range is four
 standard deviations wide and not a hard limit: values beyond it are unlikely, and only what physics
-forbids is impossible (:mod:`plant_model.limits`).
+forbids is impossible (:mod:`plant_model.limits`). A direction has no limits, because beyond half a
+turn it comes back from the other side.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ DETERMINED = 0.5
 FAR = 2.0
 """Standard deviations from its value at which a parameter's range ends: given by the meaning of a
 range in a machine file [1]."""
+TURN = 360.0
+"""Range of a direction [deg]."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +46,7 @@ class Priors:
     _centre: FloatArray
     _width: FloatArray
     _log: npt.NDArray[np.bool_]
+    _turns: npt.NDArray[np.bool_]
     low: FloatArray
     high: FloatArray
     _bottom: FloatArray
@@ -73,30 +77,48 @@ class Priors:
         limits = physical_limits(machine)
         chosen = [machine.parameters[name] for name in names]
         log = np.array([p.low > 0.0 for p in chosen], dtype=np.bool_)
+        turns = np.array([p.unit == "deg" and p.high - p.low == TURN for p in chosen], np.bool_)
         columns = [(p.value, p.low, p.high, *limits[n]) for n, p in zip(names, chosen, strict=True)]
         plain = np.array(columns, dtype=np.float64).reshape(-1, 5)
         with np.errstate(divide="ignore"):  # The lower limit of a positive number may be 0.
             scaled = np.where(log[:, None], np.log(np.maximum(plain, 0.0)), plain)
         centre, low, high, bottom, top = scaled.T
         width = np.maximum((high - low) / (2.0 * FAR), 1e-300)
+        bottom, top = np.where(turns, -np.inf, bottom), np.where(turns, np.inf, top)
         bounds = (bottom - centre) / width, (top - centre) / width
         usual = np.array([_usual(n, w) for n, w in zip(names, width.tolist(), strict=True)])
         ends = plain[:, 3], plain[:, 4]
-        return cls(tuple(names), centre, width, log, *bounds, *ends, usual)
+        return cls(tuple(names), centre, width, log, turns, *bounds, *ends, usual)
 
     def position(self, machine: Machine) -> FloatArray:
         """Return a machine's values in the fitting scale, shape (P,)."""
         value = np.array([machine.parameters[name].value for name in self.names])
         plain = np.where(self._log, np.log(np.where(self._log, value, 1.0)), value)
-        return np.asarray((plain - self._centre) / self._width)
+        away = plain - self._centre
+        return np.asarray(np.where(self._turns, _within_a_turn(away), away) / self._width)
 
     def values(self, x: FloatArray) -> dict[str, FloatArray]:
         """Return parameter values, each (sets,), from the fitting scale, shape (sets, P) [1]."""
+        plain = self._plain(x)
+        plain = np.where(self._turns, _within_a_turn(plain), plain)
+        return {name: plain[:, i] for i, name in enumerate(self.names)}
+
+    def beside(self, x: FloatArray, away: FloatArray) -> FloatArray:
+        """Return parameter values some way from a point, all (P,); a direction's beside its own."""
+        at = self._plain(x)
+        return self._plain(x + away) - np.where(self._turns, at - _within_a_turn(at), 0.0)
+
+    def _plain(self, x: FloatArray) -> FloatArray:
         plain = self._centre + np.clip(x, self.low, self.high) * self._width
         plain = np.where(self._log, np.exp(np.where(self._log, plain, 0.0)), plain)
         # Rounding in the logarithm must not lead out of the physical range.
-        plain = np.clip(plain, self._bottom, self._top)
-        return {name: plain[:, i] for i, name in enumerate(self.names)}
+        limited = np.clip(plain, self._bottom, self._top)
+        return np.asarray(np.where(self._turns, plain, limited))
+
+
+def _within_a_turn(angle: FloatArray) -> FloatArray:
+    """Return the same direction between minus half a turn and half a turn [deg]."""
+    return np.asarray((angle + TURN / 2.0) % TURN - TURN / 2.0)
 
 
 def _usual(name: str, width: float) -> float:

@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from gap_finder.calibrate import calibrate
+from gap_finder.candidates import with_effect
 from gap_finder.data_faults import DataFault, without_bad_readings
 from gap_finder.descent import Descent, Point
 from gap_finder.likelihood import Quadratic
@@ -27,6 +28,23 @@ def test_priors_go_to_the_fitting_scale_and_back(jig_borer_lumps):
     moved = jig_borer_lumps.with_values(values, beyond=True)
     np.testing.assert_allclose(priors.position(moved), x, atol=1e-9)
     np.testing.assert_allclose(priors.position(jig_borer_lumps), 0.0, atol=1e-12)
+
+
+def test_a_direction_goes_on_beyond_half_a_turn(jig_borer_lumps):
+    """Nearer to its usual value on the other side, and with no wall where the turn ends."""
+    machine = with_effect(only_free(jig_borer_lumps), "column_bending", {"direction": -170.0})
+    usual = with_effect(only_free(jig_borer_lumps), "column_bending")
+    priors = Priors.of(usual, calibrated=True)
+    name = "effects.column_bending.direction"
+    place = priors.names.index(name)
+    x = priors.position(machine)
+    assert x[place] == pytest.approx((190.0 - 45.0) / 90.0)
+    assert priors.values(x[None])[name] == pytest.approx([-170.0])
+    x[place] = (181.0 - 45.0) / 90.0
+    assert priors.values(x[None])[name] == pytest.approx([-179.0])
+    assert priors.low[place] == -np.inf
+    ends = [priors.beside(x, shift * np.full(len(x), 0.1))[place] for shift in (-1.0, 0.0, 1.0)]
+    assert ends == pytest.approx([-188.0, -179.0, -170.0])
 
 
 def test_a_range_ends_two_deviations_out_and_is_no_wall(jig_borer_lumps):
