@@ -104,7 +104,10 @@ class Priors:
         return {name: plain[:, i] for i, name in enumerate(self.names)}
 
     def beside(self, x: FloatArray, away: FloatArray) -> FloatArray:
-        """Return parameter values some way from a point, all (P,); a direction's beside its own."""
+        """Return parameter values, (P,), some way from a point, both (P,) [1].
+
+        Those of a direction are beside its own, even beyond half a turn.
+        """
         at = self._plain(x)
         return self._plain(x + away) - np.where(self._turns, at - _within_a_turn(at), 0.0)
 
