@@ -25,7 +25,7 @@ SWING_K = 2.0
 machine outside the benchmark, a gantry, where 1 K costs the right law 7 of its score."""
 
 DAILY = 2.0 * np.pi / 86400.0
-"""Its angular frequency [1/s]."""
+"""Its angular frequency, given by the day [1/s]."""
 
 
 def machine_in_run(

@@ -25,7 +25,7 @@ FAR = 2.0
 """Standard deviations from its value at which a parameter's range ends: given by the meaning of a
 range in a machine file [1]."""
 TURN = 360.0
-"""Range of a direction [deg]."""
+"""Range of a direction, given by arithmetic [deg]."""
 
 
 @dataclass(frozen=True)
