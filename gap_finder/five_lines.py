@@ -150,7 +150,7 @@ def _start(behind: Mapping[str, float]) -> str:
     if not behind:
         return ""
     run, most = max(behind.items(), key=lambda pair: abs(pair[1]))
-    return f", {abs(most):.2g} K {'behind' if most > 0.0 else 'ahead'} at the start of {run}"
+    return f", at most {abs(most):.2g} K {'behind' if most > 0.0 else 'ahead'} at a start ({run})"
 
 
 def _worse(table: Mapping[str, Any]) -> str:

@@ -196,3 +196,11 @@ def test_the_setting_of_what_a_part_switches_is_told():
     table = answer(verdict="effect", effects=[named], one_of_keys=["coolant_thermostat:rear_outer"])
     added = five_lines(table)[3]
     assert "band = 1.5 (1.2 to 1.8) K, on_above = 25.5 degC, dead_band = 2.5 K ->" in added
+
+
+def test_the_run_that_a_law_starts_farthest_from_settled_is_told():
+    hours = {"value": 4.0, "low": 2.0, "high": 8.0, "unit": "h"}
+    effect = {"name": "slow_structure", "parameters": {"hours": hours}}
+    effect["behind_at_start_K"] = {"monday": 0.4, "friday": -1.44}
+    told = "slow_structure: hours = 4 (2 to 8) h, at most 1.4 K ahead at a start (friday)"
+    assert _added({"effects": [effect]}) == told
