@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, replace
 from itertools import chain
@@ -188,16 +188,17 @@ class Searching:
         self._progress(f"screening, {len(best.additions) + 1}")
         proposed = screened(self.nothing.fit, best.fit, sensitivities, listed)
         first, later = proposed.likely[:LEADERS], proposed.likely[LEADERS:]
-        tried = self._scored(best, first, listed, sensitivities)
+        near = proposed.near
+        tried = self._scored(best, first, near, listed, sensitivities)
         limit = self._cost_limit(best, tried)
-        tried += self._scored(best, later, listed, sensitivities, cost_limit=limit)
+        tried += self._scored(best, later, near, listed, sensitivities, cost_limit=limit)
         units = units_of(self.nothing, [best, *tried])
         leader = min(tried, key=lambda hypothesis: hypothesis.score(units), default=None)
         if leader is not None:
             kind = name_of(leader.keys[-1])
             more = [addition for addition in proposed.places if name_of(addition.key) == kind]
             limit = self._cost_limit(best, tried)
-            tried += self._scored(best, more, listed, sensitivities, leader, limit)
+            tried += self._scored(best, more, near, listed, sensitivities, leader, limit)
         units = units_of(self.nothing, [best, *tried])
         tried = [hypothesis for hypothesis in tried if hypothesis.is_better(best, units)]
         units = units_of(self.nothing, [best, *tried])
@@ -216,6 +217,7 @@ class Searching:
         self,
         best: Hypothesis,
         proposed: Sequence[Addition],
+        near: Mapping[str, Machine],
         listed: Listed,
         sensitivities: Sequence[RunSensitivities],
         leader: Hypothesis | None = None,
@@ -224,7 +226,8 @@ class Searching:
         jobs = []
         for addition in proposed:
             prior = (*best.prior, listed.costs[addition.key])
-            task = (best, addition, prior, sensitivities, leader, cost_limit)
+            begin = near[addition.key]
+            task = (best, addition, begin, prior, sensitivities, leader, cost_limit)
             jobs.append(self._pool.submit(added_to, *task))
             self._progress(f"scoring {addition.key}")
         return [hypothesis for job in jobs if (hypothesis := job.result()) is not None]
@@ -298,6 +301,7 @@ class Searching:
 def added_to(
     best: Hypothesis,
     addition: Addition,
+    near: Machine,
     prior: tuple[float, ...],
     sensitivities: Sequence[RunSensitivities],
     leader: Hypothesis | None = None,
@@ -314,6 +318,8 @@ def added_to(
     best : Hypothesis
     addition : Addition
         At the size to start from.
+    near : Machine
+        The best's, its numbers as the screening expects them with the addition.
     prior : tuple of float
         Costs of all additions.
     sensitivities : sequence of RunSensitivities
@@ -325,7 +331,7 @@ def added_to(
         Cost that its calibration must be expected to reach.
     """
     observed = [addition.marked(i, run) for i, run in enumerate(best.fit.observed)]
-    points = [addition.put_into(best.fit.machine)]
+    points = [addition.put_into(near)]
     if is_far_from_linear(addition):
         # Linear screening may find far too small a size where other numbers have absorbed it.
         points.append(addition.base(best.fit.base))

@@ -12,9 +12,11 @@ from gap_finder.design import RunSensitivities, design_of
 from gap_finder.hypotheses import AddedEffect, Addition, Listed
 from gap_finder.keys import bodies_of, effect_of
 from gap_finder.leave_one_out import LeaveOneOut
+from gap_finder.priors import Priors
 from gap_finder.score import Fit, Units
 from gap_finder.screen import Screen
 from plant_model.effect_names import name_of
+from plant_model.machine import Machine
 
 LEADERS = 4
 """Candidates that are calibrated to the end, however little they gain at first; set for time, on no
@@ -37,10 +39,13 @@ class Proposed:
     places : list of Addition
         A few places of every kind of change and drivers of every law, to be scored if that kind
         does best.
+    near : dict of str to Machine
+        The best without each of them, by key, its numbers as the screening expects them with it.
     """
 
     likely: list[Addition]
     places: list[Addition]
+    near: dict[str, Machine]
 
 
 def screened(
@@ -52,7 +57,7 @@ def screened(
     """
     tried = listed.tried
     if not tried:
-        return Proposed([], [])
+        return Proposed([], [], {})
     calibration = best.calibration
     designs = design_of(calibration.parts, sensitivities, calibration.units)
     channels = len(calibration.units)
@@ -76,7 +81,12 @@ def screened(
     likely = [i for rank, i in enumerate(likely) if rank < LEADERS or won[i] > prior[i]]
     keys = {tried[i].key for i in likely}
     places = [i for i in places_of(tried, order, listed.body) if tried[i].key not in keys]
-    return Proposed([sized[i] for i in likely], [sized[i] for i in places])
+    priors = Priors.of(best.base, calibrated=True)
+    near = {}
+    for i in (*likely, *places):
+        moved = {name: float(v[0]) for name, v in priors.values(scores.position[i][None]).items()}
+        near[tried[i].key] = best.machine.with_values(moved, beyond=True)
+    return Proposed([sized[i] for i in likely], [sized[i] for i in places], near)
 
 
 def _best_of_kinds(tried: Sequence[Addition], order: Sequence[int]) -> list[int]:

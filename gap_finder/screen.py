@@ -41,12 +41,15 @@ class Scores:
         that of all other shared unknowns.
     scale : array, shape (m,)
         Factor on the candidate's response, from all runs together.
+    position : array, shape (m, P)
+        Where calibration then goes, in the fitting scale.
     """
 
     left: FloatArray
     numbers_gain: FloatArray
     others_gain: FloatArray
     scale: FloatArray
+    position: FloatArray
 
 
 class Screen:
@@ -78,10 +81,11 @@ class Screen:
         runs = self._runs
         step, follow, scale = self._recalibrated(runs.every)
         reached = (runs.position + step)[:, None]
-        gain = reached**2 - (reached - scale * follow) ** 2
+        with_it = reached - scale * follow
+        gain = reached**2 - with_it**2
         numbers, others = (part.sum(axis=0) for part in np.split(gain, [runs.calibrated]))
         left = sum(self._predicted(run) for run in runs.every.tolist())
-        return Scores(np.asarray(left), numbers, others, scale)
+        return Scores(np.asarray(left), numbers, others, scale, with_it[: runs.calibrated].T)
 
     def _recalibrated(self, kept: Runs) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return what some runs make of the unknowns.

@@ -94,6 +94,7 @@ def test_a_candidate_is_one_more_unknown_of_all_runs(designs):
     assert scores.scale[0] == pytest.approx(after[-1], rel=1e-9)
     moved = np.pad(X, (0, OTHER))
     squares = (moved + before) ** 2 - (moved + after[:-1]) ** 2
+    assert scores.position[0] == pytest.approx((moved + after[:-1])[:MOVED], rel=1e-9)
     assert scores.numbers_gain[0] == pytest.approx(squares[:MOVED].sum(), rel=1e-9)
     assert scores.others_gain[0] == pytest.approx(squares[MOVED:].sum(), rel=1e-9)
 

@@ -72,7 +72,8 @@ def test_what_is_far_from_linear_also_starts_from_the_file(
     values = {name: one.value for name, one in catalogue()[law].parameters.items()}
     begun: list[Machine] = []
     monkeypatch.setattr(forward_backward, "fit", lambda *args: begun.extend(args[2]))
-    added_to(Hypothesis((), (), fit), AddedEffect(Candidate(law, values, ())), (0.0,), [])
+    addition = AddedEffect(Candidate(law, values, ()))
+    added_to(Hypothesis((), (), fit), addition, calibrated, (0.0,), [])
     assert [one.parameters[moved].value / usual for one in begun] == pytest.approx(starts)
 
 
