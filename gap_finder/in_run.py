@@ -13,7 +13,8 @@ from dataclasses import replace
 import numpy as np
 
 from gap_finder.observations import Observations
-from plant_model.effects import Effect
+from plant_model.effect_names import name_of
+from plant_model.effects import Effect, catalogue
 from plant_model.machine import Machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import FloatArray, Values
@@ -91,7 +92,7 @@ def start_responses(
 
     Returns
     -------
-    array, shape (sets, laws, K, C)
+    array, shape (sets or 1, laws, K, C)
         [K, um]. A law with the time constant tau is behind a swing with the angular frequency w by
         w tau / sqrt(1 + (w tau)^2) of it.
     """
@@ -103,9 +104,11 @@ def _starts(
 ) -> tuple[FloatArray, dict[str, float]]:
     """Return the responses, and the first set's standard deviation of each law, by key [K]."""
     in_run, own = machine_in_run(machine, observed)
+    if not any(_lags_from_start(catalogue()[name_of(key)]) for key in in_run.effects):
+        return np.zeros((1, 0, *observed.weights.shape)), {}  # as for most machines, at once
     values = Values(in_run.parameters, given_in_run(parameters, observed) | own, bounded=False)
     effects = effects_in_force(in_run, values)
-    lagging = [effect.key for effect in effects if effect.lags and "at_start" in effect.states]
+    lagging = [effect.key for effect in effects if _lags_from_start(effect)]
     responses = np.zeros((values.sets, len(lagging), *observed.weights.shape))
     if not lagging:
         return responses, {}
@@ -118,6 +121,10 @@ def _starts(
     settles = behind_k * -np.expm1(-rates * since_s)
     responses += settles[..., None] * shown[:, network.node_count :][:, states, None]
     return responses, dict(zip(lagging, behind_k[0, :, 0].tolist(), strict=True))
+
+
+def _lags_from_start(effect: Effect | type[Effect]) -> bool:
+    return effect.lags and "at_start" in effect.states
 
 
 def likely_starts(

@@ -92,13 +92,13 @@ class Likelihood:
 
     def _squared(self, parts: Sequence[Linearisation]) -> tuple[list[FloatArray], list[int]]:
         """Return every run's `_squares`, and the number of its own unknowns."""
-        owns = [np.hstack([own, part.by_start]) for own, part in zip(self._own, parts, strict=True)]
-        runs = [self._squares(*run) for run in zip(parts, owns, self._errors, strict=True)]
-        return runs, [own.shape[1] for own in owns]
+        runs = [self._squares(*run) for run in zip(parts, self._own, self._errors, strict=True)]
+        pairs = zip(self._own, parts, strict=True)
+        return runs, [own.shape[1] + part.by_start.shape[1] for own, part in pairs]
 
     def _squares(self, part: Linearisation, own: FloatArray, errors: FloatArray) -> FloatArray:
         """Return the products of a run's columns in each channel, (C, M, M), the residual last."""
-        columns = np.hstack([own, errors, part.by_parameter, part.residual[:, None]])
+        columns = np.hstack([own, part.by_start, errors, part.by_parameter, part.residual[:, None]])
         columns *= robust_weights(part.residual)[:, None]
         by_channel = columns.reshape(-1, len(self._independent), columns.shape[1]).swapaxes(0, 1)
         return np.asarray(by_channel.swapaxes(1, 2) @ by_channel)
