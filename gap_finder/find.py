@@ -81,9 +81,12 @@ class GapResult:
 
     @property
     def stages(self) -> tuple[Hypothesis, ...]:
-        """Where each step that added something began, and the best in the end."""
-        taken = (step.baseline for step in self.search.steps if step.is_taken)
-        return (*taken, self.search.best)
+        """The best, after those before it of which it kept everything, beginning with nothing."""
+        stages = [self.search.best]
+        for step in reversed(self.search.steps):
+            if {*step.baseline.keys} < {*stages[0].keys}:
+                stages.insert(0, step.baseline)
+        return tuple(stages)
 
     @property
     def observed(self) -> tuple[Observations, ...]:
@@ -108,7 +111,7 @@ class Judged:
     reference : ReferenceModel
         How well any model with these inputs could do.
     course : tuple of float
-        Gap on unseen runs without additions, and after each step that added something [1].
+        Gap on unseen runs at each of the result's stages [1].
     """
 
     result: GapResult

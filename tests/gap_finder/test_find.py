@@ -9,7 +9,13 @@ import numpy as np
 import pytest
 
 from gap_finder.candidates import beyond_usual_range, with_effect
-from gap_finder.find import ALSO_MISSING, Judged, find_gap, is_closed_where_better
+from gap_finder.find import (
+    ALSO_MISSING,
+    GapResult,
+    Judged,
+    find_gap,
+    is_closed_where_better,
+)
 from gap_finder.observations import observe
 from gap_finder.search import Search
 from measurement.runs import write_run
@@ -158,6 +164,19 @@ def test_a_name_is_in_doubt_for_what_it_leaves_and_for_unseen_runs(course, actin
     assert Judged(found, unseen, unseen, reference, course).doubt == doubt
     found.keys = ()
     assert Judged(found, unseen, unseen, reference, course).doubt == ""
+
+
+def test_a_name_that_gave_way_to_a_better_one_is_no_stage_of_the_result():
+    """A path beside the missing one predicts the held-out run as well, and is then replaced."""
+    paths = [(), ("heat_path:housing+slide",), ("heat_path:clamp+slide",)]
+    nothing, beside, right = (SimpleNamespace(keys=keys) for keys in paths)
+    taken = ((nothing, True), (beside, True), (right, False))
+    steps = [SimpleNamespace(baseline=one, is_taken=was) for one, was in taken]
+    search: Any = SimpleNamespace(best=right, steps=steps)
+    assert GapResult(search).stages == (nothing, right)
+    both = SimpleNamespace(keys=(*right.keys, "windage"))
+    search = SimpleNamespace(best=both, steps=steps)
+    assert GapResult(search).stages == (nothing, right, both)
 
 
 @pytest.mark.parametrize(("unseen", "verdict"), [(1.9, "none_missing"), (2.1, "unknown")])
