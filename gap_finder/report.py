@@ -201,7 +201,9 @@ def _entry(judged: Judged, place: int) -> dict[str, Any]:
         entry["or_else"] = [named(other, machine) for other in others if other not in same]
         numbers = change.parameters()
         entry["parameters"] = {
-            n: _number(estimates[full]) for n, full in numbers.items() if full in estimates
+            n: change.shown(_number(estimates[full]))
+            for n, full in numbers.items()
+            if full in estimates
         }
         return entry | change.details(machine)
     effect = catalogue()[name_of(key)]

@@ -172,6 +172,16 @@ class Change(ABC):
         parameters = self.parameters().items()
         return {number: machine.parameters[name].value for number, name in parameters}
 
+    def shown(self, number: dict[str, Any]) -> dict[str, Any]:
+        """Return a calibrated number as its report shows it.
+
+        Parameters
+        ----------
+        number : dict of str to Any
+            ``value``, ``low``, ``high`` and ``unit`` of one of its parameters.
+        """
+        return number
+
     def details(self, machine: Machine) -> dict[str, Any]:
         """Return further entries for its report.
 

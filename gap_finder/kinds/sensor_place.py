@@ -107,11 +107,14 @@ class SensorPlace(ComputedChange):
     def read(self, machine: Machine) -> dict[str, float]:
         """Return the share of the other part that it reads."""
         g = machine.parameters[self.parameters()[self.amplitude]].value
-        return {self.amplitude: g / (g + self._contact)}
+        return {self.amplitude: self._share(g)}
 
-    def details(self, machine: Machine) -> dict[str, Any]:
-        """Return the share."""
-        return {"share": round(self.read(machine)[self.amplitude], 3)}
+    def _share(self, contact: float) -> float:
+        return contact / (contact + self._contact)
+
+    def shown(self, number: dict[str, Any]) -> dict[str, Any]:
+        """Return the share instead of the tip's contact."""
+        return {end: self._share(number[end]) for end in ("value", "low", "high")} | {"unit": "1"}
 
     @classmethod
     def of_run(cls, changes: Sequence[Self], run: CalibratedRun) -> list[FloatArray]:

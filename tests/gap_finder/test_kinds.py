@@ -119,6 +119,20 @@ def test_a_change_is_written_read_back_and_stepped(name, known, tmp_path):
     assert np.isfinite(stepper.state()["start"]).all()
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_a_number_is_reported_as_the_change_reads_it(name, known):
+    for change in (changes_of(name, known)[0], changes_of(name, known)[-1]):
+        grown = change.put_into(known[0].machine, change.points()[-1])
+        for number, value in change.read(grown).items():
+            if number in change.parameters():
+                given = grown.parameters[change.parameters()[number]]
+                ends = {"value": given.value, "low": given.low, "high": given.high}
+                shown = change.shown({**ends, "unit": given.unit})
+                assert shown["value"] == pytest.approx(value)
+                assert shown["low"] <= shown["value"] <= shown["high"]
+                assert shown["unit"] == ("1" if number == "share" else given.unit)
+
+
 @pytest.mark.parametrize("name", [name for name in NAMES if name != "start_state"])
 def test_its_prior_is_the_same_wherever_the_search_begins(name, known):
     machine = known[0].machine
