@@ -178,6 +178,13 @@ class Values:
             if len(column) > 1 and np.any(column != column[:1]):
                 yield name, column
 
+    def equal(self, other: Values) -> npt.NDArray[np.bool_]:
+        """Return which sets have all values of the single set of *other*, shape (sets,)."""
+        same = np.ones(self.sets, dtype=bool)
+        for name, column in self._columns.items():
+            same &= column[:, 0] == other[name][0, 0]
+        return same
+
     def of_sets(self, which: npt.NDArray[np.intp]) -> Values:
         """Return the values of some parameter sets.
 

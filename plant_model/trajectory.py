@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +17,7 @@ from plant_model.machine import Machine
 from plant_model.nearby import changed, near_by
 from plant_model.network import Network, state_slices
 from plant_model.parameters import NUMBERS, FloatArray, Values
+from plant_model.recent import Stepping, remember, remembered
 from plant_model.rest import RestingParts
 from plant_model.side_by_side import Track, side_by_side
 
@@ -95,12 +95,15 @@ def shared_trajectories(
             _by_effect(clocks, own[:, ::part]) for (own, _), part in zip(known, parts, strict=True)
         ]
     if near and len(which) > 1 and not network.settles:
+        at = int(back[0])
         about = few.of_sets(back[:1])
         first = Network(machine, about, _of(about, stepped_effects))
-        courses_of = partial(_near, machine, network, first, int(back[0]))
+        begun = [begin[at : at + 1] for begin in begins]
+        bases = remembered(Stepping(machine, about, first, drives, begun, tolerance))
+        courses = _near(machine, network, first, at, refined, begins, tolerance, more, bases)
     else:
-        courses_of = partial(trajectories, machine, network)
-    courses = courses_of(refined, begins, tolerance, more)
+        courses = trajectories(machine, network, refined, begins, tolerance, more)
+        remember(Stepping(machine, few, network, drives, begins, tolerance), courses)
     stepped = [on_grid[:, ::part] for on_grid, part in zip(courses, parts, strict=True)]
     follow = any(effect.states for effect in others)
     following = Network(machine, values, others) if follow else None
@@ -134,13 +137,18 @@ def _near(
     starts: Sequence[FloatArray],
     tolerance: float,
     more: Sequence[Ends] | None,
+    bases: list[FloatArray] | None,
 ) -> list[FloatArray]:
-    """Return the same as `trajectories`, to first order about one set, whose network is *first*."""
+    """Return the same as `trajectories`, to first order about one set, whose network is *first*.
+
+    *bases* are its trajectories, if already known.
+    """
     only = slice(about, about + 1)
     along = stretches_of(machine, first, drives)
     alone = [(begin[only], end[only]) for begin, end in more] if more is not None else None
     begun = [start[only] for start in starts]
-    bases = trajectories(machine, first, drives, begun, tolerance, alone, along)
+    if bases is None:
+        bases = trajectories(machine, first, drives, begun, tolerance, alone, along)
     heats = more if more is not None else [None] * len(drives)
     differs = changed(network, about, drives)
     runs = zip(drives, along, differs, bases, starts, heats, strict=True)

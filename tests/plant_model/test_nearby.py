@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from plant_model import trajectory
 from plant_model.drive import drive_from
 from plant_model.machine_file import read_machine
 from plant_model.simulate import Driven, simulate_all
@@ -31,3 +32,32 @@ def test_what_sets_near_the_first_differ_by_is_their_derivative(keys):
     expected = (shown(way) - shown(-way))[1:] / 2.0
     for found, wanted in zip(near[1:] - near[0], expected, strict=True):
         assert np.linalg.norm(found - wanted) < 0.03 * np.linalg.norm(wanted)
+
+
+@pytest.mark.parametrize(
+    "keys", [["viscosity_temperature"], ["tool_heating", "coolant_thermostat"]]
+)
+def test_a_trajectory_that_was_just_stepped_is_not_stepped_again(keys, monkeypatch):
+    machine = with_effects(read_machine("jig_borer_lumps"), *keys)
+    capacity = machine.parameters[MOVED[0]].value * np.array([0.9, 1.0, 1.1])
+    frame = inputs_of("jig_borer_lumps", 1.0)
+    runs = [Driven(frame, drive_from(machine, frame, 60.0))]
+    stepped = []
+    step = trajectory.trajectories
+    monkeypatch.setattr(
+        trajectory, "trajectories", lambda *given: stepped.append(1) or step(*given)
+    )
+
+    def near(values):
+        (run,) = simulate_all(machine, runs, {MOVED[0]: values}, bounded=False, near=True)
+        return run.temperatures
+
+    fresh = near(capacity[1:])
+    simulate_all(machine, runs, {MOVED[0]: capacity}, bounded=False)
+    del stepped[:]
+    assert near(capacity[1:]) == pytest.approx(fresh, abs=0.01)
+    assert not stepped
+    assert near(capacity[1:] * 1.01).shape == fresh.shape
+    other = [Driven(frame, drive_from(machine, frame, 60.0))]
+    simulate_all(machine, other, {MOVED[0]: capacity[1:]}, bounded=False, near=True)
+    assert len(stepped) == 2
