@@ -56,7 +56,7 @@ class JointResistance(Effect):
         self._rings, self._bores = ([pair[i] for pair in seats] for i in (0, 1))
         size = len(machine.nodes)
         self._into = incidence(self._bores, size) - incidence(self._rings, size)
-        self._seats = self.table(columns)
+        self._seats, self._gain = self.table(columns), self.own("gain")[..., None]
         # A seat responds within a second. What it usually conducts in excess is therefore part of
         # the constant network, which takes steps of any length exactly.
         self._usual = self._pressure(np.array(USUAL_K)) ** 0.95 - 1.0
@@ -77,6 +77,6 @@ class JointResistance(Effect):
 
     def _pressure(self, warmer: FloatArray) -> FloatArray:
         """Return contact pressure, or inverse resistance, relative to that when cold [1]."""
-        tighter = self.own("gain")[..., None] * warmer
-        factor = np.where(tighter > 0.0, 1.0 + tighter, 1.0 / (1.0 - np.minimum(tighter, 0.0)))
-        return np.minimum(np.maximum(factor, 0.2), 5.0)
+        tighter = self._gain * warmer
+        factor = (1.0 + np.maximum(tighter, 0.0)) / (1.0 - np.minimum(tighter, 0.0))
+        return np.asarray(np.minimum(np.maximum(factor, 0.2), 5.0))

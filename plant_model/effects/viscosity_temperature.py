@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from plant_model.anatomy import incidence
 from plant_model.effects.base import Effect, Inputs
 from plant_model.effects.bearing_friction import LEAST, PALMGREN, friction_heat, torque_size
 from plant_model.parameters import FloatArray, Parameter
@@ -29,25 +30,33 @@ class ViscosityTemperature(Effect):
 
     def prepare(self) -> None:
         """Collect what does not change: stepping asks for the heat thousands of times."""
-        self._thins = PALMGREN * self.own("slope")
-        self._bearings = []
-        for item in self.machine.of_kind("sources", "bearing"):
-            size = torque_size(self.of(item, "f0"), self.of(item, "mean_diameter"))
-            factor = self.scale_of("bearing_friction") * self.of(item, "count")
-            inner, outer = (self.nodes(item, side)[0] for side in ("inner", "outer"))
-            numbers = (factor * size, self.of(item, "viscosity") ** PALMGREN)
-            more = (self.of(item, "viscosity_at"), self.of(item, "inner_share"))
-            self._bearings.append((item.refs["driven_by"][0], inner, outer, *numbers, *more))
+        bearings = self.machine.of_kind("sources", "bearing")
+        self._drivers = [item.refs["driven_by"][0] for item in bearings]
+        self._inner, outer = (
+            [self.nodes(item, side)[0] for item in bearings] for side in ("inner", "outer")
+        )
+        self._thins = PALMGREN * self.own("slope")[..., None]
+        self._at, share = (
+            self.table([self.of(item, name) for item in bearings])
+            for name in ("viscosity_at", "inner_share")
+        )
+        self._thick = self.table([self.of(item, "viscosity") ** PALMGREN for item in bearings])
+        scale = self.scale_of("bearing_friction")
+        factors = [scale * self.of(item, "count") for item in bearings]
+        numbers = [(self.of(item, "f0"), self.of(item, "mean_diameter")) for item in bearings]
+        self._size = self.table(factors) * self.table([torque_size(*pair) for pair in numbers])
+        into = [incidence(places, len(self.machine.nodes)) for places in (self._inner, outer)]
+        shares = np.swapaxes(share, 1, 2)
+        self._into = shares * into[0] + (1.0 - shares) * into[1]
 
     def heat(
         self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add the difference to the heat at constant viscosity."""
-        for driver, inner, outer, size, thick, at, share in self._bearings:
-            speed = inputs[driver]
-            film = thick * np.abs(speed) ** PALMGREN
-            thinned = film * np.exp(self._thins * (at - temperatures[..., inner]))
-            change = size * (np.maximum(thinned, LEAST) - np.maximum(film, LEAST))
-            power = friction_heat(speed, change)
-            out[..., inner] += share * power
-            out[..., outer] += (1.0 - share) * power
+        if not self._drivers:
+            return
+        speed = np.stack([inputs[driver] for driver in self._drivers], axis=-1)
+        film = self._thick * np.abs(speed) ** PALMGREN
+        thinned = film * np.exp(self._thins * (self._at - temperatures[..., self._inner]))
+        change = self._size * (np.maximum(thinned, LEAST) - np.maximum(film, LEAST))
+        out += friction_heat(speed, change) @ self._into
