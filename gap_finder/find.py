@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from scipy.special import fdtri
 
-from gap_finder.calibrate import Progress, quiet
+from gap_finder.advice import unit_after
+from gap_finder.calibrate import ParameterEstimate, Progress, quiet
 from gap_finder.comparison import GapComparison
 from gap_finder.data_faults import DataFault, without_bad_readings
 from gap_finder.design import all_sensitivities
@@ -24,6 +25,7 @@ from measurement.runs import Run
 from measurement.workers import one_thread
 from measurement.workers import workers as processes
 from plant_model.effect_names import name_of
+from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 
@@ -174,6 +176,8 @@ class Judged:
             return f"{self._idle()} the prediction of the held-out run"
         if not is_closed_where_better(self.result.before.left, self.result.after.left):
             return "more error remains where it acts than elsewhere"
+        if unusual := unusual_law(self.result.after.calibration.parameters, self.result.keys):
+            return unusual
         if not self.is_adequate:
             return ALSO_MISSING
         return ""
@@ -188,6 +192,34 @@ class Judged:
         idle = [key.replace(":", " ") for key in keys if any(key in names for names in added)]
         does = "do" if len(idle) > 1 else "does"
         return f"{' and '.join(idle) or 'one of several'} {does} not improve"
+
+
+def unusual_law(estimates: Iterable[ParameterEstimate], keys: Sequence[str]) -> str:
+    """Return, in words, which law cannot have a usual number; empty if all can.
+
+    A stand-in may need an odd delay or exponent. Sizes may be any.
+
+    Parameters
+    ----------
+    estimates : iterable of ParameterEstimate
+        Of the calibrated machine.
+    keys : sequence of str
+        What was added.
+    """
+    for estimate in estimates:
+        _, _, rest = estimate.name.partition("effects.")
+        key, _, name = rest.rpartition(".")
+        if key not in keys:
+            continue
+        effect = catalogue()[name_of(key)]
+        usual = effect.parameters[name]
+        outside = estimate.high < usual.low or estimate.low > usual.high
+        if outside and name != effect.amplitude:
+            return (
+                f"{key.replace(':', ' ')} needs {name} of {estimate.value:.2g}, outside the usual"
+                f" {usual.low:g} to {usual.high:g}{unit_after(usual.unit)}"
+            )
+    return ""
 
 
 def is_closed_where_better(before: FloatArray, after: FloatArray) -> bool:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gap_finder.calibrate import ParameterEstimate
 from gap_finder.candidates import beyond_usual_range, with_effect
 from gap_finder.find import (
     ALSO_MISSING,
@@ -15,6 +16,7 @@ from gap_finder.find import (
     Judged,
     find_gap,
     is_closed_where_better,
+    unusual_law,
 )
 from gap_finder.observations import observe
 from gap_finder.search import Search
@@ -158,12 +160,36 @@ def test_a_name_is_in_doubt_for_what_it_leaves_and_for_unseen_runs(course, actin
         keys=names,
         stages=[SimpleNamespace(keys=names[:count]) for count in range(len(course))],
         before=SimpleNamespace(left=before, left_each=before.mean()),
-        after=SimpleNamespace(left=after, left_each=after.mean()),
+        after=SimpleNamespace(
+            left=after, left_each=after.mean(), calibration=SimpleNamespace(parameters=())
+        ),
     )
     reference: Any = SimpleNamespace(used=(), unseen=())
     assert Judged(found, unseen, unseen, reference, course).doubt == doubt
     found.keys = ()
     assert Judged(found, unseen, unseen, reference, course).doubt == ""
+
+
+@pytest.mark.parametrize(
+    ("number", "low", "value", "high", "doubt"),
+    [
+        ("growth", 80.0, 90.0, 100.0, ""),  # sizes may be any
+        ("hours", 4.0, 6.0, 9.0, ""),
+        ("hours", 0.9, 2.6, 7.0, ""),  # may be usual
+        ("hours", 0.3, 0.35, 0.9, "slow_structure bed needs hours of 0.35, outside the usual 3"),
+        ("hours", 22.0, 25.0, 30.0, "slow_structure bed needs hours of 25, outside the usual 3"),
+    ],
+)
+def test_a_law_that_needs_an_unusual_number_is_in_doubt(number, low, value, high, doubt):
+    key = "slow_structure:bed"
+    estimates = [
+        ParameterEstimate("nodes.bed.capacity", "J/K", 1e5, 1.0, 0.5, 2.0, 0.5, False),
+        ParameterEstimate(f"effects.{key}.{number}", "h", 5.0, value, low, high, 0.5, False),
+    ]
+    said = unusual_law(estimates, (key,))
+    assert said.startswith(doubt)
+    assert bool(said) == bool(doubt)
+    assert unusual_law(estimates, ("windage",)) == ""
 
 
 def test_a_name_that_gave_way_to_a_better_one_is_no_stage_of_the_result():
