@@ -30,6 +30,8 @@ class Stepping:
         Of these.
     drives : sequence of Drive
         Of each run.
+    parts : sequence of int
+        Into how many parts each step of its grid is divided.
     starts : sequence of array, shape (sets, nodes)
         Of each run [degC].
     tolerance : float
@@ -40,6 +42,7 @@ class Stepping:
     values: Values
     network: Network
     drives: Sequence[Drive]
+    parts: Sequence[int]
     starts: Sequence[FloatArray]
     tolerance: float
 
@@ -47,7 +50,8 @@ class Stepping:
         """Return the position of the set that is the only one of another, None if it has none."""
         if self.machine is not one.machine or self.tolerance != one.tolerance:
             return None
-        if [*map(id, self.drives)] != [*map(id, one.drives)]:
+        same_drives = [*map(id, self.drives)] == [*map(id, one.drives)]
+        if not same_drives or [*self.parts] != [*one.parts]:
             return None
         if self.network.state_slices() != one.network.state_slices():
             return None

@@ -99,11 +99,11 @@ def shared_trajectories(
         about = few.of_sets(back[:1])
         first = Network(machine, about, _of(about, stepped_effects))
         begun = [begin[at : at + 1] for begin in begins]
-        bases = remembered(Stepping(machine, about, first, drives, begun, tolerance))
+        bases = remembered(Stepping(machine, about, first, drives, parts, begun, tolerance))
         courses = _near(machine, network, first, at, refined, begins, tolerance, more, bases)
     else:
         courses = trajectories(machine, network, refined, begins, tolerance, more)
-        remember(Stepping(machine, few, network, drives, begins, tolerance), courses)
+        remember(Stepping(machine, few, network, drives, parts, begins, tolerance), courses)
     stepped = [on_grid[:, ::part] for on_grid, part in zip(courses, parts, strict=True)]
     follow = any(effect.states for effect in others)
     following = Network(machine, values, others) if follow else None

@@ -61,3 +61,16 @@ def test_a_trajectory_that_was_just_stepped_is_not_stepped_again(keys, monkeypat
     other = [Driven(frame, drive_from(machine, frame, 60.0))]
     simulate_all(machine, other, {MOVED[0]: capacity[1:]}, bounded=False, near=True)
     assert len(stepped) == 2
+
+
+def test_a_trajectory_on_a_coarser_grid_is_not_taken_for_one_with_a_clock():
+    # A thermostat that is off in all sets needs no fine steps; its derivatives do.
+    keys = "viscosity_temperature", "coolant_thermostat"
+    machine = with_effects(read_machine("jig_borer_lumps"), *keys)
+    amplitude = "effects.coolant_thermostat.band"
+    frame = inputs_of("jig_borer_lumps", 1.0)
+    runs = [Driven(frame, drive_from(machine, frame, 60.0))]
+    (off,) = simulate_all(machine, runs, {amplitude: np.zeros(2)}, bounded=False)
+    (near,) = simulate_all(machine, runs, {amplitude: np.array([0.0, 1.0])}, near=True)
+    assert near.temperatures[0] == pytest.approx(off.temperatures[0], abs=0.01)
+    assert near.temperatures.shape[1] == off.temperatures.shape[1]
