@@ -35,7 +35,7 @@ class Proposed:
     Attributes
     ----------
     likely : list of Addition
-        The best of each kind: the likeliest few, and others that lower the score in the screening.
+        The best of each kind: the likeliest, and others that lower the score in the screening.
     places : list of Addition
         A few places of every kind of change and drivers of every law, to be scored if that kind
         does best.
@@ -77,8 +77,8 @@ def screened(
     won -= [addition.size_cost() for addition in sized]
     order = np.argsort(-(won - prior)).tolist()
     likely = _best_of_kinds(tried, order)
-    # Near the calibrated machine, effects that calibration absorbed show little: always score some.
-    likely = [i for rank, i in enumerate(likely) if rank < LEADERS or won[i] > prior[i]]
+    # Near the calibrated machine, effects that calibration absorbed show little: always score one.
+    likely = [i for i in likely if i == likely[0] or won[i] > prior[i]]
     keys = {tried[i].key for i in likely}
     places = [i for i in places_of(tried, order, listed.body) if tried[i].key not in keys]
     priors = Priors.of(best.base, calibrated=True)
