@@ -97,10 +97,10 @@ def shared_trajectories(
     if near and len(which) > 1 and not network.settles:
         at = int(back[0])
         about = few.of_sets(back[:1])
-        first = Network(machine, about, _of(about, stepped_effects))
+        alone = Network(machine, about, _of(about, stepped_effects))
         begun = [begin[at : at + 1] for begin in begins]
-        bases = remembered(Stepping(machine, about, first, drives, parts, begun, tolerance))
-        courses = _near(machine, network, first, at, refined, begins, tolerance, more, bases)
+        first = Stepping(machine, about, alone, drives, parts, begun, tolerance)
+        courses = _near(network, first, at, refined, begins, more)
     else:
         courses = trajectories(machine, network, refined, begins, tolerance, more)
         remember(Stepping(machine, few, network, drives, parts, begins, tolerance), courses)
@@ -129,30 +129,25 @@ def _of(values: Values, effects: Sequence[Effect]) -> list[Effect]:
 
 
 def _near(
-    machine: Machine,
     network: Network,
-    first: Network,
+    first: Stepping,
     about: int,
     drives: Sequence[Drive],
     starts: Sequence[FloatArray],
-    tolerance: float,
     more: Sequence[Ends] | None,
-    bases: list[FloatArray] | None,
 ) -> list[FloatArray]:
-    """Return the same as `trajectories`, to first order about one set, whose network is *first*.
-
-    *bases* are its trajectories, if already known.
-    """
+    """Return the same as `trajectories`, to first order about one set, which *first* is alone."""
     only = slice(about, about + 1)
-    along = stretches_of(machine, first, drives)
-    alone = [(begin[only], end[only]) for begin, end in more] if more is not None else None
-    begun = [start[only] for start in starts]
+    along = stretches_of(first.machine, first.network, drives)
+    bases = remembered(first)
     if bases is None:
-        bases = trajectories(machine, first, drives, begun, tolerance, alone, along)
+        alone = [(begin[only], end[only]) for begin, end in more] if more is not None else None
+        given = first.machine, first.network, drives, first.starts, first.tolerance
+        bases = trajectories(*given, alone, along)
     heats = more if more is not None else [None] * len(drives)
     differs = changed(network, about, drives)
     runs = zip(drives, along, differs, bases, starts, heats, strict=True)
-    return [near_by(network, first, about, *run) for run in runs]
+    return [near_by(network, first.network, about, *run) for run in runs]
 
 
 def _by_effect(network: Network, states: FloatArray) -> dict[str, FloatArray]:
