@@ -15,6 +15,7 @@ from gap_finder.comparison import GapComparison
 from gap_finder.data_faults import DataFault, without_bad_readings
 from gap_finder.design import all_sensitivities
 from gap_finder.forward_backward import Hypothesis, Searching, SearchResult
+from gap_finder.keys import effect_of
 from gap_finder.observations import Observations, observe
 from gap_finder.reference import ReferenceModel
 from gap_finder.score import LAW, Fit, scored
@@ -25,7 +26,6 @@ from measurement.runs import Run
 from measurement.workers import one_thread
 from measurement.workers import workers as processes
 from plant_model.effect_names import name_of
-from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 
@@ -206,19 +206,19 @@ def unusual_law(estimates: Iterable[ParameterEstimate], keys: Sequence[str]) -> 
     keys : sequence of str
         What was added.
     """
-    for estimate in estimates:
-        _, _, rest = estimate.name.partition("effects.")
-        key, _, name = rest.rpartition(".")
-        if key not in keys:
+    by_name = {estimate.name: estimate for estimate in estimates}
+    for key in keys:
+        if (effect := effect_of(key)) is None:
             continue
-        effect = catalogue()[name_of(key)]
-        usual = effect.parameters[name]
-        outside = estimate.high < usual.low or estimate.low > usual.high
-        if outside and name != effect.amplitude:
-            return (
-                f"{key.replace(':', ' ')} needs {name} of {estimate.value:.2g}, outside the usual"
-                f" {usual.low:g} to {usual.high:g}{unit_after(usual.unit)}"
-            )
+        for name, usual in effect.parameters.items():
+            estimate = by_name.get(f"effects.{key}.{name}")
+            if estimate is None or name == effect.amplitude:
+                continue
+            if estimate.high < usual.low or estimate.low > usual.high:
+                return (
+                    f"{key.replace(':', ' ')} needs {name} of {estimate.value:.2g}, outside the "
+                    f"usual {usual.low:g} to {usual.high:g}{unit_after(usual.unit)}"
+                )
     return ""
 
 
