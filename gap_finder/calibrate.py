@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.optimize import lsq_linear
 
 from gap_finder.descent import ITERATIONS, Descent, Point
@@ -152,15 +153,25 @@ class _Problem:
         self.likelihood = Likelihood(observed, own, errors)
 
     def at(self, x: FloatArray) -> Point:
-        """Linearise every run about a point, (P,)."""
+        """Linearise every run about a point, (P,).
+
+        Raises
+        ------
+        IntegrationError
+            If the machine cannot be stepped there, or nearly not.
+        """
         parts = self.likelihood.about_starts(
             linear_about(self.machine, self.observed, self.priors, x)
         )
         of_runs = self.likelihood.about(parts)
         matrix, right = of_runs.matrix + np.eye(len(x)), of_runs.right + x
         about = Quadratic(matrix, right, of_runs.cost + float(x @ x), of_runs.units)
+        try:
+            toward = cho_solve(cho_factor(matrix), right)
+        except (ValueError, LinAlgError):  # not finite, or too large for doubles
+            raise IntegrationError("the machine is about to run away there") from None
         # Without limits on the step: from far away, the goal takes several steps.
-        expected = about.cost - float(right @ np.linalg.solve(matrix, right))
+        expected = about.cost - float(right @ toward)
         return Point(x, tuple(parts), about, expected)
 
     def trials(self, x: FloatArray, about: Quadratic, dampings: Sequence[float]) -> FloatArray:
@@ -261,8 +272,12 @@ def _descend(
         trials = [problem.trials(d.at.x, d.at.about, d.dampings) for d in going]
         costs = np.split(problem.costs(np.concatenate(trials)), len(going))
         for descent, tried, reached in zip(going, trials, costs, strict=True):
-            if (taken := descent.best_of(reached)) is not None:
+            if (taken := descent.best_of(reached)) is None:
+                continue
+            try:
                 descent.move(problem.at(tried[taken]))
+            except IntegrationError:
+                descent.is_done = True
 
 
 def _bounded_step(

@@ -6,15 +6,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from gap_finder import calibrate as calibrating
 from gap_finder.calibrate import calibrate
 from gap_finder.candidates import with_effect
 from gap_finder.data_faults import DataFault, without_bad_readings
 from gap_finder.descent import Descent, Point
 from gap_finder.likelihood import Quadratic
-from gap_finder.linearise import residuals_of
+from gap_finder.linearise import linear_about, residuals_of
 from gap_finder.observations import observe
 from gap_finder.priors import Priors
 from measurement.runs import Run
+from plant_model.integrate import IntegrationError
 from plant_model.machine_file import read_machine
 from plant_model.machine_writer import write_machine
 from tests.gap_finder.conftest import only_free, runs_of
@@ -163,6 +165,27 @@ def test_calibration_finds_what_the_runs_determine_and_leaves_the_rest(jig_borer
         for machine in (jig_borer_lumps, found.machine)
     )
     assert after < before / 20.0
+
+
+def test_a_start_from_which_the_machine_nearly_runs_away_is_dropped(jig_borer_lumps, monkeypatch):
+    """A preload that heats what heats it: derivatives of 1e20 that rounding leaves without sign."""
+    machine = only_free(jig_borer_lumps, "sources.front_bearing.f0", "sources.motor.loss")
+    observed = observe(machine, runs_of(machine.with_values({"sources.motor.loss": 33.0})))
+    away = machine.with_values({"sources.front_bearing.f0": 0.9})
+    sound = calibrate(machine, observed, starts=1)
+
+    def about(machine, observed, priors, point):
+        parts = linear_about(machine, observed, priors, point)
+        if not np.allclose(point, priors.position(away)):
+            return parts
+        large = [part.by_parameter[:, :1] @ np.array([[1e20, 1e20]]) for part in parts]
+        return [replace(p, by_parameter=one) for p, one in zip(parts, large, strict=True)]
+
+    monkeypatch.setattr(calibrating, "linear_about", about)
+    found = calibrate(machine, observed, starts=1, start_from=[machine, away])
+    assert found.cost == pytest.approx(sound.cost)
+    with pytest.raises(IntegrationError, match="cannot be stepped"):
+        calibrate(machine, observed, starts=1, start_from=[away])
 
 
 def test_a_machine_without_free_numbers_stays_as_it_is(jig_borer_lumps):

@@ -20,7 +20,10 @@ def hypothesis(*keys: str, left: float, moved: float = 0.0) -> Hypothesis:
     squares = np.full((4, 3), left)
     machine = SimpleNamespace(effects={}, inputs=())
     numbers = {"numbers_moved": moved, "others_moved": 0.0, "determined": 30.0}
-    fit: Any = SimpleNamespace(left=squares, machine=machine, starts_cost=0.0, **numbers)
+    calibration = SimpleNamespace(cost=float(squares.sum()))
+    fit: Any = SimpleNamespace(
+        left=squares, machine=machine, calibration=calibration, starts_cost=0.0, **numbers
+    )
     added: Any = tuple(SimpleNamespace(key=key, size_cost=lambda: 0.0) for key in keys)
     return Hypothesis(added, (8.0,) * len(keys), fit)
 
