@@ -99,14 +99,14 @@ def drive(
     BadInput
         If a thermometer that the model uses is missing.
     """
-    rows = grid_rows(run.time_s)
+    drift = _drift(model, left, rig, tool_length_mm)
+    rows = _rows_of(run.time_s, drift)
     time_s = run.time_s[rows]
     probes = _probes(model, left, rig, rows, probe_every_s)
     readings, speed = inputs_of(model, run)
     inputs = zip(time_s, readings[rows], speed[rows], probes, strict=True)
     outputs = list(answers(model, inputs, tool_length_mm))
-    drift = _drift(model, left, rig, tool_length_mm)[rows]
-    return Driven(time_s, outputs, drift, model.input_form)
+    return Driven(time_s, outputs, drift[rows], model.input_form)
 
 
 def inputs_of(model: Model, run: Run) -> tuple[Array, Array]:
@@ -254,6 +254,14 @@ def begins_late(model: Model, run: Run, rig: Rig) -> bool:
     """Whether displacements begin too late to know what a probe would measure from the start."""
     measured = rig.targets(run).to_numpy(float)
     return late_by(run.time_s, measured, model.input_form) > GRID_S
+
+
+def _rows_of(time_s: Array, drift: Array) -> list[int]:
+    """Return the rows to use: those of `grid_rows`, and all measured ones if these are rare."""
+    rows, measured = grid_rows(time_s), np.flatnonzero(np.isfinite(drift).any(axis=1))
+    if len(measured) < 2 or np.median(np.diff(time_s[measured])) < GRID_S:
+        return rows
+    return sorted({*rows, *measured.tolist()})
 
 
 def grid_rows(time_s: Array) -> list[int]:

@@ -93,6 +93,12 @@ def promise(figures: dict[str, Any], runs: int) -> list[str]:
     lines += [
         "like runs: each predicted by a compensator fitted to the others; unlike: a whole "
         "condition left out",
+        "promise: the worse of both; an interval that expects more counts as three further runs",
+        *(
+            f"{axis}: no gain is promised; replay other runs before you send its offset"
+            for axis, row in unseen["promised"].items()
+            if row["model"] >= row["no_model"]
+        ),
         f"share of samples in the 90 % interval, worst axis: {held}",
     ]
     folds = [fold for fold in unseen.get("unlike_folds", ()) if fold["ratio_to_none"] is not None]

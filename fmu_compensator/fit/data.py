@@ -171,12 +171,7 @@ def prepare(
     """
     if not runs:
         raise BadInput("training runs", "", "at least one run is needed")
-    digests = [run.fingerprint(sensors) for run in runs]
-    for number, run in enumerate(runs):
-        first = digests.index(digests[number])
-        if first < number:
-            same = runs[first].path or runs[first].name
-            raise BadInput(run.path or run.name, "", f"is the same run as {same}: give it once")
+    refuse_repeated(runs, sensors)
     faults = find_faults(runs)
     notes = [group_line(group) for group in by_column(_of_interest(faults, rig))]
     left = cleaned(runs, faults, left_out(leave_out_frozen))
@@ -195,6 +190,28 @@ def prepare(
     ]
     candidates = _candidates(prepared, common, input_form, faults, notes)
     return Prepared(tuple(prepared), common, candidates, targets, tuple(notes))
+
+
+def refuse_repeated(runs: Sequence[Run], sensors: Sequence[str] | None = None) -> None:
+    """Refuse a run that is given twice, in whatever file.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+    sensors : sequence of str, optional
+        Signal names of the temperatures that count; by default all.
+
+    Raises
+    ------
+    BadInput
+        Names both.
+    """
+    digests = [run.fingerprint(sensors) for run in runs]
+    for number, run in enumerate(runs):
+        first = digests.index(digests[number])
+        if first < number:
+            same = runs[first].path or runs[first].name
+            raise BadInput(run.path or run.name, "", f"is the same run as {same}: give it once")
 
 
 def left_out(frozen: bool) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ from fmu_compensator.fit.conditions import Fold, folds_of
 from fmu_compensator.fit.data import Prepared, left_out, prepare
 from fmu_compensator.fit.features import learnable
 from fmu_compensator.fit.installed import Installed
-from fmu_compensator.fit.promise import RunLeft, by_axis, judge_runs, promise
+from fmu_compensator.fit.promise import RunLeft, by_axis, judge_runs, leap_notes, promise
 from fmu_compensator.fit.ranges import limits_table, sensor_table
 from fmu_compensator.fit.recipe import Recipe
 from fmu_compensator.fit.run_conditions import ranges_of
@@ -170,6 +170,7 @@ def fit_compensator(
             *doubt_lines(runs),
             *prepared.notes,
             *_dropped(prepared, rows),
+            *leap_notes(training),
             *installed.fitted.notes,
             *(_beyond(prepared, rig) if geometry_form == "pure_rotation" else ()),
             *unused,
@@ -304,12 +305,12 @@ def as_json(value: Any) -> Any:
     return value
 
 
-def _dropped(prepared: Prepared, rows: Sequence[TrainingRun]) -> list[str]:
+def _dropped(prepared: Prepared, complete: Sequence[TrainingRun]) -> list[str]:
     notes = []
-    for run, kept in zip(prepared.runs, rows, strict=True):
-        missing = int(run.usable.sum()) - len(kept.time_s)
-        if missing:
-            notes.append(f"{run.name}: {missing} rows left out, a value is missing in them")
+    for run, kept in zip(prepared.runs, complete, strict=True):
+        used, rows = len(kept.time_s), int(run.usable.sum())
+        if used < rows:
+            notes.append(f"{run.name}: {used} of {rows} rows used, the rest lack a value")
     return notes
 
 

@@ -10,7 +10,7 @@ that expected less than was observed does not lower the observed value.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from fmu_compensator.driving import Driven, drive
 from fmu_compensator.fit.conditions import LIKE, THIRDS, UNLIKE, Fold
 from fmu_compensator.fit.gaussian import DEGREES
 from fmu_compensator.fit.installed import RMS_OF_HALF_WIDTH
+from fmu_compensator.leaps import leaps_of
 from fmu_compensator.runtime.compensator import UNTRAINED
 from fmu_compensator.runtime.modelfile import Model
 from measurement.rig import AXES, Rig
@@ -70,6 +71,8 @@ class RunLeft:
         Share of samples outside training [1].
     counts : float
         Weight as a number of runs: below 1 if it is shorter than all training runs [1].
+    leaps : tuple of str
+        Leaps of the remaining drift that no switch of the machine explains, in words.
     """
 
     run: str
@@ -77,6 +80,7 @@ class RunLeft:
     axes: dict[str, AxisLeft]
     new: float
     counts: float = 1.0
+    leaps: tuple[str, ...] = ()
 
 
 def left_of(driven: Driven, run: str) -> RunLeft:
@@ -115,7 +119,21 @@ def judge_runs(
     tool_length_mm : float
         Tool length at which the drift is taken.
     """
-    return [left_of(drive(model, run, left, rig, tool_length_mm), run.name) for run, left in pairs]
+    records = []
+    for run, left in pairs:
+        driven = drive(model, run, left, rig, tool_length_mm)
+        leaps = tuple(leaps_of(run, driven).values())
+        records.append(replace(left_of(driven, run.name), leaps=leaps))
+    return records
+
+
+def leap_notes(records: Iterable[RunLeft]) -> list[str]:
+    """Return a line for each leap of the remaining drift."""
+    return [
+        f"{record.run}: {leap}; if a displacement sensor slipped, leave this run out"
+        for record in records
+        for leap in record.leaps
+    ]
 
 
 def by_axis(records: Sequence[RunLeft]) -> dict[str, dict[str, float]]:

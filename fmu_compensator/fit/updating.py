@@ -15,7 +15,13 @@ from fmu_compensator.fit.error_models.base import predicted
 from fmu_compensator.fit.features import Sample, sample_of
 from fmu_compensator.fit.gaussian import Gaussian, by_feature, directions
 from fmu_compensator.fit.installed import listed, rises_of
-from fmu_compensator.fit.promise import FEWEST_JUDGED_ROWS, RunLeft, followed, judge_runs
+from fmu_compensator.fit.promise import (
+    FEWEST_JUDGED_ROWS,
+    RunLeft,
+    followed,
+    judge_runs,
+    leap_notes,
+)
 from fmu_compensator.fit.ranges import limits_table, sensor_table
 from fmu_compensator.fit.run_conditions import NAMES, ranges_of
 from fmu_compensator.fit.spare import spare_after
@@ -81,7 +87,7 @@ def update_compensator(
         {"name": run.name, "sha256": run.fingerprint(table["chosen"]), "rows": count}
         for run, count in zip(runs, rows, strict=True)
     ]
-    notes = [*doubt_lines(runs), *prepared.notes, *([warm] if warm else [])]
+    notes = [*doubt_lines(runs), *prepared.notes, *leap_notes(before), *([warm] if warm else [])]
     provenance["notes"] += [note for note in notes if note not in provenance["notes"]]
     figures = provenance["figures"]
     used = [model.sensors[index].name for index in model.chosen]

@@ -17,7 +17,9 @@ import numpy as np
 from scipy.special import bdtrc
 
 from fmu_compensator.driving import Driven, drive, learnt_as
+from fmu_compensator.fit.data import refuse_repeated
 from fmu_compensator.fit.run_conditions import Condition, conditions_of
+from fmu_compensator.leaps import leaps_of
 from fmu_compensator.monitoring.drift import AxisError, Gain, axis_errors, gain_of, misses_of
 from fmu_compensator.monitoring.sensors import WORTH_SHARE, Agreement, Astray
 from fmu_compensator.runtime.compensator import HOLDING, SPARED, UNTRAINED
@@ -48,13 +50,16 @@ ADVICE = {
     SENSOR: "check that thermometer; if it reads correctly, its surroundings have changed: measure "
     "the drift and update the compensator with these runs",
     CHANGED: "find out what changed in the machine, then update the compensator with these runs",
-    OUTSIDE: "measure the drift in these conditions and update the compensator with the runs",
+    OUTSIDE: "check the thermometers named and what cools them, then measure the drift in these "
+    "conditions and update the compensator with the runs",
     UNUSUAL: "measure more runs to tell an exception from a change",
     NOT_MEASURED: "measure the drift in one run: temperatures do not show how the machine expands",
     FITS: "nothing to do",
     LEARNT: "log later runs",
     TOO_SHORT: "log whole runs, starting when the machine starts",
 }
+SLIPPED = "find out what slipped: a displacement sensor, or a joint of the machine"
+"""What to do about a leap of the remaining drift."""
 OUTSIDE_SHARE = 0.25
 """A run with at least this share of samples with status 2 is outside training [1]: set on no
 data; docs/results.md reports it."""
@@ -81,6 +86,8 @@ class RunReport:
         Of the axes whose drift was measured.
     conditions : tuple of Condition
         Conditions of the run, compared with those of training.
+    leaps : dict of str to str
+        By axis, a leap of the remaining drift that no switch of the machine explains, in words.
     """
 
     run: str
@@ -91,6 +98,7 @@ class RunReport:
     without_offsets: float
     errors: tuple[AxisError, ...]
     conditions: tuple[Condition, ...]
+    leaps: dict[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -149,7 +157,7 @@ def monitor(
     Raises
     ------
     BadInput
-        If a run lacks a thermometer that the compensator uses.
+        If a run is given twice, or lacks a thermometer that the compensator uses.
     """
     used = [model.sensors[index].name for index in model.chosen]
     notes = doubt_lines(runs)
@@ -158,6 +166,7 @@ def monitor(
             f"the machine was warm when these began: {warm}; their errors do not mean that the "
             "compensator no longer fits"
         )
+    refuse_repeated(runs)
     learnt = [learnt_as(model, run) is not None for run in runs]
     if known := [run.name for run, was in zip(runs, learnt, strict=True) if was]:
         notes.append(
@@ -189,6 +198,7 @@ def monitor(
             conditions_of(run, used, figures.get("conditions") or ()),
             axis_errors(driven, misses),
             [sensor.name for sensor in model.sensors],
+            leaps_of(run, driven),
         )
         if report.verdict == FITS and learnt[place]:
             report = replace(report, verdict=LEARNT)
@@ -235,6 +245,7 @@ def _run_report(
     conditions: Sequence[Condition],
     errors: Sequence[AxisError],
     sensors: Sequence[str],
+    leaps: dict[str, str],
 ) -> RunReport:
     status = driven.status
     outside = float(np.mean(status == UNTRAINED))
@@ -247,15 +258,15 @@ def _run_report(
         verdict = CHANGED
         reasons += [
             f"{error.axis}: {error.left:.1f} um of {error.none:.1f} um remain, "
-            f"{error.miss:.1f} times the promised half width; "
-            f"up to {error.bound:.1f} is usual"
+            f"{error.miss:.2f} times the promised half width; "
+            f"up to {error.bound:.2f} is usual"
             for error in unusual
         ]
-    new = [condition.text for condition in conditions if condition.is_new]
+    reasons += leaps.values()
     if outside >= OUTSIDE_SHARE:
         verdict = CHANGED if unusual else OUTSIDE
         reasons.append(f"outside training in {outside:.0%} of the samples: {_last_said(driven)}")
-        reasons += [f"new: {text}" for text in new]
+    reasons += [f"new: {condition.text}" for condition in conditions if condition.is_new]
     broken = [output for output in driven.outputs if output.status == SPARED]
     never = driven.outputs[-1] if not driven.started.any() else None
     if faults:
@@ -285,6 +296,7 @@ def _run_report(
         idle,
         tuple(errors),
         tuple(conditions),
+        leaps,
     )
 
 
@@ -335,15 +347,31 @@ def _report(runs: Sequence[RunReport]) -> Report:
                 gains.append(gain)
     sensors = list(dict.fromkeys(run.sensor for run in of[SENSOR] if run.sensor))
     summary, advice = VERDICTS[verdict], ADVICE[verdict]
-    missed = [f"{run.run} ({e.axis})" for run in of[FITS] for e in run.errors if e.miss > 1.0]
-    if verdict == FITS and missed:
-        # Runs left out of training were no better: no change of the machine, but no good news.
-        summary = f"{summary}, but more than promised remains in {', '.join(missed)}"
-        advice = ADVICE[UNUSUAL]
+    if verdict == FITS and (but := _but(of[FITS])):
+        summary = f"{summary}, but {'; '.join(but)}"
+        advice = SLIPPED if any(run.leaps for run in of[FITS]) else ADVICE[UNUSUAL]
     if sensors:
         named = f"{', '.join(sensors)}: broken, or not what the others explain"
         summary = named if verdict == SENSOR else f"{summary}; {named}"
     return Report(verdict, summary, advice, tuple(runs), tuple(gains))
+
+
+def _but(runs: Sequence[RunReport]) -> list[str]:
+    """Return what is no good news in runs that fit.
+
+    Runs left out of training were no better, so it shows no change of the machine.
+    """
+    pairs = [(run, error) for run in runs for error in run.errors]
+    found = {
+        "more than promised remains in": [(r, e.axis) for r, e in pairs if e.miss > 1.0],
+        "the offsets do not help in": [(r, e.axis) for r, e in pairs if e.left > e.none],
+        "the drift leaps in": [(run, axis) for run in runs for axis in run.leaps],
+    }
+    return [
+        f"{what} {', '.join(f'{run.run} ({axis})' for run, axis in where)}"
+        for what, where in found.items()
+        if where
+    ]
 
 
 def _chance_of_worst(unusual: Sequence[RunReport], runs: int) -> float:

@@ -13,6 +13,7 @@ from itertools import cycle
 import numpy as np
 import numpy.typing as npt
 
+from measurement.naming import lowered
 from measurement.resampling import GAP_INTERVALS
 from scenarios.signals.base import FloatArray
 
@@ -67,18 +68,20 @@ class Line:
     rank: int = 1
 
 
-def interval(time_s: FloatArray, half_width: FloatArray) -> list[Line]:
+def interval(time_s: FloatArray, half_width: FloatArray, of: str = "") -> list[Line]:
     """Return the lines between which a compensator expects most of its remaining error.
 
     Parameters
     ----------
     time_s, half_width : array (samples,)
         [s], [um]; a half-width below 0 is unknown.
+    of : str
+        The curve to which it belongs, where there are several.
     """
     width = np.where(half_width >= 0.0, half_width, np.nan)
     if not np.isfinite(width).any():
         return []
-    label = "interval of the remaining error"
+    label = f"interval of the remaining error{f', {lowered(of)}' if of else ''}"
     return [Line(label, time_s, sign * width, INTERVAL, thin=True, rank=0) for sign in (1.0, -1.0)]
 
 

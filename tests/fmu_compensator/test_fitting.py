@@ -176,7 +176,8 @@ def test_missing_rows_are_dropped_and_counted():
     gappy = RUNS[0].frame["T1_degC"].to_numpy().copy()
     gappy[10:30] = np.nan
     table = fitted([changed(RUNS[0], T1_degC=gappy), *RUNS[1:]], RIG, "mlr", points="T1,T4")
-    assert "a: 20 rows left out, a value is missing in them" in table["provenance"]["notes"]
+    rows = f"{len(gappy) - 20} of {len(gappy)}"
+    assert f"a: {rows} rows used, the rest lack a value" in table["provenance"]["notes"]
     assert table["provenance"]["runs"][0]["rows"] == len(gappy) - 20
 
 

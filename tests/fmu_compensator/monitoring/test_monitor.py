@@ -115,6 +115,33 @@ def test_a_run_that_misses_as_one_of_training_did_is_no_good_news():
     assert "measure more runs" in report.advice
 
 
+def test_a_sensor_that_slips_late_is_told_though_the_run_fits(model):
+    still = changed(NEW[0], speed_rpm=np.full(len(ROWS), 4000.0))
+    (width,) = (one.half_width for one in monitor(model, [still]).runs[0].errors if one.axis == "Z")
+    slips = still.frame[DISPLACEMENTS[-1]] + 5.0 * width * (len(ROWS) - 8 < ROWS)
+    report = monitor(model, [changed(still, **{DISPLACEMENTS[-1]: slips})])
+    assert report.verdict == FITS
+    assert "the drift leaps in new0 (Z)" in report.summary
+    assert "slipped" in report.advice
+    assert any(reason.startswith("Z leaps by") for reason in report.runs[0].reasons)
+
+
+def test_offsets_that_do_not_help_are_no_good_news(model):
+    hardly = further(NEW[0], 0.0)
+    noise = np.random.default_rng(0).normal(0.0, 0.05, (len(ROWS), len(DISPLACEMENTS)))
+    hardly = changed(hardly, **(hardly.frame[DISPLACEMENTS] + noise))
+    cold = changed(hardly, **{f"T{n}_degC": 21.0 + noise[:, n] for n in (1, 2, 4)})
+    report = monitor(model, [cold, *NEW])
+    assert report.verdict == FITS
+    assert "the offsets do not help in new0 (" in report.summary
+    assert "measure more runs" in report.advice
+
+
+def test_a_run_given_twice_is_refused(model):
+    with pytest.raises(BadInput, match="give it once"):
+        monitor(model, [NEW[0], Run("again", NEW[0].frame)])
+
+
 def test_other_conditions_are_outside(model):
     report = monitor(model, [unmeasured(warmed_from_outside(NEW[0]))])
     assert report.verdict == OUTSIDE

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from scenarios.pages.charts import Chart, Line, Panel, kept, kept_steps
 from scenarios.pages.figures import draw_on
-from scenarios.views import group_title, minute_means
+from scenarios.views import before_and_after, group_title, minute_means
 
 SERIES = arrays(
     np.float64, st.integers(1, 400), elements=st.one_of(st.floats(-1e6, 1e6), st.just(np.nan))
@@ -62,3 +62,17 @@ def test_minute_means_leave_gaps_and_make_no_last_minute_of_one_sample():
 def test_a_title_names_the_range_of_tools_however_many_there_are(lengths):
     group = [SimpleNamespace(frame=pd.DataFrame({"tool_length_mm": lengths}))]
     assert group_title(group) == "Tools of 60 to 220 mm"
+
+
+def test_rare_measurements_are_joined_and_only_a_long_gap_is_not():
+    time = np.arange(0.0, 3600.0, 10.0)
+    drift = pd.DataFrame({"time_s": time, "drift_Z_um": np.nan})
+    probed = np.flatnonzero((np.arange(len(time)) % 10 == 0) & ((time < 1000.0) | (time > 3000.0)))
+    drift.loc[probed, "drift_Z_um"] = 1.0
+    after = drift[["time_s"]].assign(error_Z_um=drift["drift_Z_um"], dZ_uncertainty_um=2.0)
+    (panel,) = before_and_after([("with", after), ("other", after)], drift)
+    before, error, *interval = panel.lines[:4]
+    for line in (before, error):
+        np.testing.assert_array_equal(line.time_s[np.isfinite(line.values)], time[probed])
+        assert np.isnan(line.values).sum() == 1
+    assert {line.label for line in interval} == {"interval of the remaining error, with"}

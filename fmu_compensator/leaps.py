@@ -1,0 +1,58 @@
+"""Leaps of the remaining drift: a displacement sensor that slipped, or a joint of the machine.
+
+The drift itself moves all the time, so a slip of a few micrometres is hard to see in it. What the
+compensator leaves is nearly still.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fmu_compensator.driving import Driven
+from measurement.faults.leaping import BESIDE, leap_odds
+from measurement.faults.series import FEWEST_SAMPLES, LASTS
+from measurement.faults.switches import near_switch
+from measurement.rig import AXES
+from measurement.runs import Run
+
+
+def leaps_of(run: Run, driven: Driven) -> dict[str, str]:
+    """Return the largest leap of the remaining drift along each axis that has one, in words.
+
+    A leap stands out from the moves beside it, lasts, exceeds the half width of the interval, and
+    is not near a switch of the machine, which may really move the spindle at once.
+
+    Parameters
+    ----------
+    run : Run
+    driven : Driven
+        What the compensator did in it.
+
+    Returns
+    -------
+    dict of str to str
+        By axis.
+    """
+    near = near_switch(run)[np.searchsorted(run.time_s, driven.time_s)]
+    found = {}
+    for place, axis in enumerate(AXES):
+        rows = np.flatnonzero(np.isfinite(driven.error[:, place]))
+        left, width = driven.error[rows, place], driven.half_width[rows, place]
+        if len(rows) < 2 * FEWEST_SAMPLES:
+            continue
+        moves = np.diff(left)
+        large = (leap_odds(left, 0.0) > 0.0) & (np.abs(moves) > width[1:])
+        large &= ~(near[rows[1:]] | near[rows[:-1]])
+        lasting = [k for k in np.flatnonzero(large).tolist() if _lasts(left, k)]
+        if lasting:
+            k = max(lasting, key=lambda k: abs(moves[k]))
+            minutes = driven.time_s[rows[k + 1]] / 60.0
+            found[axis] = f"{axis} leaps by {moves[k]:+.1f} um at {minutes:.0f} min and stays there"
+    return found
+
+
+def _lasts(left: np.ndarray, k: int) -> bool:
+    """Return whether the readings on either side are as far apart as the leap between them."""
+    before, after = left[max(k + 1 - BESIDE, 0) : k + 1], left[k + 1 : k + 1 + BESIDE]
+    by = left[k + 1] - left[k]
+    return bool(abs(np.median(after) - np.median(before) - by) <= LASTS * abs(by))
