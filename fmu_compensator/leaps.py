@@ -34,7 +34,7 @@ def leaps_of(run: Run, driven: Driven) -> dict[str, str]:
         By axis.
     """
     near = near_switch(run)[np.searchsorted(run.time_s, driven.time_s)]
-    found = {}
+    found: dict[str, str] = {}
     for place, axis in enumerate(AXES):
         rows = np.flatnonzero(np.isfinite(driven.error[:, place]))
         left, width = driven.error[rows, place], driven.half_width[rows, place]

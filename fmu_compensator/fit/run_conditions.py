@@ -42,9 +42,9 @@ class Condition:
 
     @property
     def is_new(self) -> bool:
-        """Whether it is outside the range of training, as shown."""
+        """Whether it is outside the range of training, as shown; a shorter run is not."""
         value, low, high = map(float, self._shown)
-        return not low <= value <= high
+        return value > high or (value < low and self.unit != "h")
 
     @property
     def text(self) -> str:

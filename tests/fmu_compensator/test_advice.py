@@ -68,3 +68,12 @@ def test_a_run_of_one_row_says_nothing_of_probes():
     short = Run("short", RUNS[0].frame[:1])
     lines = advice(model(), [short], [short], DIRECT_RIG, 100.0)
     assert not [line for line in lines if "probe" in line]
+
+
+@pytest.mark.parametrize(
+    ("unit", "value", "new"),
+    [("h", 3.0, False), ("h", 7.0, True), ("rpm", 900.0, True), ("rpm", 1500.0, False)],
+)
+def test_a_shorter_run_is_no_new_condition(unit, value, new):
+    low, high = (4.0, 6.0) if unit == "h" else (1000.0, 2000.0)
+    assert Condition("what", unit, value, low, high).is_new == new
