@@ -241,9 +241,9 @@ def _common_sensors(
         absent = [run.name for run in runs if not _mostly_there(run, name)]
         broken = [run.name for run in left if name in run.frame and run.frame[name].isna().all()]
         if absent:
-            notes.append(f"{signal} is left out: missing in {_listed(absent)}")
+            notes.append(f"{signal} is left out: missing in {first_of(absent)}")
         elif 2 * len(broken) >= len(left):
-            notes.append(f"{signal} is left out: broken in {_listed(broken)}")
+            notes.append(f"{signal} is left out: broken in {first_of(broken)}")
         elif not is_name(signal):
             raise BadInput(
                 runs[0].path or runs[0].name,
@@ -388,7 +388,7 @@ def _candidates(
         if not moves(runs, index):
             unfit["constant in"] = [run.name for run in runs if not moves([run], index)]
         if unfit:
-            reasons = "; ".join(f"{reason} {_listed(where)}" for reason, where in unfit.items())
+            reasons = "; ".join(f"{reason} {first_of(where)}" for reason, where in unfit.items())
             notes.append(f"{name} is no candidate: {reasons}")
         elif input_form != "rise" and column(name, "degC") in wrong:
             why = f"the {input_form} form would carry its wrong level into the offsets"
@@ -416,6 +416,7 @@ def _unfit(values: Array, is_broken: bool, input_form: str) -> str:
     return ""
 
 
-def _listed(names: Sequence[str]) -> str:
+def first_of(names: Sequence[str]) -> str:
+    """Return the first three names and how many more there are, as text."""
     shown = ", ".join(names[:3])
     return shown if len(names) <= 3 else f"{shown} and {len(names) - 3} more"

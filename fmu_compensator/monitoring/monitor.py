@@ -17,7 +17,7 @@ import numpy as np
 from scipy.special import bdtrc
 
 from fmu_compensator.driving import Driven, drive, learnt_as
-from fmu_compensator.fit.data import refuse_repeated
+from fmu_compensator.fit.data import first_of, refuse_repeated
 from fmu_compensator.fit.run_conditions import Condition, conditions_of
 from fmu_compensator.leaps import leaps_of
 from fmu_compensator.monitoring.drift import AxisError, Gain, axis_errors, gain_of, misses_of
@@ -368,7 +368,7 @@ def _but(runs: Sequence[RunReport]) -> list[str]:
         "the drift leaps in": [(run, axis) for run in runs for axis in run.leaps],
     }
     return [
-        f"{what} {', '.join(f'{run.run} ({axis})' for run, axis in where)}"
+        f"{what} {first_of([f'{run.run} ({axis})' for run, axis in where])}"
         for what, where in found.items()
         if where
     ]
