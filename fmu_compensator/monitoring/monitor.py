@@ -159,6 +159,7 @@ def monitor(
     BadInput
         If a run is given twice, or lacks a thermometer that the compensator uses.
     """
+    refuse_repeated(runs)
     used = [model.sensors[index].name for index in model.chosen]
     notes = doubt_lines(runs)
     if warm := named_warm(runs):
@@ -166,7 +167,6 @@ def monitor(
             f"the machine was warm when these began: {warm}; their errors do not mean that the "
             "compensator no longer fits"
         )
-    refuse_repeated(runs)
     learnt = [learnt_as(model, run) is not None for run in runs]
     if known := [run.name for run, was in zip(runs, learnt, strict=True) if was]:
         notes.append(
