@@ -254,19 +254,20 @@ class Searching:
             last = len(best.additions) - 1
             fewer: list[Hypothesis] = []
             rivals: list[list[Hypothesis]] = []
-            for place in range(last):
-                self._progress(f"asking again for {best.keys[place]}")
-                of_place = tried[best.keys[place]]
-                likely = [rival for rival in of_place if rival.keys[-1] not in best.keys]
-                swaps = (None, *likely[:PLACES_TRIED])
+            for place, key in enumerate(best.keys):
+                # The last one's rivals were scored with all others, unless these have changed.
+                scored = _scored_beside(best, tried[key]) if place == last else []
+                if scored:
+                    rivals.append(scored)
+                    continue
+                likely = [rival for rival in tried[key] if rival.keys[-1] not in best.keys]
+                swaps = (*([None] if place < last else []), *likely[:PLACES_TRIED])
+                if swaps:
+                    self._progress(f"asking again for {key}")
                 jobs = [self._exchanged(best, place, rival, sensitivities) for rival in swaps]
-                without, *swapped = [job.result() for job in jobs]
-                fewer += [without] if without else []
-                rivals.append([rival for rival in swapped if rival])
-            # The last one's rivals were scored with all others, unless these have changed since.
-            rest = set(best.keys[:last])
-            of_last = [rival for rival in tried[best.keys[last]] if len(rival.keys) == last + 1]
-            rivals.append([rival for rival in of_last if rest <= set(rival.keys) != set(best.keys)])
+                found = [job.result() for job in jobs]
+                fewer += [one for one in found if one and len(one.keys) == last]
+                rivals.append([one for one in found if one and len(one.keys) > last])
             others = [*fewer, *chain.from_iterable(rivals)]
             units = units_of(self.nothing, [best, *others])
             simpler = min(fewer, key=lambda hypothesis: hypothesis.score(units), default=None)
@@ -303,6 +304,13 @@ class Searching:
         prior[place : place + 1] = [] if rival is None else [rival.prior[-1]]
         task = (self.nothing, tuple(additions), tuple(prior), sensitivities, best.fit.machine)
         return self._pool.submit(_hypothesis_of, *task)
+
+
+def _scored_beside(best: Hypothesis, tried: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Return those of some hypotheses that differ from the best in its last addition only."""
+    rest = {*best.keys[:-1]}
+    alike = [one for one in tried if len(one.keys) == len(best.keys) and rest <= {*one.keys}]
+    return [one for one in alike if {*one.keys} != {*best.keys}]
 
 
 def added_to(

@@ -1,5 +1,6 @@
 """What one hypothesis must win against another."""
 
+from concurrent.futures import Future
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -132,3 +133,28 @@ def test_a_search_that_goes_round_ends(monkeypatch):
     nothing = named(left=540.0).fit
     found = GoingRound(None, nothing, Search(), lambda text: None).run([])  # type: ignore[arg-type]
     assert [step.tried[0].keys for step in found.steps] == [("a",), ("a", "b"), ("b", "a")]
+
+
+LEFT = {("c", "b"): 20.0, ("c", "d"): 23.0}
+
+
+class Exchanging(Searching):
+    """Scores every pair by a table instead of calibrating it."""
+
+    def _exchanged(self, best, place, rival, sensitivities):
+        keys = [*best.keys]
+        keys[place : place + 1] = [] if rival is None else [rival.keys[-1]]
+        done: Future[Hypothesis | None] = Future()
+        done.set_result(named(*keys, left=LEFT.get(tuple(keys), 500.0)))
+        return done
+
+
+def test_after_a_swap_the_last_ones_rivals_are_asked_again_beside_what_came_in():
+    """They were scored beside what went out."""
+    nothing = named(left=600.0)
+    first = (named("a", left=400.0), named("c", left=410.0))
+    second = (named("a", "b", left=50.0), named("a", "d", left=55.0))
+    search = Exchanging(None, nothing.fit, Search(), lambda text: None)  # type: ignore[arg-type]
+    best, rivals = search._settled(second[0], {"a": first, "b": second}, [])
+    assert best.keys == ("c", "b")
+    assert [[rival.keys for rival in there] for there in rivals] == [[], [("c", "d")]]
