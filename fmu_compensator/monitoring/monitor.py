@@ -348,8 +348,10 @@ def _report(runs: Sequence[RunReport]) -> Report:
     sensors = list(dict.fromkeys(run.sensor for run in of[SENSOR] if run.sensor))
     summary, advice = VERDICTS[verdict], ADVICE[verdict]
     if verdict == FITS and (but := _but(of[FITS])):
-        summary = f"{summary}, but {'; '.join(but)}"
-        advice = SLIPPED if any(run.leaps for run in of[FITS]) else ADVICE[UNUSUAL]
+        summary, advice = f"{summary}, but {'; '.join(but)}", ADVICE[UNUSUAL]
+    if leapt := [f"{run.run} ({axis})" for run in runs for axis in run.leaps]:
+        summary = f"{summary}; the drift leaps in {first_of(leapt)}"
+        advice = SLIPPED if verdict == FITS else f"{SLIPPED}; {advice}"
     if sensors:
         named = f"{', '.join(sensors)}: broken, or not what the others explain"
         summary = named if verdict == SENSOR else f"{summary}; {named}"
@@ -365,7 +367,6 @@ def _but(runs: Sequence[RunReport]) -> list[str]:
     found = {
         "more than promised remains in": [(r, e.axis) for r, e in pairs if e.miss > 1.0],
         "the offsets do not help in": [(r, e.axis) for r, e in pairs if e.left > e.none],
-        "the drift leaps in": [(run, axis) for run in runs for axis in run.leaps],
     }
     return [
         f"{what} {first_of([f'{run.run} ({axis})' for run, axis in where])}"

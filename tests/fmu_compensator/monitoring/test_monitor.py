@@ -119,11 +119,14 @@ def test_a_sensor_that_slips_late_is_told_though_the_run_fits(model):
     still = changed(NEW[0], speed_rpm=np.full(len(ROWS), 4000.0))
     (width,) = (one.half_width for one in monitor(model, [still]).runs[0].errors if one.axis == "Z")
     slips = still.frame[DISPLACEMENTS[-1]] + 5.0 * width * (len(ROWS) - 8 < ROWS)
-    report = monitor(model, [changed(still, **{DISPLACEMENTS[-1]: slips})])
-    assert report.verdict == FITS
-    assert "the drift leaps in new0 (Z)" in report.summary
-    assert "slipped" in report.advice
-    assert any(reason.startswith("Z leaps by") for reason in report.runs[0].reasons)
+    slipped = changed(still, **{DISPLACEMENTS[-1]: slips})
+    warmed = unmeasured(warmed_from_outside(NEW[1]))
+    for runs, verdict in (([slipped], FITS), ([slipped, warmed], OUTSIDE)):
+        report = monitor(model, runs)
+        assert report.verdict == verdict
+        assert "the drift leaps in new0 (Z)" in report.summary
+        assert "slipped" in report.advice
+        assert any(reason.startswith("Z leaps by") for reason in report.runs[0].reasons)
 
 
 def test_offsets_that_do_not_help_are_no_good_news(model):
