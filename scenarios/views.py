@@ -198,23 +198,17 @@ def before_and_after(
     for axis in AXES:
         if f"drift_{axis}_um" not in drift:
             continue
-        measured = _where_known(time_s, _floats(drift, f"drift_{axis}_um"))
+        measured = with_gaps(time_s, _floats(drift, f"drift_{axis}_um"))
         lines = [Line(NO_COMPENSATION, *measured, BEFORE)]
         for number, (label, frame) in enumerate(results):
             colour, rank = LINES[number % len(LINES)], len(results) - number
-            error = _where_known(time_s, _floats(frame, f"error_{axis}_um"))
+            error = with_gaps(time_s, _floats(frame, f"error_{axis}_um"))
             lines.append(Line(label, *error, colour, thin=thin, rank=rank))
             if number == 0 and f"d{axis}_uncertainty_um" in frame:
                 of = label if len(results) > 1 else ""
                 lines += interval(time_s, _floats(frame, f"d{axis}_uncertainty_um"), of)
         panels.append(Panel(f"{axis} [µm]", tuple(lines)))
     return tuple(panels)
-
-
-def _where_known(time_s: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return a curve through its known samples, which probes may take far apart."""
-    there = np.isfinite(values)
-    return with_gaps(time_s[there], values[there]) if there.any() else (time_s, values)
 
 
 def _floats(frame: pd.DataFrame, column: str) -> FloatArray:

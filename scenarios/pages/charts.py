@@ -134,19 +134,23 @@ def convergence_chart(curves: Mapping[str, Sequence[float]]) -> Chart:
 
 
 def with_gaps(time_s: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return a curve that is broken where samples are missing, so that no line bridges them.
+    """Return a curve through its known samples, broken at gaps that are long for these.
+
+    It bridges single missing samples, and joins measurements that are always far apart.
 
     Parameters
     ----------
     time_s : array, shape (samples,)
         [s]
     values : array, shape (samples,)
-        None of them missing.
+        NaN: missing.
 
     Returns
     -------
-    time_s, values : array, shape (samples + gaps,)
+    time_s, values : array, shape (known samples + gaps,)
     """
+    there = ~np.isnan(values)
+    time_s, values = time_s[there], values[there]
     steps = np.diff(time_s)
     if not len(steps):
         return time_s, values

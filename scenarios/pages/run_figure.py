@@ -91,9 +91,8 @@ def draw_overview(
 
 def _line(axes: Axes, run: Run, values: FloatArray, **style: Any) -> None:
     """Draw a signal; the line bridges single missing samples, but not pauses or longer gaps."""
-    there = ~np.isnan(values)
-    time, drawn = with_gaps(run.time_s[there], values[there])
-    axes.plot(time / 60.0, drawn, marker="." if there.sum() < 3 else None, **style)
+    time, drawn = with_gaps(run.time_s, values)
+    axes.plot(time / 60.0, drawn, marker="." if np.isfinite(drawn).sum() < 3 else None, **style)
 
 
 def _draw_speed(axes: Axes, run: Run) -> None:
