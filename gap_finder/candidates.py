@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -14,6 +14,7 @@ from gap_finder.linearise import modelled, simulate_runs
 from gap_finder.long_log import is_piece
 from gap_finder.observations import Observations
 from gap_finder.periods import PHASES, likely_periods, quick
+from gap_finder.priors import heavy_tail
 from gap_finder.switchings import Relay, carried_away, likely_switchings
 from plant_model.effect_names import effect_key, name_of
 from plant_model.effects import Effect, catalogue
@@ -39,7 +40,7 @@ data."""
 
 @dataclass(frozen=True)
 class Candidate:
-    """An effect at one size and shape.
+    """An effect of the catalogue at one size and shape; see `hypotheses.Addition`.
 
     Attributes
     ----------
@@ -66,9 +67,32 @@ class Candidate:
     seen: tuple[Leaps | Relay, ...] = ()
 
     @property
-    def is_switched(self) -> bool:
-        """Whether a part switches it: then the rows determine when it acts, almost linearly."""
-        return any(isinstance(seen, Relay) for seen in self.seen)
+    def effect(self) -> type[Effect]:
+        """Its law."""
+        return catalogue()[name_of(self.key)]
+
+    @property
+    def is_far_from_linear(self) -> bool:
+        """Whether it depends on a temperature that it changes itself.
+
+        If a part switches it, the rows determine when it acts, almost linearly.
+        """
+        switched = any(isinstance(seen, Relay) for seen in self.seen)
+        return self.effect.temperature_dependent and not switched
+
+    @property
+    def is_ordinary(self) -> bool:
+        """Whether it is so small that any machine has as much."""
+        return abs(self.values[self.effect.amplitude] - self.effect.off) < self.effect.least
+
+    def put_into(self, machine: Machine) -> Machine:
+        """Return the machine with the effect in force."""
+        return with_effect(machine, self.key, self.values)
+
+    def base(self, machine: Machine) -> Machine:
+        """Return the machine with the effect at its nominal size, and what runs give as tried."""
+        given = {name: v for name, v in self.values.items() if name in self.effect.given}
+        return with_effect(machine, self.key, given)
 
     def marked(self, position: int, observed: Observations) -> Observations:
         """Return a run's observations with what is specific to this run in the candidate."""
@@ -81,14 +105,28 @@ class Candidate:
         named = {f"effects.{self.key}.{n}": v for n, v in self.own[position].items()}
         return replace(observed, own={**observed.own, **named})
 
-    def scaled(self, scale: float) -> dict[str, float]:
-        """Return its parameters, the one that scales the response multiplied, within its range."""
-        effect = catalogue()[name_of(self.key)]
+    def scaled(self, scale: float) -> Candidate:
+        """Return it with its response multiplied by *scale*, within the range of its size."""
+        effect = self.effect
         name = effect.proportional or effect.amplitude
         off = 0.0 if effect.proportional else effect.off
         low, high = possible(effect, name)
         value = off + scale * (self.values[name] - off)
-        return self.values | {name: float(np.clip(value, low, high))}
+        return replace(self, values=self.values | {name: float(np.clip(value, low, high))})
+
+    def read(self, machine: Machine) -> Candidate:
+        """Return it with the numbers of a machine."""
+        return replace(self, values={n: p.value for n, p in machine.effects[self.key].items()})
+
+    def size_cost(self) -> float:
+        """Return the cost of an unusual amplitude and unusual numbers of its law."""
+        total = 0.0
+        for name in (self.effect.amplitude, *self.effect.law):
+            usual = self.effect.parameters[name]
+            if name in self.values:
+                log = name != self.effect.amplitude and usual.low > 0.0
+                total += heavy_tail(self.values[name], usual.low, usual.high, log=log)
+        return total
 
 
 def missing_effects(machine: Machine, without: Sequence[str] = ()) -> list[type[Effect]]:
@@ -238,12 +276,6 @@ def _carried(
         for run, given in zip(observed, own, strict=False)
     ]
     return tuple(own), marked if own else list(observed)
-
-
-def given_values(key: str, values: Mapping[str, float]) -> dict[str, float]:
-    """Return the values of an effect that are not fitted because the runs give them."""
-    given = catalogue()[name_of(key)].given
-    return {name: value for name, value in values.items() if name in given}
 
 
 def _answers(

@@ -10,9 +10,10 @@ from itertools import chain
 import numpy as np
 
 from gap_finder.calibrate import Progress
+from gap_finder.candidates import Candidate
 from gap_finder.design import RunSensitivities, all_sensitivities
-from gap_finder.hypotheses import AddedEffect, Addition, Listed, all_additions
-from gap_finder.proposals import LEADERS, PLACES_TRIED, is_far_from_linear, screened
+from gap_finder.hypotheses import Addition, Listed, all_additions
+from gap_finder.proposals import LEADERS, PLACES_TRIED, screened
 from gap_finder.score import Fit, Units, fit
 from gap_finder.search import Search
 from plant_model.effect_names import name_of
@@ -347,7 +348,7 @@ def added_to(
     """
     observed = [addition.marked(i, run) for i, run in enumerate(best.fit.observed)]
     points = [addition.put_into(near)]
-    if is_far_from_linear(addition):
+    if isinstance(addition, Candidate) and addition.is_far_from_linear:
         # Linear screening may find far too small a size where other numbers have absorbed it.
         points.append(addition.base(best.fit.base))
     if leader is not None:
@@ -362,7 +363,7 @@ def added_to(
     except (IntegrationError, ParameterError):
         return None
     last, hypothesis = additions[-1], Hypothesis(additions, prior, calibrated)
-    ordinary = isinstance(last, AddedEffect) and last.is_ordinary
+    ordinary = isinstance(last, Candidate) and last.is_ordinary
     if ordinary or hypothesis.cost_in_fit >= best.cost_in_fit:
         return None
     return hypothesis
@@ -370,10 +371,9 @@ def added_to(
 
 def _in_place_of(leader: Hypothesis, best: Hypothesis, addition: Addition) -> Machine:
     """Return the machine with another driver or place, the rest as calibrated with the leader."""
-    if isinstance(addition, AddedEffect):
+    if isinstance(addition, Candidate):
         table = leader.fit.machine.effects[leader.keys[-1]]
-        values = {name: parameter.value for name, parameter in table.items()}
-        addition = AddedEffect(replace(addition.candidate, values=values))
+        addition = replace(addition, values={name: p.value for name, p in table.items()})
     return addition.put_into(_moved_as(best.fit.machine, leader.fit.machine))
 
 

@@ -16,22 +16,16 @@ from typing import Protocol
 
 import numpy as np
 
-from gap_finder.candidates import (
-    Candidate,
-    candidates,
-    given_values,
-    missing_effects,
-    with_effect,
-)
+from gap_finder.candidates import Candidate, candidates, missing_effects
 from gap_finder.design import RunSensitivities
 from gap_finder.directions import NEGLIGIBLE_SQUARES
 from gap_finder.keys import bodies_of, has_its_drivers, law_of, laws_of
 from gap_finder.kinds import CalibratedRun, Change, kinds
 from gap_finder.linearise import simulate_runs
 from gap_finder.observations import Observations
+from gap_finder.priors import heavy_tail
 from gap_finder.score import Fit
 from plant_model.anatomy import bodies
-from plant_model.effect_names import name_of
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
@@ -66,79 +60,6 @@ class Addition(Protocol):
 
     def size_cost(self) -> float:
         """Return -2 log of the density of its numbers relative to the most usual ones."""
-
-
-def heavy_tail(value: float, low: float, high: float, *, log: bool) -> float:
-    """Return -2 log of a Cauchy density relative to its maximum.
-
-    Parameters
-    ----------
-    value, low, high : float
-        The usual range is one scale parameter to either side: its ends cost 1.4, five times
-        as far 6.5, and nothing is impossible.
-    log : bool
-        Whether the logarithm has this distribution.
-    """
-    if log:
-        value, low, high = (float(np.log(max(x, 1e-12))) for x in (value, low, high))
-    distance = (value - (low + high) / 2.0) / max((high - low) / 2.0, 1e-12)
-    return float(2.0 * np.log1p(distance**2))
-
-
-@dataclass(frozen=True)
-class AddedEffect:
-    """An effect of the catalogue; see `Addition`."""
-
-    candidate: Candidate
-
-    @property
-    def key(self) -> str:
-        """Name, and driver or channel after a colon."""
-        return self.candidate.key
-
-    @property
-    def answers(self) -> tuple[FloatArray, ...]:
-        """Response of every run."""
-        return self.candidate.answers
-
-    def put_into(self, machine: Machine) -> Machine:
-        """Return the machine with the effect in force."""
-        return with_effect(machine, self.key, self.candidate.values)
-
-    def base(self, machine: Machine) -> Machine:
-        """Return the machine with the effect at its nominal size."""
-        return with_effect(machine, self.key, given_values(self.key, self.candidate.values))
-
-    def marked(self, position: int, observed: Observations) -> Observations:
-        """Return a run's observations with what is specific to the effect in this run."""
-        return self.candidate.marked(position, observed)
-
-    def scaled(self, scale: float) -> AddedEffect:
-        """Return it with its response multiplied by *scale*."""
-        values = self.candidate.scaled(scale)
-        return AddedEffect(replace(self.candidate, values=values))
-
-    def read(self, machine: Machine) -> AddedEffect:
-        """Return it with the numbers of a machine."""
-        values = {name: p.value for name, p in machine.effects[self.key].items()}
-        return AddedEffect(replace(self.candidate, values=values))
-
-    @property
-    def is_ordinary(self) -> bool:
-        """Whether it is so small that any machine has as much."""
-        effect = catalogue()[name_of(self.key)]
-        return abs(self.candidate.values[effect.amplitude] - effect.off) < effect.least
-
-    def size_cost(self) -> float:
-        """Return the cost of an unusual amplitude and unusual numbers of its law."""
-        effect = catalogue()[name_of(self.key)]
-        total = 0.0
-        for name in (effect.amplitude, *effect.law):
-            usual = effect.parameters[name]
-            if name in self.candidate.values:
-                log = name != effect.amplitude and usual.low > 0.0
-                total += heavy_tail(self.candidate.values[name], usual.low, usual.high, log=log)
-        return total
 
 
 @dataclass(frozen=True)
@@ -279,8 +200,8 @@ def _is_sound(machine: Machine, change: Change) -> bool:
 
 def _of_effect(
     machine: Machine, observed: Sequence[Observations], plain: Sequence[Simulation], name: str
-) -> list[AddedEffect]:
-    return [AddedEffect(one) for one in candidates(machine, observed, plain, catalogue()[name])]
+) -> list[Candidate]:
+    return list(candidates(machine, observed, plain, catalogue()[name]))
 
 
 def _of_changes(changes: Sequence[Change], runs: Sequence[CalibratedRun]) -> list[AddedChange]:

@@ -134,3 +134,20 @@ def _usual(name: str, width: float) -> float:
     if low > 0.0:
         low, high = float(np.log(low)), float(np.log(high))
     return min(1.0, (high - low) / (2.0 * FAR) / width)
+
+
+def heavy_tail(value: float, low: float, high: float, *, log: bool) -> float:
+    """Return -2 log of a Cauchy density relative to its maximum.
+
+    Parameters
+    ----------
+    value, low, high : float
+        The usual range is one scale parameter to either side: its ends cost 1.4, five times
+        as far 6.5, and nothing is impossible.
+    log : bool
+        Whether the logarithm has this distribution.
+    """
+    if log:
+        value, low, high = (float(np.log(max(x, 1e-12))) for x in (value, low, high))
+    distance = (value - (low + high) / 2.0) / max((high - low) / 2.0, 1e-12)
+    return float(2.0 * np.log1p(distance**2))

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap_finder.design import RunSensitivities, design_of
-from gap_finder.hypotheses import AddedEffect, Addition, Listed
+from gap_finder.hypotheses import Addition, Listed
 from gap_finder.keys import bodies_of, effect_of
 from gap_finder.leave_one_out import LeaveOneOut
 from gap_finder.priors import Priors
@@ -120,10 +120,3 @@ def places_of(
             of_bodies[where] += 1
             chosen.append(i)
     return chosen
-
-
-def is_far_from_linear(addition: Addition) -> bool:
-    """Whether it depends on a temperature that it changes itself."""
-    effect = effect_of(addition.key)
-    dependent = effect is not None and effect.temperature_dependent
-    return dependent and isinstance(addition, AddedEffect) and not addition.candidate.is_switched

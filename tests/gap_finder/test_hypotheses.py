@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from gap_finder.candidates import Candidate, grid, missing_effects, with_effect
-from gap_finder.hypotheses import AddedEffect, Listed, heavy_tail, prior_costs
+from gap_finder.hypotheses import Listed, prior_costs
+from gap_finder.priors import heavy_tail
 from plant_model.effects import catalogue
 from plant_model.effects.base import possible
 
@@ -41,7 +42,7 @@ def test_hours_beyond_the_usual_are_possible_and_cost_something(jig_borer_lumps)
     assert machine.effects["slow_structure"]["hours"].value == 2.0 * usual.high
     values = {name: one.value for name, one in effect.parameters.items()}
     costs = [
-        AddedEffect(Candidate("slow_structure", values | {"hours": hours}, ())).size_cost()
+        Candidate("slow_structure", values | {"hours": hours}, ()).size_cost()
         for hours in (np.sqrt(usual.low * usual.high), usual.high, 2.0 * usual.high)
     ]
     assert costs[0] < costs[1] < costs[2]
@@ -62,7 +63,7 @@ def test_candidates_cover_both_signs_and_stay_possible(jig_borer_lumps):
 
 def test_what_is_added_leaves_the_list_with_its_law_on_every_driver():
     keys = ["slow_structure", "slow_structure:bed", "sensor_lag:T1", "sensor_lag:T2", "windage"]
-    tried = [AddedEffect(Candidate(key, {}, ())) for key in keys]
+    tried = [Candidate(key, {}, ()) for key in keys]
     rest = Listed(tried, prior_costs(keys, {})).without(["slow_structure:bed", "sensor_lag:T2"])
     assert [one.key for one in rest.tried] == ["sensor_lag:T1", "windage"]
     assert rest.costs == prior_costs(["sensor_lag:T1", "windage"], {})

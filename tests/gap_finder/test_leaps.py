@@ -55,5 +55,5 @@ def test_candidates_carry_what_was_seen_to_every_run(jig_borer_lumps, slipping):
     seen = one.marked(0, slipping[0]).drive.held[f"{KEY} leaps"]
     assert np.count_nonzero(seen) == len(one.seen[0].sign)
     # Its answer grows with the share that reaches the nose, not with what holds.
-    assert one.scaled(1.5)["share"] == pytest.approx(0.75)
-    assert one.scaled(1.5)["hold"] == one.values["hold"]
+    assert one.scaled(1.5).values["share"] == pytest.approx(0.75)
+    assert one.scaled(1.5).values["hold"] == one.values["hold"]

@@ -11,7 +11,7 @@ from gap_finder.calibrate import calibrate
 from gap_finder.candidates import Candidate
 from gap_finder.design import all_sensitivities
 from gap_finder.forward_backward import Hypothesis, _in_place_of, added_to
-from gap_finder.hypotheses import AddedChange, AddedEffect, Listed, all_additions, prior_costs
+from gap_finder.hypotheses import AddedChange, Listed, all_additions, prior_costs
 from gap_finder.kinds.heat_path import HeatPath
 from gap_finder.observations import observe
 from gap_finder.proposals import screened
@@ -29,8 +29,8 @@ def test_the_likeliest_is_scored_even_if_none_lowers_the_score_in_the_screening(
     calibration = calibrate(jig_borer_lumps, observed, starts=1, cost_limit=0.0)
     sensitivities = all_sensitivities(calibration.machine, observed)
     now = scored(jig_borer_lumps, observed, calibration, sensitivities)
-    tried: list[AddedEffect | AddedChange] = [
-        AddedEffect(one) for name in LAWS for one in candidates_of(now.machine, observed, name)
+    tried: list[Candidate | AddedChange] = [
+        one for name in LAWS for one in candidates_of(now.machine, observed, name)
     ]
     # So unlikely that nothing gained pays for it.
     costs = {key: 1e4 + cost for key, cost in prior_costs({one.key for one in tried}, {}).items()}
@@ -73,7 +73,7 @@ def test_what_is_far_from_linear_also_starts_from_the_file(
     values = {name: one.value for name, one in catalogue()[law].parameters.items()}
     begun: list[Machine] = []
     monkeypatch.setattr(forward_backward, "fit", lambda *args: begun.extend(args[2]))
-    addition = AddedEffect(Candidate(law, values, ()))
+    addition = Candidate(law, values, ())
     added_to(Hypothesis((), (), fit), addition, calibrated, (0.0,), [])
     assert [one.parameters[moved].value / usual for one in begun] == pytest.approx(starts)
 
