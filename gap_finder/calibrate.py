@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.optimize import lsq_linear
 
 from gap_finder.descent import ITERATIONS, Descent, Point
+from gap_finder.design import RunSensitivities
 from gap_finder.directions import fewer
 from gap_finder.likelihood import Likelihood, Quadratic
 from gap_finder.linearise import (
@@ -33,18 +33,6 @@ Progress = Callable[[str], None]
 
 def quiet(_: str) -> None:
     """Report no progress."""
-
-
-class Sensitivities(Protocol):
-    """Derivatives of one run that can be reused; see ``design.RunSensitivities``."""
-
-    @property
-    def nuisance(self) -> FloatArray:
-        """By the run's nuisance parameters, shape (N, O)."""
-
-    @property
-    def bias(self) -> FloatArray:
-        """By the thermometers' errors, shape (N, C)."""
 
 
 @dataclass(frozen=True)
@@ -141,7 +129,7 @@ class _Problem:
         machine: Machine,
         observed: Sequence[Observations],
         priors: Priors,
-        sensitivities: Sequence[Sensitivities] | None,
+        sensitivities: Sequence[RunSensitivities] | None,
     ) -> None:
         self.machine, self.observed, self.priors = machine, observed, priors
         if sensitivities is None:
@@ -200,7 +188,7 @@ def calibrate(
     seed: int = 0,
     start_from: Sequence[Machine] = (),
     cost_limit: float = np.inf,
-    sensitivities: Sequence[Sensitivities] | None = None,
+    sensitivities: Sequence[RunSensitivities] | None = None,
     progress: Progress = quiet,
 ) -> Calibration:
     """Calibrate the machine's free parameters to fit the runs.
@@ -218,7 +206,7 @@ def calibrate(
         Starting points instead of the machine itself; the priors stay the machine's.
     cost_limit : float
         Calibration ends if it cannot be expected to reach this.
-    sensitivities : sequence of Sensitivities, optional
+    sensitivities : sequence of RunSensitivities, optional
         Derivatives of each run about a similar machine, if already known.
     progress : callable
         Called with each step in words.

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from scipy.linalg import cho_solve
@@ -16,16 +15,9 @@ from scipy.linalg import cho_solve
 from gap_finder.added_paths import AT_ONCE
 from gap_finder.candidates import LEAST_SCALE, MOST_SCALE
 from gap_finder.design import RunDesign, told_by_one_run
+from gap_finder.hypotheses import Addition
 from gap_finder.leave_one_out import LeaveOneOut, Runs
 from plant_model.parameters import FloatArray
-
-
-class Answers(Protocol):
-    """Anything with a response in every run."""
-
-    @property
-    def answers(self) -> tuple[FloatArray, ...]:
-        """Weighted responses, each (N,)."""
 
 
 @dataclass(frozen=True)
@@ -58,11 +50,11 @@ class Screen:
     Parameters
     ----------
     runs : LeaveOneOut
-    tried : sequence of Answers, length m
+    tried : sequence of Addition, length m
     channels : int
     """
 
-    def __init__(self, runs: LeaveOneOut, tried: Sequence[Answers], channels: int) -> None:
+    def __init__(self, runs: LeaveOneOut, tried: Sequence[Addition], channels: int) -> None:
         self._runs, self._tried, self._channels = runs, tried, channels
         count, many = len(runs.designs), len(tried)
         # Of every run: responses against the shared columns, themselves and the residual.
@@ -121,7 +113,7 @@ class Screen:
 
 
 def _in_blocks(
-    tried: Sequence[Answers], run: int, design: RunDesign
+    tried: Sequence[Addition], run: int, design: RunDesign
 ) -> Iterator[tuple[slice, FloatArray]]:
     """Yield some candidates, and a run's robustly weighted responses to them, (N, b).
 
