@@ -29,7 +29,6 @@ from plant_model.drawing.expand import expanded
 from plant_model.machine import Machine
 from plant_model.machine_file import machine_from_table, machine_path, read_machine
 from plant_model.parameters import FloatArray
-from plant_model.sensors import displacement_names
 
 HEAD = ("Machine", "Never moves", "Page as it stands", "Calibrated page", "Lumps, calibrated")
 TOLD = "The simulator itself, told as much"
@@ -42,17 +41,13 @@ def simulator_as_told(machine: Machine, case: TruthCase, run: CaseRun) -> float:
     """
     frames = (run.frame, as_told(SHOP, case, run))
     seen, done = (observe(machine, [Run(run.name, frame)])[0] for frame in frames)
-    return gap_of(
-        machine, [RunResiduals(seen, _from_zero(machine, done) - _from_zero(machine, seen))]
-    )
+    return gap_of([RunResiduals(seen, _from_zero(done) - _from_zero(seen))])
 
 
-def _from_zero(machine: Machine, observed: Observations) -> FloatArray:
+def _from_zero(observed: Observations) -> FloatArray:
     """Return an observation's values, with displacements relative to the first."""
     values = observed.values.copy()
-    lengths = set(displacement_names(machine))
-    moved = [i for i, name in enumerate(observed.channels) if name in lengths]
-    values[:, moved] -= values[0, moved]
+    values[:, observed.lengths] -= values[0, observed.lengths]
     return values
 
 
@@ -60,7 +55,7 @@ def _calibrated(machine: Machine, runs: Sequence[Run]) -> tuple[float, float, fl
     """Return the last run's error: never moving, uncalibrated, calibrated on the other runs."""
     *known, unseen = observe(machine, runs)
     found = calibrate(machine, known, starts=1).machine
-    before, after = (gap_of(one, [residuals(one, unseen)]) for one in (machine, found))
+    before, after = (gap_of([residuals(one, unseen)]) for one in (machine, found))
     return never_moves(machine, [unseen]), before, after
 
 

@@ -13,10 +13,9 @@ import numpy as np
 
 from gap_finder.calibrate import ParameterEstimate
 from gap_finder.observations import Observations
-from gap_finder.regimes import RunResiduals, noise_of
+from gap_finder.regimes import RunResiduals, mean_squares
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
-from plant_model.sensors import displacement_names
 
 MOST_LINES = 6
 """Most lines of a kind, and most runners-up, worst first: as many as fit a page. Set on no data."""
@@ -56,8 +55,8 @@ def advice(
         Its parameters before and after calibration.
     """
     return [
-        *worse_than_none(machine, left),
-        *not_moved(machine, left),
+        *worse_than_none(left),
+        *not_moved(left),
         *disagreeing(machine, [run.observed for run in left]),
         *_far(parameters),
     ]
@@ -67,16 +66,15 @@ def _worst_first(ranked: Sequence[tuple[float, Advice]]) -> list[Advice]:
     return [line for _, line in sorted(ranked, key=lambda pair: -pair[0])][:MOST_LINES]
 
 
-def worse_than_none(machine: Machine, left: Sequence[RunResiduals]) -> list[Advice]:
+def worse_than_none(left: Sequence[RunResiduals]) -> list[Advice]:
     """Return the channels predicted worse than by their first reading, by more than the noise."""
-    names = left[0].observed.channels
-    noise = noise_of(machine, names)
+    observed = left[0].observed
+    parts = [run.values for run in left], [run.observed.moved for run in left]
+    models, nones = (np.nan_to_num(np.sqrt(mean_squares(part))).tolist() for part in parts)
     ranked = []
-    for i, name in enumerate(names):
-        without = [run.observed.moved[:, i] for run in left]
-        model, none = _rms_of_both([run.values[:, i] for run in left], without)
-        if model > np.hypot(none, noise[i]):
-            unit = _unit(machine, name)
+    for i, (name, model, none) in enumerate(zip(observed.channels, models, nones, strict=True)):
+        if model > np.hypot(none, observed.noise[i]):
+            unit = observed.unit_of(i)
             text = (
                 f"{name}: the model is off by {model:.2g} {unit}, holding the first reading by "
                 f"{none:.2g} {unit}: worse than no model"
@@ -85,17 +83,15 @@ def worse_than_none(machine: Machine, left: Sequence[RunResiduals]) -> list[Advi
     return _worst_first(ranked)
 
 
-def not_moved(machine: Machine, left: Sequence[RunResiduals]) -> list[Advice]:
+def not_moved(left: Sequence[RunResiduals]) -> list[Advice]:
     """Return the displacements that move, but that the model moves by less than the noise."""
-    names = left[0].observed.channels
-    noise = noise_of(machine, names)
+    observed = left[0].observed
     ranked = []
-    for i, name in enumerate(names):
-        if name not in displacement_names(machine):
-            continue
+    for i in np.flatnonzero(observed.lengths).tolist():
         measured = max(_range(run.observed.values[:, i]) for run in left)
         model = max(_range(run.observed.values[:, i] + run.values[:, i]) for run in left)
-        if measured > left[0].observed.tolerance[i] and model < noise[i]:
+        if measured > observed.tolerance[i] and model < observed.noise[i]:
+            name = observed.channels[i]
             text = (
                 f"{name}: moves by {measured:.2g} um, but nothing in the machine file moves it: no "
                 "part grows or bends in that direction"
@@ -150,20 +146,6 @@ def _far(parameters: Sequence[ParameterEstimate]) -> list[Advice]:
     return _worst_first(ranked)
 
 
-def _unit(machine: Machine, name: str) -> str:
-    return "um" if name in displacement_names(machine) else "K"
-
-
 def _range(values: FloatArray) -> float:
     measured = values[np.isfinite(values)]
     return float(np.ptp(measured)) if len(measured) else 0.0
-
-
-def _rms_of_both(first: Sequence[FloatArray], second: Sequence[FloatArray]) -> tuple[float, float]:
-    """Return the root mean squares of two series where both are finite; 0 if they never are."""
-    parts = np.concatenate(first), np.concatenate(second)
-    both = np.isfinite(parts[0]) & np.isfinite(parts[1])
-    if not both.any():
-        return 0.0, 0.0
-    rms = [float(np.sqrt(np.mean(part[both] ** 2))) for part in parts]
-    return rms[0], rms[1]

@@ -134,7 +134,7 @@ class _Problem:
         self.machine, self.observed, self.priors = machine, observed, priors
         if sensitivities is None:
             own = [fewer([nuisance_columns(machine, run)])[0] for run in observed]
-            errors = [bias_columns(machine, run) for run in observed]
+            errors = [bias_columns(run) for run in observed]
         else:
             own = [part.nuisance for part in sensitivities]
             errors = [part.bias for part in sensitivities]

@@ -22,7 +22,6 @@ from plant_model.effects.base import possible
 from plant_model.integrate import IntegrationError
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Parameter
-from plant_model.sensors import displacement_names
 from plant_model.simulate import Simulation
 
 SIZES = (0.12, 0.4, 1.0, 2.5)
@@ -198,9 +197,8 @@ def keys_of(machine: Machine, effect: type[Effect], observed: Sequence[Observati
     """Return the effect's keys: one for every driver, or for every thermometer not yet affected."""
     if not effect.on_channel:
         return driver_keys(machine, effect)
-    lengths = displacement_names(machine)
-    channels = [name for name in observed[0].channels if name not in lengths]
-    keys = [effect_key(effect.name, channel) for channel in channels]
+    warmth = np.array(observed[0].channels)[~observed[0].lengths].tolist()
+    keys = [effect_key(effect.name, channel) for channel in warmth]
     return [key for key in keys if key not in machine.effects]
 
 

@@ -15,12 +15,11 @@ from gap_finder.regimes import (
     by_channel,
     floor_of,
     gap_of,
-    noise_of,
+    mean_squares,
     residuals,
 )
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
-from plant_model.sensors import displacement_names
 
 
 class GapComparison:
@@ -33,7 +32,6 @@ class GapComparison:
     """
 
     def __init__(self, before: Machine, after: Machine, observed: Sequence[Observations]) -> None:
-        self.machine = before
         self.before: list[RunResiduals] = [residuals(before, run) for run in observed]
         self.after = self.before
         if after is not before:
@@ -42,9 +40,9 @@ class GapComparison:
     def gap(self) -> dict[str, float]:
         """Return the gap before and after, and its floor [1]."""
         return {
-            "before": gap_of(self.machine, self.before),
-            "after": gap_of(self.machine, self.after),
-            "floor": gap_of(self.machine, floor_of(self.machine, self.before)),
+            "before": gap_of(self.before),
+            "after": gap_of(self.after),
+            "floor": gap_of(floor_of(self.before)),
         }
 
     def gap_against(self, reference: Sequence[FloatArray]) -> dict[str, float]:
@@ -61,12 +59,12 @@ class GapComparison:
             ``before``, ``after``, ``reference`` and ``reducible``, which is never below 0 [1].
         """
         table = self.gap()
-        least = gap_of(self.machine, self._with(reference))
+        least = gap_of(self._with(reference))
         return table | {"reference": least, "reducible": max(table["after"] - least, 0.0)}
 
     def worst(self) -> float:
         """Return the gap afterwards in the run where it is largest [1]."""
-        return max(gap_of(self.machine, [run]) for run in self.after)
+        return max(gap_of([run]) for run in self.after)
 
     def _with(self, values: Sequence[FloatArray]) -> list[RunResiduals]:
         return [replace(run, values=left) for run, left in zip(self.after, values, strict=True)]
@@ -76,21 +74,20 @@ class GapComparison:
 
         ``no_model`` is the residual without a model: the distance from the first reading.
         """
-        names = self.before[0].observed.channels
-        lengths = set(displacement_names(self.machine))
-        noise = noise_of(self.machine, names)
-        parts = (self.before, self.after, floor_of(self.machine, self.before))
-        first, last, floor = (by_channel(self.machine, part) for part in parts)
+        observed = self.before[0].observed
+        parts = (self.before, self.after, floor_of(self.before))
+        first, last, floor = (by_channel(part) for part in parts)
+        no_model = np.sqrt(mean_squares([run.observed.moved for run in self.before]))
         return {
             name: {
                 "before": first[name],
                 "after": last[name],
-                "noise": float(noise[i]),
+                "noise": float(observed.noise[i]),
                 "floor": floor[name],
-                "no_model": _rms([run.observed.moved[:, i] for run in self.before]),
-                "unit": "um" if name in lengths else "K",
+                "no_model": float(no_model[i]),
+                "unit": observed.unit_of(i),
             }
-            for i, name in enumerate(names)
+            for i, name in enumerate(observed.channels)
             if name in first
         }
 
@@ -108,13 +105,8 @@ class GapComparison:
             By channel [K, um].
         """
         table = self.channels()
-        least = by_channel(self.machine, self._with(reference))
+        least = by_channel(self._with(reference))
         for name, entry in table.items():
             entry["reference"] = least[name]
             entry["reducible"] = max(entry["after"] - least[name], 0.0)
         return table
-
-
-def _rms(parts: Sequence[FloatArray]) -> float:
-    values = np.concatenate(parts)
-    return float(np.sqrt(np.mean(values[np.isfinite(values)] ** 2)))

@@ -34,7 +34,6 @@ from gap_finder.observations import INDEPENDENT_S, Observations
 from gap_finder.priors import Priors
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
-from plant_model.sensors import displacement_names
 
 PLACE_SHARE = 0.1
 """Share of a neighbouring part's temperature that a thermometer may read (one sd) [1]; set on no
@@ -90,7 +89,7 @@ class RunSensitivities:
 def sensitivities_of(machine: Machine, observed: Observations, fixed: Priors) -> RunSensitivities:
     """Compute a run's derivatives about a calibrated machine, with all columns of ``other``."""
     (by_fixed,) = linear_about(machine, [observed], fixed, fixed.position(machine))
-    bias = bias_columns(machine, observed)
+    bias = bias_columns(observed)
     places, levers = _place_columns(machine, observed), _lever_columns(machine, observed)
     passing = _passing_columns(machine, observed)
     nuisance = nuisance_columns(machine, observed)
@@ -211,12 +210,6 @@ def run_design(
     )
 
 
-def _column(observed: Observations, channel: int, series: FloatArray) -> FloatArray:
-    out = np.zeros((len(observed.time_s), len(observed.channels)))
-    out[:, channel] = series * observed.weights[:, channel]
-    return out.reshape(-1)
-
-
 def _place_columns(machine: Machine, observed: Observations) -> FloatArray:
     """Return the response to thermometers that partly read a neighbour of their part, (N, m)."""
     index = machine.node_index
@@ -233,8 +226,8 @@ def _place_columns(machine: Machine, observed: Observations) -> FloatArray:
             (other,) = (name for name in pair if name != sensor.of)
             if other in index:
                 difference = temperatures[:, index[other]] - temperatures[:, index[sensor.of]]
-                columns.append(_column(observed, channel, PLACE_SHARE * difference))
-    return np.array(columns).reshape(len(columns), -1).T
+                columns.append(observed.response_in(channel, PLACE_SHARE * difference))
+    return observed.columns(columns)
 
 
 def passing_paths(machine: Machine) -> list[AddedPath]:
@@ -273,8 +266,8 @@ def passing_paths(machine: Machine) -> list[AddedPath]:
 
 def _passing_columns(machine: Machine, observed: Observations) -> FloatArray:
     """Return the response to heat that bypasses the single temperature of a part, (N, m)."""
-    columns = [change[0] for change in path_answers(machine, observed, passing_paths(machine))]
-    return np.array(columns).reshape(len(columns), observed.weights.size).T
+    answers = path_answers(machine, observed, passing_paths(machine))
+    return observed.columns([change[0] for change in answers])
 
 
 def _lever_columns(machine: Machine, observed: Observations) -> FloatArray:
@@ -283,11 +276,10 @@ def _lever_columns(machine: Machine, observed: Observations) -> FloatArray:
     base = modelled(result, observed)[0]
     rise = result.temperatures[0, 1:] - result.temperatures[0, 0]
     columns = []
-    for channel, name in enumerate(observed.channels):
-        if name not in displacement_names(machine):
-            continue
+    for channel in np.flatnonzero(observed.lengths).tolist():
         spread = np.ptp(base[:, channel])
         for node in range(rise.shape[1]):
             size = max(float(np.max(np.abs(rise[:, node]))), 1e-3)
-            columns.append(_column(observed, channel, rise[:, node] / size * LEVER_SHARE * spread))
-    return np.array(columns).reshape(len(columns), -1).T
+            lever = rise[:, node] / size * LEVER_SHARE * spread
+            columns.append(observed.response_in(channel, lever))
+    return observed.columns(columns)

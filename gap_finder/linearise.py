@@ -13,7 +13,6 @@ from gap_finder.priors import Priors
 from plant_model.integrate import IntegrationError
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
-from plant_model.sensors import displacement_names
 from plant_model.simulate import Driven, Simulation, simulate_all
 
 DIFFERENCE = 0.05
@@ -117,8 +116,7 @@ def modelled(simulation: Simulation, observed: Observations) -> FloatArray:
         [degC, um]
     """
     shown = np.stack([simulation.readings[name] for name in observed.channels], axis=-1)
-    lengths = set(displacement_names(simulation.machine))
-    zeroed = [i for i, name in enumerate(observed.channels) if name in lengths]
+    zeroed = np.flatnonzero(observed.lengths)
     instants = np.append(observed.run.time_s[0], observed.time_s)
     at = np.interp(observed.zero_s[zeroed], instants, np.arange(len(instants)))
     before, share = np.floor(at).astype(int), at % 1.0
@@ -230,14 +228,8 @@ def nuisance_columns(machine: Machine, observed: Observations) -> FloatArray:
     array, shape (N, displacements + unclear switches + nodes)
         Weighted responses to one prior standard deviation each.
     """
-    lengths = set(displacement_names(machine))
-    count = len(observed.channels)
-    columns = []
-    for i, name in enumerate(observed.channels):
-        if name in lengths:
-            column = np.zeros((len(observed.time_s), count))
-            column[:, i] = OFFSET_UM * observed.weights[:, i]
-            columns.append(column.reshape(-1))
+    lengths = np.flatnonzero(observed.lengths).tolist()
+    columns = [observed.response_in(channel, OFFSET_UM) for channel in lengths]
     base = simulate_at(machine, observed)
     at_start = base.temperatures[0, 0]
     starts = np.tile(at_start, (len(machine.nodes) + 1, 1))
@@ -248,15 +240,10 @@ def nuisance_columns(machine: Machine, observed: Observations) -> FloatArray:
         later = modelled(simulate_at(machine, replace(observed, drive=switch.later)), observed)
         answer = (later[0] - answers[0]) * switch.uncertain_s / switch.later_s
         columns.append(observed.response(answer))
-    return np.concatenate([np.array(columns).reshape(len(columns), -1), change]).T
+    return np.hstack([observed.columns(columns), change.T])
 
 
-def bias_columns(machine: Machine, observed: Observations) -> FloatArray:
-    """Return the response to each thermometer's constant error, shape (N, channels)."""
-    lengths = set(displacement_names(machine))
-    count = len(observed.channels)
-    out = np.zeros((len(observed.time_s), count, count))
-    for i, name in enumerate(observed.channels):
-        if name not in lengths:
-            out[:, i, i] = BIAS_K * observed.weights[:, i]
-    return out.reshape(-1, count)
+def bias_columns(observed: Observations) -> FloatArray:
+    """Return the response to each thermometer's constant error, (N, channels); 0 of lengths."""
+    errors = np.where(observed.lengths, 0.0, BIAS_K).tolist()
+    return observed.columns([observed.response_in(i, error) for i, error in enumerate(errors)])

@@ -87,6 +87,10 @@ class Observations:
         0 where nothing was measured.
     tolerance : array, shape (C,)
         Of each channel [K, um].
+    noise : array, shape (C,)
+        Of each channel, with resolution [K, um].
+    lengths : array of bool, shape (C,)
+        Which channels are displacements.
     zero_s : array, shape (C,)
         When each displacement is zeroed: at its first reading [s].
     drive : Drive
@@ -105,6 +109,8 @@ class Observations:
     values: FloatArray
     weights: FloatArray
     tolerance: FloatArray
+    noise: FloatArray
+    lengths: npt.NDArray[np.bool_]
     zero_s: FloatArray
     drive: Drive
     absent: frozenset[str] = frozenset()
@@ -141,6 +147,20 @@ class Observations:
             [K, um]
         """
         return np.asarray((changed * self.weights).reshape(*changed.shape[:-2], self.weights.size))
+
+    def response_in(self, channel: int, series: FloatArray | float) -> FloatArray:
+        """Return a change of one channel, (K,) [K, um], times its weights, shape (K C,) [1]."""
+        changed = np.zeros_like(self.weights)
+        changed[:, channel] = series
+        return self.response(changed)
+
+    def columns(self, responses: Sequence[FloatArray]) -> FloatArray:
+        """Return some responses, each (K C,), as columns, shape (K C, m); there may be none."""
+        return np.array(responses).reshape(len(responses), self.weights.size).T
+
+    def unit_of(self, channel: int) -> str:
+        """Return the unit of a change of a channel."""
+        return "um" if self.lengths[channel] else "K"
 
     def with_series(self, name: str, series: Callable[[Drive], FloatArray]) -> Observations:
         """Return observations with one more input series, also in the drives of the switches.
@@ -211,8 +231,10 @@ def observe(
     span = _span(together)
     lengths = np.array([name in displacement_names(machine) for name in channels])
     own = np.where(lengths, DISPLACEMENT_TOLERANCE, TEMPERATURE_TOLERANCE)
-    noise = stated_noise(machine, channels)
-    tolerance = np.sqrt(noise**2 + own**2 + (RELATIVE_TOLERANCE * span) ** 2)
+    stated = stated_noise(machine, channels)
+    # A sensor without a stated noise is assumed to have a usual one.
+    noise = np.where(stated > 0.0, stated, np.where(lengths, 0.2, 0.03))
+    tolerance = np.sqrt(stated**2 + own**2 + (RELATIVE_TOLERANCE * span) ** 2)
     observed = []
     for run, (time, values, segment, zero) in zip(runs, binned, strict=True):
         extra = _switch_uncertainty(run, time, values, segment)
@@ -228,7 +250,8 @@ def observe(
         weights *= np.sqrt(share)
         observed.append(
             Observations(
-                run, time, channels, values, weights, tolerance, zero, drive, switches=switches
+                *(run, time, channels, values, weights, tolerance, noise, lengths, zero, drive),
+                switches=switches,
             )
         )
     return observed

@@ -19,7 +19,6 @@ from gap_finder.observations import Observations
 from gap_finder.regimes import RunResiduals, mean_squares, regimes
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
-from plant_model.sensors import displacement_names
 
 LAGS_MIN = (3.0, 8.0, 20.0, 45.0, 100.0, 220.0, 500.0)
 """Time constants of the lags [min]: from a bearing's to a machine bed's, each some 2.3 times the
@@ -146,7 +145,6 @@ class ReferenceModel:
                 doing = regime.partition(", at ")[0]
                 for i in range(left.shape[1]):
                     groups.setdefault((i, doing), []).append((run.values[rows, i], left[rows, i]))
-        lengths = set(displacement_names(self._machine))
         names = self._used[0].observed.channels
         gaps: list[tuple[float, ReducibleGap]] = []
         for (i, regime), parts in groups.items():
@@ -156,7 +154,7 @@ class ReferenceModel:
                 continue
             rms, least = (float(np.sqrt(np.nanmean(part**2))) for part in (before, after))
             share = np.sqrt(max(rms**2 - least**2, 0.0)) / float(self._tolerance[i])
-            unit = "um" if names[i] in lengths else "K"
+            unit = self._used[0].observed.unit_of(i)
             place = ReducibleGap(names[i], regime, rms, least, unit, float(share))
             gaps.append((count * place.tolerances**2, place))
         # A regime of a few minutes contributes little, however large its error.
@@ -246,7 +244,7 @@ def _lags(machine: Machine, observed: Observations) -> tuple[list[tuple[str, flo
             for lag in LAGS_MIN:
                 labels.append((entry.name, lag))
                 columns.append(np.interp(time, rows, _lagged(rows, power, lag * 60.0)))
-    warm = _warm_at_start(machine, observed) - np.nan_to_num(hall)
+    warm = _warm_at_start(observed) - np.nan_to_num(hall)
     for lag in LAGS_MIN:
         labels.append((START, lag))
         columns.append(warm * np.exp(-(time - rows[0]) / (lag * 60.0)))
@@ -262,10 +260,9 @@ def _lagged(time: FloatArray, series: FloatArray, lag_s: float) -> FloatArray:
     return out
 
 
-def _warm_at_start(machine: Machine, observed: Observations) -> float:
+def _warm_at_start(observed: Observations) -> float:
     """Return the mean of the thermometers' first readings [degC]."""
-    lengths = set(displacement_names(machine))
-    firsts = observed.first[[name not in lengths for name in observed.channels]]
+    firsts = observed.first[~observed.lengths]
     measured = firsts[np.isfinite(firsts)]
     return float(np.mean(measured)) if measured.size else 0.0
 

@@ -9,11 +9,10 @@ import numpy as np
 
 from gap_finder.in_run import likely_starts
 from gap_finder.linearise import modelled, simulate_at
-from gap_finder.observations import INDEPENDENT_S, Observations, stated_noise
+from gap_finder.observations import INDEPENDENT_S, Observations
 from measurement.spectrum import speed_spectrum
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
-from plant_model.sensors import displacement_names
 
 
 @dataclass(frozen=True)
@@ -109,9 +108,8 @@ def regimes(observed: Observations) -> list[tuple[float, float, str]]:
     return stretches
 
 
-def places(machine: Machine, left: list[RunResiduals], most: int = 12) -> list[Place]:
+def places(left: list[RunResiduals], most: int = 12) -> list[Place]:
     """Return where the model is off by more than the tolerance, worst first."""
-    lengths = set(displacement_names(machine))
     all_places = []
     for run in left:
         time = run.observed.time_s
@@ -124,7 +122,7 @@ def places(machine: Machine, left: list[RunResiduals], most: int = 12) -> list[P
                     continue
                 rms = float(np.sqrt(np.mean(part**2)))
                 ratio = rms / float(run.observed.tolerance[i])
-                unit = "um" if channel in lengths else "K"
+                unit = run.observed.unit_of(i)
                 all_places.append(
                     Place(run.observed.run.name, channel, start, end, regime, rms, unit, ratio)
                 )
@@ -132,30 +130,19 @@ def places(machine: Machine, left: list[RunResiduals], most: int = 12) -> list[P
     return [place for place in ranked if place.tolerances > 1.0][:most]
 
 
-def noise_of(machine: Machine, channels: tuple[str, ...]) -> FloatArray:
-    """Return each channel's noise, including resolution [K, um], shape (C,)."""
-    noise = stated_noise(machine, channels)
-    # A sensor without a stated noise is assumed to have a usual one.
-    usual = np.where([n in displacement_names(machine) for n in channels], 0.2, 0.03)
-    return np.where(noise > 0.0, noise, usual)
-
-
-def gap_of(machine: Machine, left: list[RunResiduals]) -> float:
+def gap_of(left: list[RunResiduals]) -> float:
     """Return the root mean square of residual over sensor noise, over all channels [1].
 
     Parameters
     ----------
-    machine : Machine
-        Defines the noise of each sensor.
     left : list of RunResiduals
         All with the same channels.
     """
-    noise = noise_of(machine, left[0].observed.channels)
-    squares = np.concatenate([((run.values / noise) ** 2).ravel() for run in left])
+    squares = np.concatenate([((run.values / run.observed.noise) ** 2).ravel() for run in left])
     return float(np.sqrt(np.nanmean(squares)))
 
 
-def floor_of(machine: Machine, left: list[RunResiduals]) -> list[RunResiduals]:
+def floor_of(left: list[RunResiduals]) -> list[RunResiduals]:
     """Return residuals as large as noise alone would leave, in place of each run's.
 
     Bins average several rows, but a displacement's zero is a single reading. Noise of what drives
@@ -163,34 +150,29 @@ def floor_of(machine: Machine, left: list[RunResiduals]) -> list[RunResiduals]:
 
     Parameters
     ----------
-    machine : Machine
     left : list of RunResiduals
         All with the same channels.
     """
-    names = left[0].observed.channels
     shares = []
     for run in left:
         rows = run.observed.run.frame.notna().to_numpy().sum() / run.observed.run.frame.shape[1]
         shares.append(len(run.observed.time_s) / max(rows, 1.0))
-    share = np.mean(np.minimum(shares, 1.0)) + np.isin(names, displacement_names(machine))
-    floor = noise_of(machine, names) * np.sqrt(share)
+    share = np.mean(np.minimum(shares, 1.0)) + left[0].observed.lengths
+    floor = left[0].observed.noise * np.sqrt(share)
     return [replace(r, values=np.where(np.isfinite(r.values), floor, np.nan)) for r in left]
 
 
-def by_channel(machine: Machine, left: list[RunResiduals]) -> dict[str, float]:
+def by_channel(left: list[RunResiduals]) -> dict[str, float]:
     """Return the root mean square residual of each channel [K, um], without unmeasured channels.
 
     Parameters
     ----------
-    machine : Machine
     left : list of RunResiduals
         All with the same channels.
     """
-    stacked = np.concatenate([run.values for run in left])
-    measured = np.isfinite(stacked).any(axis=0)
-    rms = np.sqrt(np.nanmean(stacked[:, measured] ** 2, axis=0))
-    names = np.array(left[0].observed.channels)[measured].tolist()
-    return dict(zip(names, rms.tolist(), strict=True))
+    rms = np.sqrt(mean_squares([run.values for run in left])).tolist()
+    pairs = zip(left[0].observed.channels, rms, strict=True)
+    return {name: value for name, value in pairs if np.isfinite(value)}
 
 
 def mean_squares(parts: Sequence[FloatArray]) -> FloatArray:

@@ -172,7 +172,7 @@ def named(key: str, machine: Machine) -> dict[str, Any]:
 
 def _places(judged: Judged) -> list[dict[str, Any]]:
     """Return where the calibrated machine is wrong on the runs used."""
-    worst = regimes.places(judged.result.before.machine, judged.used.before)
+    worst = regimes.places(judged.used.before)
     return [{k: v for k, v in asdict(place).items() if k != "tolerances"} for place in worst]
 
 

@@ -21,7 +21,7 @@ from measurement.resampling import WARMS_K
 from measurement.runs import Run
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
-from plant_model.sensors import column_of, displacement_names
+from plant_model.sensors import column_of
 
 
 def standing_still(machine: Machine, observed: Sequence[Observations]) -> list[DataFault]:
@@ -41,16 +41,13 @@ def standing_still(machine: Machine, observed: Sequence[Observations]) -> list[D
     resolution, its tolerance and its residual in the other runs: a model that does not follow a
     thermometer cannot tell that it is broken.
     """
-    lengths = set(displacement_names(machine))
     left = [residuals(machine, run) for run in observed]
     faults = []
     for run in left:
         others = [other for other in left if other is not run]
         for i, name in enumerate(run.observed.channels):
-            if name in lengths:
-                continue
             column = column_of(machine, name)
-            span = _longest(run.observed, column)
+            span = None if run.observed.lengths[i] else _longest(run.observed, column)
             if span is None:
                 continue
             moved, usual = _moved(run, i, span), _usual(others, i)

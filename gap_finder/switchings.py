@@ -23,7 +23,7 @@ from plant_model.effects.coolant_jacket import flows_of
 from plant_model.integrate import Modes, linear_steps
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Values
-from plant_model.sensors import column_of, displacement_names
+from plant_model.sensors import column_of
 from plant_model.simulate import Simulation
 
 DEAD_BANDS = (0.3, 0.5, 0.8, 1.2, 1.8, 2.7, 4.0, 6.0)
@@ -191,7 +191,7 @@ def likely_switchings(
         Best first, at most `MOST_TRIED`; empty if no repeated change in the residuals follows any
         of them.
     """
-    compared = _Compared(machine, observed, residuals, carried)
+    compared = _Compared(observed, residuals, carried)
     switchings = []
     for part in parts:
         seen = [measured for run in observed if (measured := watched(machine, run, part))]
@@ -256,14 +256,12 @@ class _Compared:
 
     def __init__(
         self,
-        machine: Machine,
         observed: Sequence[Observations],
         residuals: Sequence[FloatArray],
         carried: Sequence[FloatArray],
     ) -> None:
         self._times, self._carried = [run.time_s for run in observed], carried
-        lengths = displacement_names(machine)
-        self._warms = np.array([name not in lengths for name in observed[0].channels])
+        self._warms = ~observed[0].lengths
         self._shown = np.concatenate(
             [
                 quick(run, residual).reshape(len(run.time_s), -1)

@@ -131,10 +131,10 @@ def compare_fmus(
         for fmu, which in (before, after)
     ]
     lengths = displacement_names(machine)
-    first, last = (by_channel(machine, rows) for rows in left)
+    first, last = (by_channel(rows) for rows in left)
     return {
-        "before": gap_of(machine, left[0]),
-        "after": gap_of(machine, left[1]),
+        "before": gap_of(left[0]),
+        "after": gap_of(left[1]),
         "channels": {
             name: {
                 "before": value,

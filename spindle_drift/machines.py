@@ -306,8 +306,8 @@ def calibrate(
         [residuals(model, run) for run in observed] for model in (given.model, fitted.machine)
     )
     channels = {
-        "before": by_channel(given.model, before),
-        "after": by_channel(fitted.machine, after),
+        "before": by_channel(before),
+        "after": by_channel(after),
     }
     table = pd.DataFrame([asdict(entry) for entry in fitted.parameters])
     return Calibration(

@@ -23,7 +23,7 @@ from benchmarks.gap.make import OWNERS_FILE
 from benchmarks.gap.truths import TRUTHS
 from gap_finder.calibrate import calibrate
 from gap_finder.observations import Observations, observe
-from gap_finder.regimes import by_channel, floor_of, gap_of, noise_of, residuals
+from gap_finder.regimes import by_channel, floor_of, gap_of, residuals
 from measurement.files import write_atomically
 from measurement.runs import Run
 from plant_model.machine import Machine
@@ -36,7 +36,7 @@ FIRST = 500_000
 def never_moves(machine: Machine, observed: Sequence[Observations]) -> float:
     """Return the gap of a model that never moves, in noise units."""
     still = np.concatenate([one.values - one.values[:1] for one in observed])
-    noise = noise_of(machine, observed[0].channels)
+    noise = observed[0].noise
     return float(np.sqrt(np.nanmean((still / noise) ** 2)))
 
 
@@ -57,10 +57,10 @@ def agreement(name: str, seed: int, *, careless: bool) -> None:
     unseen = observed[4:]
     left = [residuals(found.machine, one) for one in unseen]
     gaps = [
-        gap_of(machine, [residuals(machine, one) for one in unseen]),
-        gap_of(found.machine, [residuals(found.machine, one) for one in observed[:4]]),
-        gap_of(found.machine, left),
-        gap_of(machine, floor_of(machine, left)),
+        gap_of([residuals(machine, one) for one in unseen]),
+        gap_of([residuals(found.machine, one) for one in observed[:4]]),
+        gap_of(left),
+        gap_of(floor_of(left)),
     ]
     print(
         f"machine {seed}, {len(machine.nodes)} lumps: never moves"
@@ -68,7 +68,7 @@ def agreement(name: str, seed: int, *, careless: bool) -> None:
         f" calibrated {gaps[1]:.2f}, on the unseen run {gaps[2]:.2f}, noise"
         f" {gaps[3]:.2f}; simulated in {simulated:.0f} s, calibrated in {took:.0f} s"
     )
-    channels = by_channel(found.machine, left).items()
+    channels = by_channel(left).items()
     print("   " + ", ".join(f"{channel} {value:.2f}" for channel, value in channels))
     bound = [one.name for one in found.parameters if one.at_bound]
     print(f"   of {len(found.parameters)} free numbers at an end: {', '.join(bound) or 'none'}")

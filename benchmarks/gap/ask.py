@@ -95,7 +95,6 @@ def ask_empty(folder: Path, seed: int = 0) -> dict[str, Any]:
 
 def _details(judged: Judged) -> dict[str, Any]:
     """Return data for studying thresholds later: all scores, and residuals by run and channel."""
-    first, last = judged.result.before.machine, judged.result.after.machine
     used, unseen = judged.used, judged.unseen
     before, after = (*used.before, *unseen.before), (*used.after, *unseen.after)
     return {
@@ -127,8 +126,8 @@ def _details(judged: Judged) -> dict[str, Any]:
         ],
         "channels_by_run": {
             part.observed.run.name: {
-                "before": by_channel(first, [part]),
-                "after": by_channel(last, [later]),
+                "before": by_channel([part]),
+                "after": by_channel([later]),
             }
             for part, later in zip(before, after, strict=True)
         },

@@ -20,7 +20,7 @@ from gap_finder.linearise import START_K
 from gap_finder.priors import FAR
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
-from plant_model.sensors import column_of, displacement_names
+from plant_model.sensors import column_of
 
 START_SHARES = (0.5, 1.0)
 """Shares tried, of the way from the first boundary temperature to the signal's [1]; set on no
@@ -138,11 +138,11 @@ def _places(machine: Machine) -> list[tuple[str, ...]]:
 
 def _first_values(run: CalibratedRun) -> dict[str, float]:
     """Return the first value of every boundary temperature and thermometer of a run [degC]."""
-    lengths, observed = set(displacement_names(run.machine)), run.observed
+    observed = run.observed
     firsts = {name: float(values[0]) for name, values in observed.drive.first.items()}
-    for name in observed.channels:
+    for name, length in zip(observed.channels, observed.lengths.tolist(), strict=True):
         column = column_of(run.machine, name)
-        if name not in lengths and column in observed.run.frame:
+        if not length and column in observed.run.frame:
             read = observed.run.frame[column].dropna()
             if len(read):
                 firsts[name] = float(read.iloc[0])

@@ -55,7 +55,7 @@ def calibration_page(
     """
     compared = GapComparison(given, calibration.machine, observed)
     gap = compared.gap()
-    left = [gap_of(calibration.machine, [run]) for run in compared.after]
+    left = [gap_of([run]) for run in compared.after]
     drawn = sorted(np.argsort([-value for value in left], kind="stable")[:SHOWN].tolist())
     note = "A run that it was calibrated on."
     if len(drawn) < len(observed):
@@ -64,7 +64,7 @@ def calibration_page(
         chart
         for run in drawn
         for chart in measured_against_model(
-            given, [("before", compared.before[run]), ("calibrated", compared.after[run])], note
+            [("before", compared.before[run]), ("calibrated", compared.after[run])], note
         )
     ]
     return page_text(

@@ -7,13 +7,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from gap_finder.regimes import RunResiduals
-from plant_model.machine import Machine
-from plant_model.sensors import displacement_names
 from scenarios.pages.charts import BEFORE, LINES, MEASURED, Chart, Line, Panel
 
 
 def channel_charts(
-    machine: Machine,
     shown: RunResiduals,
     lines_of: Callable[[int], tuple[Line, ...]],
     *,
@@ -26,7 +23,6 @@ def channel_charts(
 
     Parameters
     ----------
-    machine : Machine
     shown : RunResiduals
         Defines which channels were measured.
     lines_of : callable
@@ -37,13 +33,12 @@ def channel_charts(
         Unit of temperatures: of differences, or as a thermometer reads.
     """
     observed = shown.observed
-    lengths = set(displacement_names(machine))
     charts = []
     for kind, unit, is_length in (("temperatures", degrees, False), ("displacements", "µm", True)):
         panels = [
             Panel(f"{channel} [{unit}]", lines_of(i))
             for i, channel in enumerate(observed.channels)
-            if (channel in lengths) == is_length and np.isfinite(shown.values[:, i]).any()
+            if observed.lengths[i] == is_length and np.isfinite(shown.values[:, i]).any()
         ]
         if panels:
             file, shown_as = f"{name}_{kind}_{observed.run.name}", f"{title}, {kind}"
@@ -51,14 +46,11 @@ def channel_charts(
     return charts
 
 
-def measured_against_model(
-    machine: Machine, models: Sequence[tuple[str, RunResiduals]], note: str
-) -> list[Chart]:
+def measured_against_model(models: Sequence[tuple[str, RunResiduals]], note: str) -> list[Chart]:
     """Return charts of one run: measurements, and the outputs of the named models.
 
     Parameters
     ----------
-    machine : Machine
     models : sequence of (str, RunResiduals)
         The most important one last.
     note : str
@@ -75,7 +67,6 @@ def measured_against_model(
         return (*modelled, Line("measured", time, measured[:, i], MEASURED, rank=0))
 
     return channel_charts(
-        machine,
         shown,
         lines_of,
         name="measured",

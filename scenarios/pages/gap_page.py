@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from gap_finder.find import GapResult, Judged
+from gap_finder.find import Judged
 from gap_finder.five_lines import five_lines
 from gap_finder.forward_backward import Step
 from gap_finder.keys import driver_of, place_of
@@ -38,7 +38,7 @@ def write_gap_page(
     charts = signature_charts(result) + [
         chart
         for before, after in zip(unseen.before, unseen.after, strict=True)
-        for chart in _charts(result, before, after)
+        for chart in _charts(before, after)
     ]
     names = {"calibration": "runs used", "holdout": "held-out run"}
     page = write_page(
@@ -119,17 +119,15 @@ def _title(key: str, machine: Machine) -> str:
     return catalogue()[name].title + (f" on {channel}" if channel else "")
 
 
-def _charts(result: GapResult, before: RunResiduals, after: RunResiduals) -> list[Chart]:
+def _charts(before: RunResiduals, after: RunResiduals) -> list[Chart]:
     """Return charts of one run against the model and, on a separate scale, of the residuals."""
     same = before is after
     before, after = _drawn(before), _drawn(after)
     time = before.observed.time_s
     models = [("calibrated as given", before), ("with what was added", after)]
-    machine = result.before.machine
     return [
-        *measured_against_model(machine, models[:1] if same else models, HELD_OUT),
+        *measured_against_model(models[:1] if same else models, HELD_OUT),
         *channel_charts(
-            machine,
             before,
             lambda i: _lines(time, before.values[:, i], after.values[:, i], same),
             name="residual",

@@ -13,7 +13,6 @@ from gap_finder.observations import Observations
 from gap_finder.regimes import residuals
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
-from plant_model.sensors import displacement_names
 from scenarios.pages.charts import BEFORE, LINES, SHOWN, Chart, Line, Panel
 
 
@@ -39,13 +38,12 @@ def _chart(result: GapResult, key: str) -> Chart:
     run = int(np.argmax(sizes.max(axis=1)))
     observed, signature = runs[run], signatures[run]
     left = -residuals(result.before.machine, observed).values
-    lengths = set(displacement_names(after))
     order = np.argsort(-sizes[run], kind="stable")[:SHOWN]
     panels = []
     for i in sorted(int(at) for at in order if sizes[run, at] > 0.0):
         name = observed.channels[i]
         curves = [left[:, i], signature[:, i]]
-        if name in lengths:
+        if observed.lengths[i]:
             # Each run has its own zero of displacement, so only changes can be compared.
             measured = np.isfinite(left[:, i])
             curves = [values - np.mean(values[measured]) for values in curves]
@@ -53,7 +51,7 @@ def _chart(result: GapResult, key: str) -> Chart:
             Line("measured minus calibrated model", observed.time_s, curves[0], BEFORE),
             Line("what the effect does", observed.time_s, curves[1], LINES[1], rank=2),
         )
-        panels.append(Panel(f"{name} [{'µm' if name in lengths else 'K'}]", lines))
+        panels.append(Panel(f"{name} [{'µm' if observed.lengths[i] else 'K'}]", lines))
     name = key.replace(":", "_")
     return Chart(
         f"signature_{name}_{observed.run.name}",

@@ -13,7 +13,7 @@ from gap_finder.advice import advice, disagreeing, not_moved, worse_than_none
 from gap_finder.calibrate import ParameterEstimate
 from gap_finder.kinds.coarse_part import CoarsePart
 from gap_finder.observations import Observations, observe
-from gap_finder.regimes import RunResiduals, noise_of, residuals
+from gap_finder.regimes import RunResiduals, residuals
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 
@@ -44,15 +44,20 @@ def test_a_channel_worse_than_no_model_is_told(lathe):
     hot = lathe.with_values({"sources.z_nut.loss": 27.0})
     items = tuple(one for one in lathe.items if one.name != "z_nut-air")
     left = [residuals(replace(hot, items=items), one) for one in observe(lathe, runs_of(lathe)[:2])]
-    assert ("PT08",) in [one.place for one in worse_than_none(lathe, left)]
+    assert ("PT08",) in [one.place for one in worse_than_none(left)]
 
 
 @pytest.mark.parametrize(("off", "told"), [(0.5, []), (1.5, [("disp_x",)])])
-def test_a_still_channel_is_worse_only_beyond_its_noise(off, told, lathe):
-    noise = noise_of(lathe, ("disp_x",))[0]
-    still = SimpleNamespace(channels=("disp_x",), moved=np.full((9, 1), 0.4 * noise))
+def test_a_still_channel_is_worse_only_beyond_its_noise(off, told):
+    noise = 0.2
+    still = SimpleNamespace(
+        channels=("disp_x",),
+        moved=np.full((9, 1), 0.4 * noise),
+        noise=[noise],
+        unit_of=lambda channel: "um",
+    )
     left: Any = [SimpleNamespace(observed=still, values=np.full((9, 1), off * noise))]
-    assert [one.place for one in worse_than_none(lathe, left)] == told
+    assert [one.place for one in worse_than_none(left)] == told
 
 
 def test_a_displacement_that_nothing_moves_is_told(lathe):
@@ -60,7 +65,7 @@ def test_a_displacement_that_nothing_moves_is_told(lathe):
     named = ("holder_reach", "bed_head_height", "arm_reach", "headstock_bend")
     still = replace(lathe, items=tuple(one for one in lathe.items if one.name not in named))
     left = [residuals(still, one) for one in observed]
-    told = [(one.kind, one.place) for one in not_moved(still, left)]
+    told = [(one.kind, one.place) for one in not_moved(left)]
     assert ("not_moved", ("disp_x",)) in told
     assert ("not_moved", ("disp_z",)) not in told
 

@@ -57,17 +57,12 @@ def test_pieces_are_driven_alike_and_observed_once(jig_borer_lumps, log):
 
 def test_hidden_parts_begin_where_the_piece_before_left_them(jig_borer_lumps, log):
     pieces = pieces_of(jig_borer_lumps, log, 3.0)
-    whole = gap_of(
-        jig_borer_lumps,
-        [residuals(jig_borer_lumps, one) for one in observe(jig_borer_lumps, pieces)],
-    )
+    whole = gap_of([residuals(jig_borer_lumps, one) for one in observe(jig_borer_lumps, pieces)])
     cut = []
     for number in range(3):
         rows = log.frame.iloc[180 * number : 180 * (number + 1)].reset_index(drop=True)
         cut.append(Run(f"cut_{number}", rows.assign(time_s=rows["time_s"] - rows["time_s"][0])))
-    alone = gap_of(
-        jig_borer_lumps, [residuals(jig_borer_lumps, one) for one in observe(jig_borer_lumps, cut)]
-    )
+    alone = gap_of([residuals(jig_borer_lumps, one) for one in observe(jig_borer_lumps, cut)])
     assert whole < 2.0  # The first reading, which starts the parts, has its noise.
     assert alone > 3.0 * whole
 
