@@ -15,11 +15,15 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, median_filter
 
 from gap_finder.observations import DISPLACEMENT_TOLERANCE, Observations
-from gap_finder.probe_steps import OUTSTANDING, ROWS, moved_by_elongation
+from gap_finder.probe_steps import ROWS, moved_by_elongation
 from plant_model.drive import Drive
 from plant_model.effect_names import leaps_of
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
+
+OUTSTANDING = 8.0
+"""A leap is at least this many times the scatter of changes elsewhere in the run [1]; set on no
+data."""
 
 
 @dataclass(frozen=True)
