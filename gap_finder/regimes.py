@@ -95,15 +95,14 @@ def regimes(observed: Observations) -> list[tuple[float, float, str]]:
     before = 0.0
     for segment in speed_spectrum(observed.run):
         speed = 0.0 if np.isnan(segment.speed_rpm) else segment.speed_rpm
-        change = min(segment.start_s + INDEPENDENT_S, segment.end_s)
         at = f"at {speed:.0f} r/min" if speed else "standing"
+        start = segment.start_s
         if speed != before:
             doing = "warming up" if speed > before else "cooling down"
-            stretches.append((segment.start_s, change, f"{doing}, {at}"))
-            if segment.end_s > change:
-                stretches.append((change, segment.end_s, f"steady, {at}" if speed else at))
-        else:
-            stretches.append((segment.start_s, segment.end_s, f"steady, {at}" if speed else at))
+            start = min(start + INDEPENDENT_S, segment.end_s)
+            stretches.append((segment.start_s, start, f"{doing}, {at}"))
+        if segment.end_s > start or speed == before:
+            stretches.append((start, segment.end_s, f"steady, {at}" if speed else at))
         before = speed
     return stretches
 
