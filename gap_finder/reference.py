@@ -93,11 +93,9 @@ class ReferenceModel:
         Residuals of the reference for each run [K, um]; NaN where nothing was measured. The
         regression predicts either the readings or the plant's residuals: each channel has the one
         that does better on the runs used, or the plant's residuals if these are smallest.
-    reducible : float
-        Predictable mean square of the plant's residuals on the runs used, over all channels
-        [tolerances squared].
     share : float
-        The same as a share of all their squares [1].
+        Predictable share of the squares of the plant's residuals on the runs used, in tolerances
+        and over all channels [1].
     """
 
     def __init__(
@@ -128,8 +126,7 @@ class ReferenceModel:
             options = (np.zeros_like(run.values), of_left.of(x) * self._tolerance, readings)
             self.unseen.append(run.values - _chosen(choice, options))
         before, after = (mean_squares(part) / self._tolerance**2 for part in (left, self.used))
-        self.reducible = float(np.nanmean(before - after)) if np.isfinite(before).any() else 0.0
-        self.share = self.reducible / max(float(np.nanmean(before)), 1e-12)
+        self.share = float(np.nanmean(before - after)) / max(float(np.nanmean(before)), 1e-12)
 
     def _scaled(self, parts: Sequence[FloatArray]) -> list[FloatArray]:
         return [part / self._tolerance for part in parts]
@@ -161,17 +158,10 @@ class ReferenceModel:
         ranked = [place for _, place in sorted(gaps, key=lambda pair: -pair[0])]
         return [gap for gap in ranked if gap.tolerances > 1.0][:most]
 
-    def sources(self) -> list[Predictor]:
-        """Return the inputs that predict most of the plant's residuals over all channels."""
-        return self._sources(None)
-
-    def sources_of(self, channel: str) -> list[Predictor]:
-        """Return the inputs that predict most of the plant's residuals in one channel."""
-        return self._sources(self._used[0].observed.channels.index(channel))
-
-    def _sources(self, channel: int | None) -> list[Predictor]:
-        chosen = slice(None) if channel is None else slice(channel, channel + 1)
-        left = self._scaled([run.values[:, chosen] for run in self._used])
+    def sources(self, channel: str = "") -> list[Predictor]:
+        """Return the inputs that predict most of the residuals, of all channels or of one."""
+        chosen = [not channel or name == channel for name in self._used[0].observed.channels]
+        left = [part[:, chosen] for part in self._scaled([run.values for run in self._used])]
         predictors = []
         labels = self._predictors.labels
         for name in dict.fromkeys(name for name, _ in labels):

@@ -10,6 +10,7 @@ import numpy as np
 
 from gap_finder import regimes
 from gap_finder.advice import MOST_LINES, advice
+from gap_finder.calibrate import ParameterEstimate
 from gap_finder.candidates import beyond_usual_range
 from gap_finder.comparison import GapComparison
 from gap_finder.data_faults import DataFault
@@ -48,15 +49,14 @@ def report_of(
     units = units_of(result.search.nothing, [result.search.best])
     steps = result.search.steps
     entries = [_entry(judged, place) for place in range(len(result.keys))]
-    first = next((entry for entry in entries if len(entry["one_of"]) > 1), None)
-    keys = first["one_of"] if first else list(result.keys[:1])
+    sets: list[list[str]] = [entry["one_of"] for entry in entries if len(entry["one_of"]) > 1]
+    several = sets[0] if sets else []
     table = {
         "verdict": judged.verdict,
         "in_doubt": bool(judged.doubt),
         "effects": entries,
-        "one_of": list(dict.fromkeys(name_of(key) for key in keys)),
-        "one_of_keys": keys,
-        "separate_by": _separated(first, result.after.machine),
+        "one_of": list(dict.fromkeys(name_of(key) for key in several or result.keys[:1])),
+        "separate_by": _separated(several),
         "runners_up": _runners_up(judged),
         "look_at": look_at(result.after, judged.used.after),
         "where": _places(judged),
@@ -81,7 +81,6 @@ def report_of(
             "holdout_gaps": list(judged.course),
             "doubt": judged.doubt,
             "fall": steps[0].fall if steps else 0.0,
-            "cost_per_run_and_channel": result.before.left_each,
         },
     }
     return table if cosimulation is None else table | {"cosimulation": dict(cosimulation)}
@@ -106,7 +105,7 @@ def _channels(unseen: GapComparison, reference: ReferenceModel) -> dict[str, dic
     """Return the table of channels, with the best predictors of each one's residual."""
     table = unseen.channels_against(reference.unseen)
     for name, entry in table.items():
-        entry["predicted_by"] = [asdict(source) for source in reference.sources_of(name)]
+        entry["predicted_by"] = [asdict(source) for source in reference.sources(name)]
     return table
 
 
@@ -135,11 +134,11 @@ def _odds(hypotheses: Sequence[Hypothesis], units: Units) -> FloatArray:
     return np.asarray(odds / odds.sum())
 
 
-def _separated(entry: Mapping[str, Any] | None, machine: Machine) -> str:
-    """Return in plain words which further run or sensor would tell a set apart."""
-    if entry is None:
+def _separated(keys: Sequence[str]) -> str:
+    """Return in plain words which further run or sensor would tell a set apart; empty if none."""
+    if not keys:
         return ""
-    names = {name_of(key) for key in entry["one_of"]}
+    names = {name_of(key) for key in keys}
     if names & {"sensor_offset", "sensor_drift", "sensor_lag", "sensor_place"}:
         return "a second thermometer beside the one that is in question"
     if names & {"moves_axis", "fixture_warming", "column_bending", "slow_structure"}:
@@ -210,9 +209,8 @@ def _entry(judged: Judged, place: int) -> dict[str, Any]:
     entry["title"] = effect.title
     if "driver" in entry:
         same = [other for other in others if law_of(other) == law_of(key)]
-        words = [driver_of(machine, other) for other in (key, *same)]
-        entry["driver_in_words"] = " or ".join(said for _, said in words)
-        entry["other_drivers"] = [driver for driver, _ in words[1:]]
+        words = [driver_of(machine, other)[1] for other in (key, *same)]
+        entry["driver_in_words"] = " or ".join(words)
     since = [run.run.name for run in result.observed if key not in run.absent]
     if len(since) < len(result.observed):
         entry["runs"] = since
@@ -246,13 +244,8 @@ def _probability(judged: Judged, place: int) -> float:
     return float(_odds((search.best, *search.rivals[place]), search.steps[-1].units)[0])
 
 
-def _number(estimate: Any) -> dict[str, Any]:
-    return {
-        "value": estimate.value,
-        "low": estimate.low,
-        "high": estimate.high,
-        "unit": estimate.unit,
-    }
+def _number(estimate: ParameterEstimate) -> dict[str, Any]:
+    return {name: getattr(estimate, name) for name in ("value", "low", "high", "unit")}
 
 
 def _evidence(judged: Judged) -> str:

@@ -45,7 +45,7 @@ def groups_of(answer: dict[str, Any], mistakes: Sequence[dict[str, Any]] = ()) -
             continue
         where = effect.get("channel") or "+".join(effect.get("place", ()))
         key = ":".join(filter(None, (effect["name"], where)))
-        first = answer.get("one_of_keys", answer["one_of"]) if number == 0 else []
+        first = answer["one_of"] if number == 0 else []
         rivals = effect.get("one_of", first)
         groups.append((key, *(other for other in rivals if not _is(other, key, effect["name"]))))
     return groups

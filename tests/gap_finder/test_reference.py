@@ -36,7 +36,7 @@ def test_a_lag_of_the_speed_is_found_with_its_lag_and_channel(jig_borer_lumps, o
     # Hours of a steady speed hold most of it, though half an hour of cooling down is further off.
     assert places[0].regime == "steady"
     assert places[0].tolerances < max(place.tolerances for place in places)
-    sources = reference.sources_of("T8")
+    sources = reference.sources("T8")
     assert sources[0].input == "speed"
     assert sources[0].share > 0.9
     assert sources[0].lag_min == 45.0
@@ -49,7 +49,7 @@ def test_noise_is_not_reducible(jig_borer_lumps, observed):
     reference = ReferenceModel(
         jig_borer_lumps, [residuals(jig_borer_lumps, one) for one in observed]
     )
-    assert 0.0 <= reference.reducible < 0.1
+    assert 0.0 <= reference.share < 0.1
     assert reference.places() == []
 
 
@@ -63,7 +63,7 @@ def test_a_channel_that_is_missing_in_a_run_is_no_obstacle(jig_borer_lumps, obse
     reference = ReferenceModel(jig_borer_lumps, found)
     assert np.isnan(reference.used[1][:, 0]).all()
     assert np.isfinite(reference.used[0]).all()
-    assert np.isfinite(reference.reducible)
+    assert np.isfinite(reference.share)
 
 
 def test_rows_without_a_reading_do_not_weaken_the_regression(jig_borer_lumps, observed):
@@ -72,7 +72,7 @@ def test_rows_without_a_reading_do_not_weaken_the_regression(jig_borer_lumps, ob
     for one in found:
         one.values[:, at] += 1.5 * behind(one.observed, 45.0) / 10000.0
         one.values[np.arange(len(one.values)) % 3 > 0, at] = np.nan
-    sources = ReferenceModel(jig_borer_lumps, found).sources_of("T8")
+    sources = ReferenceModel(jig_borer_lumps, found).sources("T8")
     assert (sources[0].input, sources[0].lag_min) == ("speed", 45.0)
     assert sources[0].share > 0.9
 

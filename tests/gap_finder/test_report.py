@@ -90,7 +90,6 @@ def answer(**more: Any) -> dict[str, Any]:
         "where": [],
         "data_faults": [],
         "effects": [],
-        "one_of_keys": [],
         "runners_up": [],
         "evidence": {"doubt": ""},
         "remaining": {"is_adequate": True, "where": [], "share": 0.0, "numbers_off": 1.0},
@@ -113,7 +112,6 @@ def test_the_first_line_of_a_name_in_doubt_says_what_it_may_be_instead(in_doubt)
     table = answer(
         verdict="effect",
         effects=[entry("windage", title="Windage")],
-        one_of_keys=["windage"],
         runners_up=[{"name": "motor_iron_loss", "probability": 0.2}],
         look_at=["links.film.coefficient is 9 where the file has 3: far from usual"],
         in_doubt=in_doubt,
@@ -196,7 +194,7 @@ def test_the_setting_of_what_a_part_switches_is_told():
         parameters={"band": {"value": 1.5, "low": 1.2, "high": 1.8, "unit": "K"}},
         switched_at=switched_at,
     )
-    table = answer(verdict="effect", effects=[named], one_of_keys=["coolant_thermostat:rear_outer"])
+    table = answer(verdict="effect", effects=[named])
     added = five_lines(table)[3]
     assert "band = 1.5 (1.2 to 1.8) K, on_above = 25.5 degC, dead_band = 2.5 K ->" in added
 
