@@ -9,7 +9,7 @@ import numpy as np
 
 from gap_finder.advice import unit_after
 from gap_finder.priors import FAR
-from gap_finder.reference import LAGS_MIN, START
+from gap_finder.reference import LAGS_MIN, LEAST_PREDICTED, START
 
 KINDS = {
     "level_jump": "wrong level",
@@ -176,7 +176,7 @@ def _place_in_words(entry: Mapping[str, Any]) -> str:
 def _left(table: Mapping[str, Any]) -> str:
     """Return in words where the remaining error can be predicted, and from what."""
     remaining = table["remaining"]
-    if not remaining["where"] or remaining["share"] < 0.1:
+    if not remaining["where"] or remaining["share"] < LEAST_PREDICTED:
         return "no input explains any of the remaining error in the same way in every run"
     where = "; ".join(f"{p['channel']} {p['regime']}" for p in remaining["where"][:2])
     by = " or ".join(map(_source, remaining["predicted_by"][:2]))

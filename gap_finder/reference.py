@@ -11,12 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import product
 
 import numpy as np
 
 from gap_finder.observations import Observations
 from gap_finder.regimes import RunResiduals, mean_squares, regimes
+from plant_model.integrate import Modes, linear_steps
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 
@@ -31,8 +32,9 @@ START = "start"
 """Name of the predictors for the machine's temperature at the start."""
 
 LEAST_PREDICTED = 0.1
-"""Share of the plant's squared residuals that an input must predict to be reported [1]; set on no
-data."""
+"""Share of squared residuals that an input must predict to be reported, or that must follow a relay
+for it to be simulated [1]. In development cases in which a part switches the cooler, 0.12 to 0.6
+follow it, except in one that remains undetected."""
 
 
 @dataclass(frozen=True)
@@ -216,8 +218,8 @@ class _Predictors:
 def _lags(machine: Machine, observed: Observations) -> tuple[list[tuple[str, float]], FloatArray]:
     """Return the predictors of a run: labels (input, lag [min]) and values, shape (K, P)."""
     time, rows = observed.time_s, observed.run.time_s
-    labels: list[tuple[str, float]] = []
-    columns: list[FloatArray] = []
+    names: list[str] = []
+    driving: list[FloatArray] = []
     hall = np.nan
     for entry in machine.inputs:
         if entry.column in observed.run.frame.columns:
@@ -230,24 +232,39 @@ def _lags(machine: Machine, observed: Observations) -> tuple[list[tuple[str, flo
             powers = [raw - raw[0]]
         else:
             powers = [raw / entry.high, (raw / entry.high) ** 2][: 2 if entry.unit == "rpm" else 1]
-        for power in powers:
-            for lag in LAGS_MIN:
-                labels.append((entry.name, lag))
-                columns.append(np.interp(time, rows, _lagged(rows, power, lag * 60.0)))
+        names += [entry.name] * len(powers)
+        driving += powers
+    held = np.array(driving)[:, :-1]
+    followed = lagged(np.diff(rows), held, np.zeros(len(held)), LAGS_MIN)
+    followed = np.pad(followed, ((0, 0), (1, 0), (0, 0))).swapaxes(1, 2).reshape(-1, len(rows))
     warm = _warm_at_start(observed) - np.nan_to_num(hall)
-    for lag in LAGS_MIN:
-        labels.append((START, lag))
-        columns.append(warm * np.exp(-(time - rows[0]) / (lag * 60.0)))
-    return labels, np.stack(columns, axis=1)
+    since_min = (time - rows[0]) / 60.0
+    columns = [np.interp(time, rows, series) for series in followed]
+    columns += [warm * np.exp(-since_min / lag) for lag in LAGS_MIN]
+    return list(product([*names, START], LAGS_MIN)), np.stack(columns, axis=1)
 
 
-def _lagged(time: FloatArray, series: FloatArray, lag_s: float) -> FloatArray:
-    """Return a series filtered by a first-order lag that starts at 0, shape (T,)."""
-    stays = np.exp(-np.diff(time) / lag_s)
-    out = np.zeros(len(time))
-    for k, (now, later) in enumerate(pairwise(range(len(time)))):
-        out[later] = out[now] * stays[k] + series[now] * (1.0 - stays[k])
-    return out
+def lagged(
+    steps: FloatArray, held: FloatArray, start: FloatArray, lags_min: Sequence[float]
+) -> FloatArray:
+    """Return series filtered by first-order lags, at the end of each step, (series, K, lags).
+
+    Parameters
+    ----------
+    steps : array, shape (K,)
+        [s]
+    held : array, shape (series, K)
+        Values during the steps.
+    start : array, shape (series,)
+        Value of every lag before.
+    lags_min : sequence of float
+        [min]
+    """
+    decay = np.broadcast_to(1.0 / (60.0 * np.array(lags_min)), (len(held), len(lags_min)))
+    none = np.zeros((len(held), 0, 0))
+    forcing = decay[:, None, :] * held[..., None]
+    begin = np.repeat(start[:, None], len(lags_min), axis=1)
+    return linear_steps(Modes(decay, none, none), begin, steps, forcing, forcing)
 
 
 def _warm_at_start(observed: Observations) -> float:

@@ -16,11 +16,10 @@ import numpy.typing as npt
 
 from gap_finder.observations import BIN_S, SHARP_S, Observations
 from gap_finder.periods import MOST_TRIED, quick, without_slow
-from gap_finder.reference import LAGS_MIN
+from gap_finder.reference import LAGS_MIN, LEAST_PREDICTED, lagged
 from plant_model.drive import Drive
 from plant_model.effect_names import switched_by
 from plant_model.effects.coolant_jacket import flows_of
-from plant_model.integrate import Modes, linear_steps
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Values
 from plant_model.sensors import column_of
@@ -39,11 +38,6 @@ QUICK_MIN = LAGS_MIN[:5]
 SWITCHINGS, RUNS = 4, 2
 """Least number of switchings over all runs, and of runs with any: a cooler that only switches on
 once as a machine warms cannot be told from other effects of warmth. Set on no data."""
-
-LEAST_FOLLOWING = 0.1
-"""Least share of the quick residuals that must follow a relay for it to be simulated [1]. Set on
-development cases in which a part switches the cooler, which have 0.12 to 0.6, except one that
-remains undetected."""
 
 
 @dataclass(frozen=True)
@@ -209,7 +203,7 @@ def likely_switchings(
             ]
             shares = compared.shares(seen, finer)
             best = int(np.argmax(shares))
-            if shares[best] >= LEAST_FOLLOWING:
+            if shares[best] >= LEAST_PREDICTED:
                 relays = tuple(Relay(run, *finer[best]) for run in seen)
                 switchings.append(Switching(part, relays, float(shares[best])))
     return sorted(switchings, key=lambda switching: -switching.share)[:MOST_TRIED]
@@ -295,7 +289,7 @@ class _Compared:
             return shares
         kept = np.concatenate(
             [
-                _lagged(time, heat * (1.0 - on[often]))
+                _followed(time, heat * (1.0 - on[often]))
                 for time, on, heat in zip(self._times, states, self._carried, strict=True)
             ],
             axis=1,
@@ -315,7 +309,7 @@ def _ends(time_s: FloatArray) -> FloatArray:
     return np.concatenate([time_s[:1] - BIN_S / 2.0, middle, time_s[-1:] + BIN_S / 2.0])
 
 
-def _lagged(time_s: FloatArray, heat: FloatArray) -> FloatArray:
+def _followed(time_s: FloatArray, heat: FloatArray) -> FloatArray:
     """Return the heat filtered by each lag, without slow changes, shape (settings, K, lags).
 
     Parameters
@@ -324,9 +318,4 @@ def _lagged(time_s: FloatArray, heat: FloatArray) -> FloatArray:
     heat : array, shape (settings, K)
     """
     steps = np.diff(time_s, prepend=time_s[0])
-    decay = np.broadcast_to(1.0 / (60.0 * np.array(QUICK_MIN)), (len(heat), len(QUICK_MIN)))
-    none = np.zeros((len(heat), 0, 0))
-    held = decay[:, None, :] * heat[..., None]
-    start = np.repeat(heat[:, :1], len(QUICK_MIN), axis=1)
-    followed = linear_steps(Modes(decay, none, none), start, steps, held, held)
-    return without_slow(followed, axis=1)
+    return without_slow(lagged(steps, heat, heat[:, 0], QUICK_MIN), axis=1)
