@@ -13,7 +13,7 @@ from gap_finder.leaps import Leaps, leaps_in
 from gap_finder.linearise import modelled, simulate_runs
 from gap_finder.long_log import is_piece
 from gap_finder.observations import Observations
-from gap_finder.periods import PHASES, likely_periods, quick
+from gap_finder.periods import in_step, likely_periods, quick
 from gap_finder.priors import heavy_tail
 from gap_finder.switchings import Relay, carried_away, likely_switchings
 from plant_model.effect_names import effect_key, name_of
@@ -76,8 +76,12 @@ class Candidate:
 
         If a part switches it, the rows determine when it acts, almost linearly.
         """
-        switched = any(isinstance(seen, Relay) for seen in self.seen)
-        return self.effect.temperature_dependent and not switched
+        return self.effect.temperature_dependent and not self.is_switched
+
+    @property
+    def is_switched(self) -> bool:
+        """Whether a part switches it."""
+        return any(isinstance(seen, Relay) for seen in self.seen)
 
     @property
     def is_ordinary(self) -> bool:
@@ -310,18 +314,13 @@ def swinging(
     shown = [quick(run, run.weighted(base)[0]) for run, base in zip(observed, bases, strict=True)]
     limits = effect.parameters[period]
     nominal = {name: p.value for name, p in effect.parameters.items()}
-    grown = with_effect(machine, effect.name)
     for value in likely_periods(observed, shown, limits.low, limits.high):
         values = nominal | {period: value}
-        sets = {f"effects.{effect.name}.{n}": np.full(len(PHASES), v) for n, v in values.items()}
-        sets[f"effects.{effect.name}.{phase}"] = PHASES
-        answers, own = [], []
-        of_runs = _answers(grown, observed, sets, bases)
-        for run, tried, residual in zip(observed, of_runs, shown, strict=True):
-            best = int(np.argmin([float(quick(run, answer) @ residual) for answer in tried]))
-            answers.append(tried[best])
-            own.append({phase: float(PHASES[best])})
-        yield Candidate(effect.name, values, tuple(answers), 0, tuple(own))
+        grown = with_effect(machine, effect.name, values)
+        phased = [in_step(grown, run) for run in observed]
+        answers = (of_run[0] for of_run in _answers(grown, phased, {}, bases))
+        own = tuple({phase: run.own[f"effects.{effect.name}.{phase}"]} for run in phased)
+        yield Candidate(effect.name, values, tuple(answers), own=own)
 
 
 def switched(

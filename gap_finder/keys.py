@@ -63,14 +63,6 @@ def has_its_drivers(machine: Machine) -> bool:
     return True
 
 
-def is_switched(machine: Machine, key: str) -> bool:
-    """Whether a part switches the effect that a key names."""
-    effect = effect_of(key)
-    if effect is None or not effect.switched:
-        return False
-    return effect.switched[0] not in effect.unused(driver_of(machine, key)[0])
-
-
 def unused_with(machine: Machine, key: str) -> tuple[str, ...]:
     """Return the parameters that are not fitted with a key's driver: idle and given ones."""
     effect = effect_of(key)

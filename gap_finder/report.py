@@ -11,13 +11,13 @@ import numpy as np
 from gap_finder import regimes
 from gap_finder.advice import MOST_LINES, advice
 from gap_finder.calibrate import ParameterEstimate
-from gap_finder.candidates import beyond_usual_range
+from gap_finder.candidates import Candidate, beyond_usual_range
 from gap_finder.comparison import GapComparison
 from gap_finder.data_faults import DataFault
 from gap_finder.find import Judged
 from gap_finder.forward_backward import MARGIN, Hypothesis, units_of
 from gap_finder.hypotheses import AddedChange
-from gap_finder.keys import driver_of, is_switched, law_of, place_of
+from gap_finder.keys import driver_of, law_of, place_of
 from gap_finder.reference import ReferenceModel
 from gap_finder.regimes import RunResiduals
 from gap_finder.score import Fit, Units
@@ -220,7 +220,7 @@ def _entry(judged: Judged, place: int) -> dict[str, Any]:
         for name, estimate in estimates.items()
         if name.startswith(prefix)
     }
-    if is_switched(machine, key):
+    if isinstance(added, Candidate) and added.is_switched:
         table = machine.effects[key]
         entry["switched_at"] = {
             name: {"value": table[name].value, "unit": table[name].unit} for name in effect.switched
