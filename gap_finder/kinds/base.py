@@ -18,7 +18,7 @@ from gap_finder.observations import Observations
 from plant_model.effects import catalogue
 from plant_model.effects.base import TIMES_USUAL
 from plant_model.integrate import IntegrationError
-from plant_model.machine import FAMILIES, Item, Machine
+from plant_model.machine import FAMILIES, Input, Item, Machine
 from plant_model.parameters import FloatArray, Parameter
 from plant_model.simulate import Simulation
 
@@ -27,6 +27,10 @@ SOURCE = "found by the gap finder"
 SIZES_W_PER_K = (3.0, 30.0)
 """Usual conductances of a path [W/K]: small for a thin section or a surface in still air, large for
 a joint or stirred air. Set on no data."""
+
+SHARES_OF_WAY = (0.5, 1.0)
+"""Shares tried, of the way from what the file says to the farthest that is usual [1]. Set on no
+data."""
 
 
 @dataclass(frozen=True)
@@ -272,6 +276,12 @@ class ComputedChange(Change):
 class PathChange(ComputedChange):
     """A change that adds one heat path; thousands of them are computed together."""
 
+    amplitude: ClassVar[str] = "conductance"
+
+    def points(self) -> list[dict[str, float]]:
+        """Return a small and a large conductance."""
+        return [{self.amplitude: size} for size in SIZES_W_PER_K]
+
     @abstractmethod
     def path(self) -> AddedPath:
         """Return the path, at all sizes of `points`."""
@@ -335,6 +345,13 @@ def parts_joined(machine: Machine) -> list[str]:
     if "surface_convection" in machine.effects:
         parts += list(machine.boundary_index)
     return parts
+
+
+def recorded(runs: Sequence[CalibratedRun]) -> list[Input]:
+    """Return the machine's inputs that any run has a column of, without boundary temperatures."""
+    columns = set().union(*(run.observed.run.frame.columns for run in runs))
+    inputs = runs[0].machine.inputs
+    return [entry for entry in inputs if not entry.is_boundary and entry.column in columns]
 
 
 def taken_names(machine: Machine) -> set[str]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 from gap_finder.added_paths import AddedPath
-from gap_finder.kinds.base import SIZES_W_PER_K, CalibratedRun, PathChange, free, with_item
+from gap_finder.kinds.base import CalibratedRun, PathChange, free, recorded, with_item
 from plant_model.machine import Item, Machine
 
 MOTIONS = ("rpm", "mm_min", "lpm", "1")
@@ -24,14 +24,12 @@ class ConductanceWithMotion(PathChange):
 
     name: ClassVar[str] = "conductance_with_motion"
     title: ClassVar[str] = "Conductance that rises with motion"
-    amplitude: ClassVar[str] = "conductance"
 
     @classmethod
     def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
         """Yield every path, and every part with every boundary, with each motion."""
         machine = runs[0].machine
-        columns = set().union(*(run.observed.run.frame.columns for run in runs))
-        moving = [e.name for e in machine.inputs if e.unit in MOTIONS and e.column in columns]
+        moving = [entry.name for entry in recorded(runs) if entry.unit in MOTIONS]
         kinds = ("conduction", "contact", "convection")
         pairs = [item.refs["between"] for item in machine.of_kind("links", *kinds)]
         pairs += [
@@ -51,10 +49,6 @@ class ConductanceWithMotion(PathChange):
     @property
     def _name(self) -> str:
         return f"{self.place[0]}-{self.place[1]}-moved_by_{self.place[2]}"
-
-    def points(self) -> list[dict[str, float]]:
-        """Return a small and a large conductance."""
-        return [{self.amplitude: size} for size in SIZES_W_PER_K]
 
     def parameters(self) -> dict[str, str]:
         """Return the conductance added at the top of the input's range."""

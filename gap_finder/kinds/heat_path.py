@@ -9,7 +9,6 @@ from typing import ClassVar, Self
 
 from gap_finder.added_paths import AddedPath
 from gap_finder.kinds.base import (
-    SIZES_W_PER_K,
     CalibratedRun,
     PathChange,
     conductance_of,
@@ -26,7 +25,6 @@ class HeatPath(PathChange):
 
     name: ClassVar[str] = "heat_path"
     title: ClassVar[str] = "Heat path that the machine file does not have"
-    amplitude: ClassVar[str] = "conductance"
 
     place: tuple[str, str]
     boundary: bool
@@ -48,10 +46,6 @@ class HeatPath(PathChange):
     def path(self) -> AddedPath:
         """Return the path between its two ends."""
         return AddedPath(self.place, self.sizes())
-
-    def points(self) -> list[dict[str, float]]:
-        """Return a small and a large conductance."""
-        return [{self.amplitude: size} for size in SIZES_W_PER_K]
 
     def parameters(self) -> dict[str, str]:
         """Return the conductance; for a surface, the coefficient on 1 m2."""

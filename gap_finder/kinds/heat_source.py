@@ -10,7 +10,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from gap_finder.kinds.base import CalibratedRun, Change, free, with_item
+from gap_finder.kinds.base import CalibratedRun, Change, free, recorded, with_item
 from plant_model.effects.plain_heat import PlainHeat
 from plant_model.machine import Item, Machine
 from plant_model.parameters import FloatArray
@@ -54,8 +54,7 @@ class HeatSource(Change):
         An input that already heats the part may heat it by another exponent, too.
         """
         machine = runs[0].machine
-        columns = set().union(*(run.observed.run.frame.columns for run in runs))
-        driving = [e.name for e in machine.inputs if not e.is_boundary and e.column in columns]
+        driving = [entry.name for entry in recorded(runs)]
         names = {item.name for item in machine.items if item.family == "sources"}
         for node in machine.nodes:
             for driver in ("", *driving):

@@ -30,8 +30,6 @@ class HiddenMass(PathChange):
 
     name: ClassVar[str] = "hidden_mass"
     title: ClassVar[str] = "Mass behind a part that the machine file does not have"
-    amplitude: ClassVar[str] = "conductance"
-    at_once: ClassVar[int] = 1
 
     capacity: float
 

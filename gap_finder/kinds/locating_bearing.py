@@ -12,14 +12,10 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from gap_finder.kinds.base import CalibratedRun, Change, free
+from gap_finder.kinds.base import SHARES_OF_WAY, CalibratedRun, Change, free
 from gap_finder.linearise import simulate_runs
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
-
-SHARES = (0.3, 1.0)
-"""Shares tried, of the way to the end of what carries the shaft [1]: the other bearing is near that
-end, a place that was read wrongly is anywhere. Set on no data."""
 
 WAYS = {"to_nose": 1.0, "from_nose": -1.0}
 """Directions from where the file places it, by their sign along the axis."""
@@ -56,8 +52,8 @@ class LocatingBearing(Change):
                     yield cls((way,), item.name, at.value, most)
 
     def points(self) -> list[dict[str, float]]:
-        """Return a part of the way to the end, and all of it."""
-        return [{self.amplitude: share * self.farthest} for share in SHARES]
+        """Return half of the way to the end of what carries the shaft, and all of it."""
+        return [{self.amplitude: share * self.farthest} for share in SHARES_OF_WAY]
 
     def parameters(self) -> dict[str, str]:
         """Return the bearing's place."""

@@ -15,16 +15,12 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from gap_finder.kinds.base import CalibratedRun, ComputedChange
+from gap_finder.kinds.base import SHARES_OF_WAY, CalibratedRun, ComputedChange
 from gap_finder.linearise import START_K
 from gap_finder.priors import FAR
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import column_of
-
-START_SHARES = (0.5, 1.0)
-"""Shares tried, of the way from the first boundary temperature to the signal's [1]; set on no
-data."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +59,7 @@ class StartState(ComputedChange):
             for signal in (name for name in firsts[0] if all(name in first for first in firsts)):
                 shares = tuple(
                     share
-                    for share in (START_SHARES if signal != hall else START_SHARES[-1:])
+                    for share in (SHARES_OF_WAY if signal != hall else SHARES_OF_WAY[-1:])
                     if max(
                         float(np.abs(_target(first, hall, signal, share) - begin[at]).max())
                         for first, begin in zip(firsts, begins, strict=True)
