@@ -236,10 +236,9 @@ def nuisance_columns(machine: Machine, observed: Observations) -> FloatArray:
     starts[1:] += START_K * np.eye(len(machine.nodes))
     answers = modelled(simulate_at(machine, observed, start=starts, near=True), observed)
     change = observed.response(answers[1:] - answers[0])
-    for switch in observed.switches:
-        later = modelled(simulate_at(machine, replace(observed, drive=switch.later)), observed)
-        answer = (later[0] - answers[0]) * switch.uncertain_s / switch.later_s
-        columns.append(observed.response(answer))
+    for drive in observed.earlier:
+        earlier = modelled(simulate_at(machine, replace(observed, drive=drive)), observed)
+        columns.append(observed.response(earlier[0] - answers[0]))
     return np.hstack([observed.columns(columns), change.T])
 
 

@@ -2,8 +2,8 @@
 
 Rows are averaged in bins of two minutes, so that a run's weight does not depend on its sampling:
 each channel of a run counts as one independent value per half hour. A bin ends where the speed
-changes, because immediate responses show most clearly there. The longer the sampling interval, the
-less readings after a change count, because its instant is known no better than that.
+changes, because immediate responses show most clearly there. Its instant is known no better than
+the rows tell: an unknown of the run.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from measurement.errors import BadInput
-from measurement.runs import Run
+from measurement.runs import TIME, Run
 from plant_model.drive import SWITCH, Drive, DriveError, drive_from
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
@@ -33,10 +33,6 @@ TEMPERATURE_TOLERANCE = 0.1
 DISPLACEMENT_TOLERANCE = 0.5
 """Error allowed to a good lumped model, in addition to noise [K, um]; set on no data."""
 
-SPARSE_S = 90.0
-"""If rows are further apart than this, the recorder is assumed not to have written one at the
-switch [s]; set on no data."""
-
 SHARP_S = 30.0
 """Rows at most this far apart give a switch's instant well enough [s]. They are averaged if a part
 switches a cooler, which is never that fast. Set on no data."""
@@ -47,25 +43,6 @@ data."""
 
 RELATIVE_TOLERANCE = 0.02
 """Additional tolerance, as a share of the channel's span in the runs [1]; set on no data."""
-
-
-@dataclass(frozen=True)
-class Switch:
-    """A change of held inputs between two rows.
-
-    Attributes
-    ----------
-    uncertain_s : float
-        Standard deviation of its instant [s].
-    later : Drive
-        The run's inputs with this switch *later_s* later (negative: earlier).
-    later_s : float
-        [s]
-    """
-
-    uncertain_s: float
-    later: Drive
-    later_s: float
 
 
 @dataclass(frozen=True)
@@ -99,8 +76,9 @@ class Observations:
         Keys of effects that had not begun yet in this run.
     own : dict of str to float
         Parameters, by full name, with a separate value in this run.
-    switches : tuple of Switch
-        Changes of held inputs at uncertain instants.
+    earlier : tuple of Drive
+        The same with one switch of a held input a standard deviation earlier, for each switch whose
+        instant is unclear.
     """
 
     run: Run
@@ -115,7 +93,7 @@ class Observations:
     drive: Drive
     absent: frozenset[str] = frozenset()
     own: dict[str, float] = field(default_factory=dict)
-    switches: tuple[Switch, ...] = ()
+    earlier: tuple[Drive, ...] = ()
 
     @property
     def first(self) -> FloatArray:
@@ -163,7 +141,7 @@ class Observations:
         return "um" if self.lengths[channel] else "K"
 
     def with_series(self, name: str, series: Callable[[Drive], FloatArray]) -> Observations:
-        """Return observations with one more input series, also in the drives of the switches.
+        """Return observations with one more input series, also in the drives with a switch earlier.
 
         Parameters
         ----------
@@ -175,8 +153,7 @@ class Observations:
         def with_it(drive: Drive) -> Drive:
             return replace(drive, held={**drive.held, name: series(drive)})
 
-        switches = tuple(replace(switch, later=with_it(switch.later)) for switch in self.switches)
-        return replace(self, drive=with_it(self.drive), switches=switches)
+        return replace(self, drive=with_it(self.drive), earlier=tuple(map(with_it, self.earlier)))
 
 
 def compared_channels(machine: Machine, runs: Sequence[Run]) -> tuple[str, ...]:
@@ -227,7 +204,7 @@ def observe(
     """
     channels = channels or compared_channels(machine, runs)
     binned = [_binned(machine, run, channels) for run in runs]
-    together = np.concatenate([values for _, values, _, _ in binned])
+    together = np.concatenate([values for _, values, _ in binned])
     span = _span(together)
     lengths = np.array([name in displacement_names(machine) for name in channels])
     own = np.where(lengths, DISPLACEMENT_TOLERANCE, TEMPERATURE_TOLERANCE)
@@ -236,22 +213,20 @@ def observe(
     noise = np.where(stated > 0.0, stated, np.where(lengths, 0.2, 0.03))
     tolerance = np.sqrt(stated**2 + own**2 + (RELATIVE_TOLERANCE * span) ** 2)
     observed = []
-    for run, (time, values, segment, zero) in zip(runs, binned, strict=True):
-        extra = _switch_uncertainty(run, time, values, segment)
-        sigma = np.sqrt(tolerance**2 + extra**2)
+    for run, (time, values, zero) in zip(runs, binned, strict=True):
         present = np.isfinite(values)
-        weights = np.where(present, 1.0 / sigma, 0.0)
+        weights = np.where(present, 1.0 / tolerance, 0.0)
         covered = present.sum(axis=0) * _median_step(time)
         share = np.maximum(covered / INDEPENDENT_S, 1.0) / np.maximum(present.sum(axis=0), 1)
         try:
-            drive, switches = _driven(machine, run, float(time[-1]))
+            drive, earlier = _driven(machine, run, float(time[-1]))
         except DriveError as error:
             raise BadInput(run.path or run.name, "", str(error)) from None
         weights *= np.sqrt(share)
         observed.append(
             Observations(
                 *(run, time, channels, values, weights, tolerance, noise, lengths, zero, drive),
-                switches=switches,
+                earlier=earlier,
             )
         )
     return observed
@@ -263,14 +238,14 @@ def stated_noise(machine: Machine, channels: Sequence[str]) -> FloatArray:
     return np.array([np.hypot(table[n][0], table[n][1] / np.sqrt(12.0)) for n in channels])
 
 
-def _driven(machine: Machine, run: Run, until_s: float) -> tuple[Drive, tuple[Switch, ...]]:
+def _driven(machine: Machine, run: Run, until_s: float) -> tuple[Drive, tuple[Drive, ...]]:
     """Put a run's inputs on an even grid; with uneven rows every step would be a separate case.
 
-    Also return its unclear switches until the last observation.
+    Also return the drives with one of its unclear switches until the last observation earlier.
 
     A switch lies between the last row without it and the first with it, often at the latter,
-    because many recorders write a row when something changes. If the rows are far apart, it is
-    placed in the middle. The drive with a shifted switch is also returned unless rows are close.
+    because many recorders write a row when something changes. It is placed there; unless the rows
+    are close, its instant is unclear by the root mean square of a uniform law, interval / sqrt(3).
     """
     rows = run.time_s
     changed = np.flatnonzero(np.diff(_segments(machine, run))) + 1
@@ -279,37 +254,20 @@ def _driven(machine: Machine, run: Run, until_s: float) -> tuple[Drive, tuple[Sw
     middles = np.concatenate(
         [np.arange(a + BIN_S / 2.0, b, BIN_S) for a, b in zip(starts, ends, strict=True)]
     )
-    between = rows[changed] - rows[changed - 1]
-    unclear = changed[between > SHARP_S]
-    sparse = between[between > SHARP_S] > SPARSE_S
-    instants = {
-        int(row): float(rows[row - 1 : row + 1].mean() if middle else rows[row])
-        for row, middle in zip(unclear, sparse, strict=True)
-    }
-
-    def drive(at: dict[int, float]) -> Drive:
-        return drive_from(machine, _switched_at(machine, run, at), BIN_S, at=middles)
-
-    switches = []
-    for row in unclear[rows[unclear - 1] < until_s].tolist():
+    earlier = []
+    for row in changed[rows[changed - 1] < until_s].tolist():
         interval = float(rows[row] - rows[row - 1])
-        later_s = -0.2 * interval
-        # Standard deviation of a uniform law between the rows, about the assumed instant.
-        off = instants[row] - float(rows[row - 1 : row + 1].mean())
-        spread = float(np.sqrt(interval**2 / 12.0 + off**2))
-        switches.append(Switch(spread, drive(instants | {row: instants[row] + later_s}), later_s))
-    return drive(instants), tuple(switches)
+        if interval > SHARP_S:
+            at = float(rows[row]) - interval / np.sqrt(3.0)
+            earlier.append(drive_from(machine, _switched_at(machine, run, row, at), BIN_S, middles))
+    return drive_from(machine, run.frame, BIN_S, middles), tuple(earlier)
 
 
-def _switched_at(machine: Machine, run: Run, instants: dict[int, float]) -> pd.DataFrame:
-    """Return a run's frame with the held inputs of some rows also at the given instants."""
-    if not instants:
-        return run.frame
+def _switched_at(machine: Machine, run: Run, row: int, at_s: float) -> pd.DataFrame:
+    """Return a run's frame with the held inputs of a row also at an instant before it."""
     held = [e.column for e in machine.inputs if not e.is_boundary and e.column in run.frame.columns]
-    extra = run.frame.iloc[list(instants)][["time_s", *held]].copy()
-    extra["time_s"] = list(instants.values())
-    both = pd.concat([run.frame, extra]).drop_duplicates("time_s")
-    return both.sort_values("time_s", ignore_index=True)
+    extra = run.frame.iloc[[row]][[TIME, *held]].assign(**{TIME: at_s})
+    return pd.concat([run.frame, extra]).sort_values(TIME, ignore_index=True)
 
 
 def _segments(machine: Machine, run: Run) -> npt.NDArray[np.int64]:
@@ -339,8 +297,8 @@ def _span(values: FloatArray) -> FloatArray:
 
 def _binned(
     machine: Machine, run: Run, channels: tuple[str, ...]
-) -> tuple[FloatArray, FloatArray, npt.NDArray[np.int64], FloatArray]:
-    """Return bin times, mean values (displacements from zero), each bin's segment, and zeros."""
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return bin times, mean values (displacements from zero), and zeros."""
     rows = run.time_s
     if len(rows) < 3:
         raise BadInput(run.path or run.name, "", "has fewer than three rows")
@@ -369,19 +327,4 @@ def _binned(
             zero[i] = rows[good][0]
     read = np.isfinite(values).any(axis=1)
     read |= not read.any()
-    return time[read], values[read], segment[fresh][read], zero
-
-
-def _switch_uncertainty(
-    run: Run, time: FloatArray, values: FloatArray, segment: npt.NDArray[np.int64]
-) -> FloatArray:
-    """Return the error of readings due to the uncertain instants of switches, (K, C)."""
-    extra = np.zeros_like(values)
-    for k in (np.flatnonzero(np.diff(segment)) + 1).tolist():
-        row = int(np.searchsorted(run.time_s, time[k] - BIN_S, side="right"))
-        interval = float(np.median(np.diff(run.time_s[max(row - 3, 0) : row + 5])))
-        after = slice(k, k + 3)
-        if k + 1 < len(time):
-            rate = np.abs(np.gradient(np.nan_to_num(values[after]), time[after], axis=0))
-            extra[after] = rate * interval / 2.0
-    return extra
+    return time[read], values[read], zero

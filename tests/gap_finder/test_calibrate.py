@@ -168,7 +168,7 @@ def test_calibration_finds_what_the_runs_determine_and_leaves_the_rest(jig_borer
 
 
 def test_a_start_from_which_the_machine_nearly_runs_away_is_dropped(jig_borer_lumps, monkeypatch):
-    """A preload that heats what heats it: derivatives of 1e20 that rounding leaves without sign."""
+    """A preload that heats what heats it: derivatives too large for doubles."""
     machine = only_free(jig_borer_lumps, "sources.front_bearing.f0", "sources.motor.loss")
     observed = observe(machine, runs_of(machine.with_values({"sources.motor.loss": 33.0})))
     away = machine.with_values({"sources.front_bearing.f0": 0.9})
@@ -178,8 +178,7 @@ def test_a_start_from_which_the_machine_nearly_runs_away_is_dropped(jig_borer_lu
         parts = linear_about(machine, observed, priors, point)
         if not np.allclose(point, priors.position(away)):
             return parts
-        large = [part.by_parameter[:, :1] @ np.array([[1e20, 1e20]]) for part in parts]
-        return [replace(p, by_parameter=one) for p, one in zip(parts, large, strict=True)]
+        return [replace(p, by_parameter=np.full_like(p.by_parameter, np.nan)) for p in parts]
 
     monkeypatch.setattr(calibrating, "linear_about", about)
     found = calibrate(machine, observed, starts=1, start_from=[machine, away])
