@@ -17,7 +17,7 @@ import pandas as pd
 
 from measurement.errors import BadInput
 from measurement.runs import TIME, Run
-from plant_model.drive import SWITCH, Drive, DriveError, drive_from
+from plant_model.drive import Drive, DriveError, drive_from, switched
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import column_of, displacement_names, noise_and_resolution
@@ -33,13 +33,9 @@ TEMPERATURE_TOLERANCE = 0.1
 DISPLACEMENT_TOLERANCE = 0.5
 """Error allowed to a good lumped model, in addition to noise [K, um]; set on no data."""
 
-SHARP_S = 30.0
+SHARP_S = BIN_S / 4.0
 """Rows at most this far apart give a switch's instant well enough [s]. They are averaged if a part
-switches a cooler, which is never that fast. Set on no data."""
-
-MOST_SWITCHES = 0.3
-"""An input that switches at more than this share of the rows is treated as a ramp [1]; set on no
-data."""
+switches a cooler, which is never that fast."""
 
 RELATIVE_TOLERANCE = 0.02
 """Additional tolerance, as a share of the channel's span in the runs [1]; set on no data."""
@@ -208,10 +204,8 @@ def observe(
     span = _span(together)
     lengths = np.array([name in displacement_names(machine) for name in channels])
     own = np.where(lengths, DISPLACEMENT_TOLERANCE, TEMPERATURE_TOLERANCE)
-    stated = stated_noise(machine, channels)
-    # A sensor without a stated noise is assumed to have a usual one.
-    noise = np.where(stated > 0.0, stated, np.where(lengths, 0.2, 0.03))
-    tolerance = np.sqrt(stated**2 + own**2 + (RELATIVE_TOLERANCE * span) ** 2)
+    noise = _noise(machine, channels, lengths)
+    tolerance = np.sqrt(noise**2 + own**2 + (RELATIVE_TOLERANCE * span) ** 2)
     observed = []
     for run, (time, values, zero) in zip(runs, binned, strict=True):
         present = np.isfinite(values)
@@ -232,10 +226,12 @@ def observe(
     return observed
 
 
-def stated_noise(machine: Machine, channels: Sequence[str]) -> FloatArray:
+def _noise(machine: Machine, channels: Sequence[str], lengths: npt.NDArray[np.bool_]) -> FloatArray:
     """Return each channel's noise from the machine file, with resolution, (C,) [K, um]."""
     table = noise_and_resolution(machine)
-    return np.array([np.hypot(table[n][0], table[n][1] / np.sqrt(12.0)) for n in channels])
+    stated = np.array([np.hypot(table[n][0], table[n][1] / np.sqrt(12.0)) for n in channels])
+    # A sensor without a stated noise is assumed to have a usual one.
+    return np.where(stated > 0.0, stated, np.where(lengths, 0.2, 0.03))
 
 
 def _driven(machine: Machine, run: Run, until_s: float) -> tuple[Drive, tuple[Drive, ...]]:
@@ -272,16 +268,12 @@ def _switched_at(machine: Machine, run: Run, row: int, at_s: float) -> pd.DataFr
 
 def _segments(machine: Machine, run: Run) -> npt.NDArray[np.int64]:
     """Return for each row how often the speed or another held input has switched so far."""
-    switched = np.zeros(len(run.time_s), dtype=bool)
-    for entry in machine.inputs:
-        if entry.is_boundary or entry.column not in run.frame.columns:
-            continue
-        held = run.frame[entry.column].ffill().bfill().to_numpy(dtype=np.float64)
-        jumps = np.abs(np.diff(held)) > SWITCH * (entry.high - entry.low)
-        # An input that jumps all the time is a ramp or noise, without distinct switches.
-        if jumps.mean() <= MOST_SWITCHES:
-            switched[1:] |= jumps
-    return np.cumsum(switched)
+    held = {
+        entry.name: run.frame[entry.column].ffill().bfill().to_numpy(dtype=np.float64)
+        for entry in machine.inputs
+        if not entry.is_boundary and entry.column in run.frame.columns
+    }
+    return np.cumsum(switched(machine, held, run.time_s, BIN_S))
 
 
 def _median_step(time: FloatArray) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -201,6 +202,34 @@ def _series(frame: pd.DataFrame, entry: Input) -> FloatArray:
     return np.where(place >= 0, given[np.maximum(place, 0)], given[present][0])
 
 
+def switched(
+    machine: Machine, series: Mapping[str, FloatArray], time: FloatArray, step_s: float
+) -> npt.NDArray[np.bool_]:
+    """Return at which rows a held input has switched since the row before, shape (rows,).
+
+    An input that jumps at nearly every step is noisy, or a ramp: its mean in each step is enough.
+
+    Parameters
+    ----------
+    machine : Machine
+    series : mapping of str to array, shape (rows,)
+        Inputs by name; those that are missing do not switch.
+    time : array, shape (rows,)
+        [s]
+    step_s : float
+        Step of the simulation [s].
+    """
+    most = 0.5 * (time[-1] - time[0]) / step_s + 1.0
+    at = np.zeros(len(time), dtype=bool)
+    for entry in machine.inputs:
+        if entry.is_boundary or entry.name not in series:
+            continue
+        jumps = np.abs(np.diff(series[entry.name])) > SWITCH * (entry.high - entry.low)
+        if jumps.sum() <= most:
+            at[1:] |= jumps
+    return at
+
+
 def drive_from(
     machine: Machine,
     frame: pd.DataFrame,
@@ -250,15 +279,8 @@ def drive_from(
     # Rows are instants of the grid, thinned if they are denser than the steps.
     every = max(1, int(step_s / np.median(np.diff(time)) + 1e-9))
     rows = time[::every] if at is None else np.append(time[0], at[(at > time[0]) & (at < time[-1])])
-    switches = [rows, time[-1:]]
-    for entry in machine.inputs:
-        if entry.is_boundary:
-            continue
-        jumps = np.abs(np.diff(series[entry.name])) > SWITCH * (entry.high - entry.low)
-        # An input that jumps at nearly every step is noisy: its mean in each step is enough.
-        if jumps.sum() <= 0.5 * steps + 1.0:
-            switches.append(time[1:][jumps])
-    fixed = np.unique(np.concatenate(switches))
+    switches = time[switched(machine, series, time, step_s)]
+    fixed = np.unique(np.concatenate([rows, time[-1:], switches]))
     grid = np.append(_cut(fixed, step_s), time[-1])
     held: dict[str, FloatArray] = {}
     first: dict[str, FloatArray] = {}
