@@ -69,7 +69,7 @@ def pieces_of(machine: Machine, run: Run, hours: float) -> list[Run]:
         return [run]
     driving = {TIME, *(entry.column for entry in machine.inputs)}
     compared = [name for name in run.frame.columns if name not in driving]
-    at_start = _first_readings(run, compared)
+    at_start = run.frame[compared].bfill().iloc[0].tolist()
     pieces = []
     for number, (first, end) in enumerate(zip(firsts, [*firsts[1:], len(time)], strict=True)):
         frame = run.frame.copy()
@@ -99,12 +99,3 @@ def own_hours(observed: Observations) -> Observations:
         return observed
     time, values, weights = observed.time_s, observed.values, observed.weights
     return replace(observed, time_s=time[1:], values=values[1:], weights=weights[1:])
-
-
-def _first_readings(run: Run, columns: list[str]) -> list[float]:
-    """Return the first value of each column; NaN if it has none."""
-    firsts = []
-    for name in columns:
-        readings = run.frame[name].dropna()
-        firsts.append(float(readings.iloc[0]) if len(readings) else float("nan"))
-    return firsts

@@ -199,24 +199,23 @@ def observe(
         If a run has fewer than three rows or cannot drive the machine, or no channel is left.
     """
     channels = channels or compared_channels(machine, runs)
-    binned = [_binned(machine, run, channels) for run in runs]
+    lengths = np.array([name in displacement_names(machine) for name in channels])
+    binned = [_binned(machine, run, channels, lengths) for run in runs]
     together = np.concatenate([values for _, values, _ in binned])
     span = _span(together)
-    lengths = np.array([name in displacement_names(machine) for name in channels])
     own = np.where(lengths, DISPLACEMENT_TOLERANCE, TEMPERATURE_TOLERANCE)
     noise = _noise(machine, channels, lengths)
     tolerance = np.sqrt(noise**2 + own**2 + (RELATIVE_TOLERANCE * span) ** 2)
     observed = []
     for run, (time, values, zero) in zip(runs, binned, strict=True):
         present = np.isfinite(values)
-        weights = np.where(present, 1.0 / tolerance, 0.0)
         covered = present.sum(axis=0) * _median_step(time)
         share = np.maximum(covered / INDEPENDENT_S, 1.0) / np.maximum(present.sum(axis=0), 1)
         try:
             drive, earlier = _driven(machine, run, float(time[-1]))
         except DriveError as error:
             raise BadInput(run.path or run.name, "", str(error)) from None
-        weights *= np.sqrt(share)
+        weights = np.where(present, np.sqrt(share) / tolerance, 0.0)
         observed.append(
             Observations(
                 *(run, time, channels, values, weights, tolerance, noise, lengths, zero, drive),
@@ -288,9 +287,9 @@ def _span(values: FloatArray) -> FloatArray:
 
 
 def _binned(
-    machine: Machine, run: Run, channels: tuple[str, ...]
+    machine: Machine, run: Run, channels: tuple[str, ...], lengths: npt.NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return bin times, mean values (displacements from zero), and zeros."""
+    """Return bin times, mean values (displacements from zero), and when each channel begins."""
     rows = run.time_s
     if len(rows) < 3:
         raise BadInput(run.path or run.name, "", "has fewer than three rows")
@@ -298,25 +297,11 @@ def _binned(
     start = rows[np.searchsorted(segment, segment)]
     fresh = np.diff(np.floor((rows - start) / BIN_S), prepend=-1) != 0
     fresh |= np.diff(segment, prepend=-1) != 0
-    which = np.cumsum(fresh) - 1
-    counts = np.bincount(which)
-    time = np.bincount(which, rows) / counts
-    values = np.full((len(time), len(channels)), np.nan)
-    zero = np.full(len(channels), rows[0])
-    for i, name in enumerate(channels):
-        column = column_of(machine, name)
-        if column not in run.frame.columns:
-            continue
-        series = run.frame[column].to_numpy(dtype=np.float64)
-        good = np.isfinite(series)
-        if not good.any():
-            continue
-        n = np.bincount(which[good], minlength=len(time))
-        total = np.bincount(which[good], series[good], minlength=len(time))
-        values[:, i] = np.where(n > 0, total / np.maximum(n, 1), np.nan)
-        if column.endswith("_um"):
-            values[:, i] -= series[good][0]
-            zero[i] = rows[good][0]
+    readings = run.frame.reindex(columns=[column_of(machine, name) for name in channels])
+    begins = rows[readings.notna().to_numpy().argmax(axis=0)]
+    readings -= readings.bfill().iloc[0].where(lengths, 0.0)
+    tables = (run.frame[TIME], readings)
+    time, values = (table.groupby(np.cumsum(fresh)).mean().to_numpy() for table in tables)
     read = np.isfinite(values).any(axis=1)
     read |= not read.any()
-    return time[read], values[read], zero
+    return time[read], values[read], begins
