@@ -134,11 +134,9 @@ class _Problem:
         self.machine, self.observed, self.priors = machine, observed, priors
         if sensitivities is None:
             own = [fewer([nuisance_columns(machine, run)])[0] for run in observed]
-            errors = [bias_columns(run) for run in observed]
         else:
             own = [part.nuisance for part in sensitivities]
-            errors = [part.bias for part in sensitivities]
-        self.likelihood = Likelihood(observed, own, errors)
+        self.likelihood = Likelihood(observed, own, [bias_columns(run) for run in observed])
 
     def at(self, x: FloatArray) -> Point:
         """Linearise every run about a point, (P,).

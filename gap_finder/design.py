@@ -71,8 +71,6 @@ class RunSensitivities:
         By the run's own unknowns (zeros, starting temperatures, switches), in fewer directions.
     starts : array, shape (N, nodes)
         By the starting temperatures, which ``nuisance`` includes.
-    bias : array, shape (N, C)
-        By the thermometers' errors.
     other : array, shape (N, Q)
         By parameters that calibration does not move, errors, places, levers and bypassing heat.
     weight : array, shape (N,)
@@ -81,7 +79,6 @@ class RunSensitivities:
 
     nuisance: FloatArray
     starts: FloatArray
-    bias: FloatArray
     other: FloatArray
     weight: FloatArray
 
@@ -89,15 +86,14 @@ class RunSensitivities:
 def sensitivities_of(machine: Machine, observed: Observations, fixed: Priors) -> RunSensitivities:
     """Compute a run's derivatives about a calibrated machine, with all columns of ``other``."""
     (by_fixed,) = linear_about(machine, [observed], fixed, fixed.position(machine))
-    bias = bias_columns(observed)
+    errors = bias_columns(observed)
     places, levers = _place_columns(machine, observed), _lever_columns(machine, observed)
     passing = _passing_columns(machine, observed)
     nuisance = nuisance_columns(machine, observed)
     return RunSensitivities(
         fewer([nuisance])[0],
         nuisance[:, nuisance.shape[1] - len(machine.nodes) :],
-        bias,
-        np.hstack([by_fixed.by_parameter, bias, places, levers, passing]),
+        np.hstack([by_fixed.by_parameter, errors, places, levers, passing]),
         robust_weights(by_fixed.residual, OUTLIER),
     )
 

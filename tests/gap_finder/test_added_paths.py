@@ -23,7 +23,7 @@ NOTHING = np.zeros((0, 0))
 
 
 def known_of(machine: Machine, observed: Observations) -> CalibratedRun:
-    none = RunSensitivities(NOTHING, NOTHING, NOTHING, NOTHING, NOTHING)
+    none = RunSensitivities(NOTHING, NOTHING, NOTHING, NOTHING)
     return CalibratedRun(machine, observed, simulate_at(machine, observed), none)
 
 

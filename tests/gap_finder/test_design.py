@@ -78,7 +78,7 @@ def test_what_acts_in_one_run_alone_is_that_runs_own():
             )
         )
         none, one = np.zeros((8, 1)), np.ones(8)
-        known.append(RunSensitivities(none, none, none, none, one))
+        known.append(RunSensitivities(none, none, none, one))
     designs = design_of(parts, known, np.ones(1))
     assert [design.alone for design in designs] == [(), (1,), ()]
     assert not designs[1].shared[:, 1].any()
