@@ -13,9 +13,8 @@ import numpy as np
 
 from gap_finder.calibrate import ParameterEstimate
 from gap_finder.observations import Observations
-from gap_finder.regimes import RunResiduals, mean_squares
+from gap_finder.regimes import RunResiduals, mean_squares, range_of
 from plant_model.machine import Machine
-from plant_model.parameters import FloatArray
 
 MOST_LINES = 6
 """Most lines of a kind, and most runners-up, worst first: as many as fit a page. Set on no data."""
@@ -88,8 +87,8 @@ def not_moved(left: Sequence[RunResiduals]) -> list[Advice]:
     observed = left[0].observed
     ranked = []
     for i in np.flatnonzero(observed.lengths).tolist():
-        measured = max(_range(run.observed.values[:, i]) for run in left)
-        model = max(_range(run.observed.values[:, i] + run.values[:, i]) for run in left)
+        measured = max(range_of(run.observed.values[:, i]) for run in left)
+        model = max(range_of(run.observed.values[:, i] + run.values[:, i]) for run in left)
         if measured > observed.tolerance[i] and model < observed.noise[i]:
             name = observed.channels[i]
             text = (
@@ -144,8 +143,3 @@ def _far(parameters: Sequence[ParameterEstimate]) -> list[Advice]:
         )
         ranked.append((deviations, Advice("far_from_usual", (name,), text)))
     return _worst_first(ranked)
-
-
-def _range(values: FloatArray) -> float:
-    measured = values[np.isfinite(values)]
-    return float(np.ptp(measured)) if len(measured) else 0.0

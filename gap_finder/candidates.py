@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from gap_finder.keys import driver_keys, driver_of, laws_of, unused_with
+from gap_finder.keys import driver_keys, driver_of, law_of, unused_with
 from gap_finder.leaps import Leaps, leaps_in
 from gap_finder.linearise import modelled, simulate_runs
 from gap_finder.long_log import is_piece
@@ -134,7 +134,7 @@ class Candidate:
 
 def missing_effects(machine: Machine, without: Sequence[str] = ()) -> list[type[Effect]]:
     """Return the effects of the catalogue that are not in force, except *without*."""
-    in_force = set(laws_of(machine.effects))
+    in_force = {law_of(key) for key in machine.effects}
     return [
         effect
         for name, effect in catalogue().items()

@@ -19,7 +19,7 @@ import numpy as np
 from gap_finder.candidates import Candidate, candidates, missing_effects
 from gap_finder.design import RunSensitivities
 from gap_finder.directions import NEGLIGIBLE_SQUARES
-from gap_finder.keys import bodies_of, has_its_drivers, law_of, laws_of
+from gap_finder.keys import bodies_of, has_its_drivers, law_of
 from gap_finder.kinds import CalibratedRun, Change, kinds
 from gap_finder.linearise import simulate_runs
 from gap_finder.observations import Observations
@@ -122,7 +122,7 @@ class Listed:
 
     def without(self, keys: Collection[str]) -> Listed:
         """Return the list without what is already added, and without its law on other drivers."""
-        taken = set(laws_of(keys))
+        taken = {law_of(key) for key in keys}
         rest = [addition for addition in self.tried if law_of(addition.key) not in taken]
         costs = prior_costs({addition.key for addition in rest}, self.body)
         return Listed(rest, costs, self.body)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from plant_model.effect_names import effect_key, name_of
 from plant_model.effects import Effect, catalogue
@@ -18,11 +18,6 @@ def law_of(key: str) -> str:
     """Return a key without its driver: the same for a law whatever drives it."""
     effect = effect_of(key)
     return key if effect is None or effect.on_channel else effect.name
-
-
-def laws_of(keys: Iterable[str]) -> tuple[str, ...]:
-    """Return the laws of some keys, each once, in their order."""
-    return tuple(dict.fromkeys(law_of(key) for key in keys))
 
 
 def driver_of(machine: Machine, key: str) -> tuple[str, str]:

@@ -181,3 +181,9 @@ def mean_squares(parts: Sequence[FloatArray]) -> FloatArray:
     return np.asarray(
         np.where(count > 0, np.nansum(values**2, axis=0) / np.maximum(count, 1), np.nan)
     )
+
+
+def range_of(values: FloatArray) -> float:
+    """Return the range of what was measured in a series; 0 if nothing was."""
+    measured = values[np.isfinite(values)]
+    return float(np.ptp(measured)) if measured.size else 0.0

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from gap_finder import regimes
 from gap_finder.advice import MOST_LINES, advice
 from gap_finder.calibrate import ParameterEstimate
 from gap_finder.candidates import Candidate, beyond_usual_range
@@ -19,7 +18,7 @@ from gap_finder.forward_backward import MARGIN, Hypothesis, units_of
 from gap_finder.hypotheses import AddedChange
 from gap_finder.keys import driver_of, law_of, place_of
 from gap_finder.reference import ReferenceModel
-from gap_finder.regimes import RunResiduals
+from gap_finder.regimes import RunResiduals, places
 from gap_finder.score import Fit, Units
 from plant_model.effect_names import name_of
 from plant_model.effects import catalogue
@@ -59,7 +58,7 @@ def report_of(
         "separate_by": _separated(several),
         "runners_up": _runners_up(judged),
         "look_at": look_at(result.after, judged.used.after),
-        "where": _places(judged),
+        "where": [asdict(place) for place in places(judged.used.before)],
         "gap": {
             "calibration": judged.used.gap_against(reference.used),
             "holdout": judged.unseen.gap_against(reference.unseen),
@@ -167,12 +166,6 @@ def named(key: str, machine: Machine) -> dict[str, Any]:
     if driver:
         return {"name": name, "driver": driver}
     return {"name": name, "channel": channel} if channel else {"name": name}
-
-
-def _places(judged: Judged) -> list[dict[str, Any]]:
-    """Return where the calibrated machine is wrong on the runs used."""
-    worst = regimes.places(judged.used.before)
-    return [{k: v for k, v in asdict(place).items() if k != "tolerances"} for place in worst]
 
 
 def _entry(judged: Judged, place: int) -> dict[str, Any]:

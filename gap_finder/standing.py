@@ -15,12 +15,11 @@ import numpy as np
 from gap_finder.calibrate import Calibration, Progress, calibrate, quiet
 from gap_finder.data_faults import DataFault, without_bad_readings
 from gap_finder.observations import INDEPENDENT_S, Observations, observe
-from gap_finder.regimes import RunResiduals, residuals
+from gap_finder.regimes import RunResiduals, mean_squares, range_of, residuals
 from measurement.faults.series import UNUSUALLY, resolution_of, stretches, valid
 from measurement.resampling import WARMS_K
 from measurement.runs import Run
 from plant_model.machine import Machine
-from plant_model.parameters import FloatArray
 from plant_model.sensors import column_of
 
 
@@ -114,18 +113,11 @@ def _longest(observed: Observations, column: str) -> tuple[float, float] | None:
 def _moved(run: RunResiduals, channel: int, span: tuple[float, float]) -> float:
     """Return how far the model moves while the reading stands still [K]."""
     rows = (run.observed.time_s >= span[0]) & (run.observed.time_s <= span[1])
-    part = run.values[rows, channel]
-    part = part[np.isfinite(part)]
-    return float(np.ptp(part)) if part.size else 0.0
+    return range_of(run.values[rows, channel])
 
 
 def _usual(left: Sequence[RunResiduals], channel: int) -> float:
     """Return the median over runs of a channel's root mean square residual [K]."""
-    rms = [_rms(run.values[:, channel]) for run in left]
-    measured = [value for value in rms if np.isfinite(value)]
-    return float(np.median(measured)) if measured else float("inf")
-
-
-def _rms(values: FloatArray) -> float:
-    measured = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(measured**2))) if measured.size else float("nan")
+    rms = np.sqrt([mean_squares([run.values])[channel] for run in left])
+    measured = rms[np.isfinite(rms)]
+    return float(np.median(measured)) if measured.size else float("inf")
