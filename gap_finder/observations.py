@@ -239,8 +239,9 @@ def _driven(machine: Machine, run: Run, until_s: float) -> tuple[Drive, tuple[Dr
     Also return the drives with one of its unclear switches until the last observation earlier.
 
     A switch lies between the last row without it and the first with it, often at the latter,
-    because many recorders write a row when something changes. It is placed there; unless the rows
-    are close, its instant is unclear by the root mean square of a uniform law, interval / sqrt(3).
+    because many recorders write a row when something changes. It is placed there, or in the middle
+    if the rows are more than a bin apart; unless they are close, its instant is unclear by the root
+    mean square of a uniform law.
     """
     rows = run.time_s
     changed = np.flatnonzero(np.diff(_segments(machine, run))) + 1
@@ -249,20 +250,25 @@ def _driven(machine: Machine, run: Run, until_s: float) -> tuple[Drive, tuple[Dr
     middles = np.concatenate(
         [np.arange(a + BIN_S / 2.0, b, BIN_S) for a, b in zip(starts, ends, strict=True)]
     )
+
+    def drive(at_s: dict[int, float]) -> Drive:
+        return drive_from(machine, _switched_at(machine, run, at_s), BIN_S, middles)
+
+    apart = {row: float(rows[row] - rows[row - 1]) for row in changed.tolist()}
+    placed = {row: rows[row] - gap_s / 2.0 for row, gap_s in apart.items() if gap_s > BIN_S}
     earlier = []
-    for row in changed[rows[changed - 1] < until_s].tolist():
-        interval = float(rows[row] - rows[row - 1])
-        if interval > SHARP_S:
-            at = float(rows[row]) - interval / np.sqrt(3.0)
-            earlier.append(drive_from(machine, _switched_at(machine, run, row, at), BIN_S, middles))
-    return drive_from(machine, run.frame, BIN_S, middles), tuple(earlier)
+    for row, gap_s in apart.items():
+        if gap_s > SHARP_S and rows[row - 1] < until_s:
+            unclear_s = gap_s / np.sqrt(12.0 if row in placed else 3.0)
+            earlier.append(drive(placed | {row: placed.get(row, rows[row]) - unclear_s}))
+    return drive(placed), tuple(earlier)
 
 
-def _switched_at(machine: Machine, run: Run, row: int, at_s: float) -> pd.DataFrame:
-    """Return a run's frame with the held inputs of a row also at an instant before it."""
+def _switched_at(machine: Machine, run: Run, at_s: dict[int, float]) -> pd.DataFrame:
+    """Return a run's frame with the held inputs of some rows also at instants before them."""
     held = [e.column for e in machine.inputs if not e.is_boundary and e.column in run.frame.columns]
-    extra = run.frame.iloc[[row]][[TIME, *held]].assign(**{TIME: at_s})
-    return pd.concat([run.frame, extra]).sort_values(TIME, ignore_index=True)
+    extra = run.frame.iloc[list(at_s)][[TIME, *held]].assign(**{TIME: list(at_s.values())})
+    return pd.concat([run.frame, extra]).sort_values(TIME, ignore_index=True) if at_s else run.frame
 
 
 def _segments(machine: Machine, run: Run) -> npt.NDArray[np.int64]:
