@@ -92,9 +92,9 @@ class ReferenceModel:
     Attributes
     ----------
     used, unseen : list of array, each (K, C)
-        Residuals of the reference for each run [K, um]; NaN where nothing was measured. The
-        regression predicts either the readings or the plant's residuals: each channel has the one
-        that does better on the runs used, or the plant's residuals if these are smallest.
+        Residuals of the reference for each run [K, um]; NaN where nothing was measured. They are
+        what the regression leaves of the plant's, or the plant's in a channel in which these are
+        smaller on the runs used.
     share : float
         Predictable share of the squares of the plant's residuals on the runs used, in tolerances
         and over all channels [1].
@@ -105,28 +105,17 @@ class ReferenceModel:
     ) -> None:
         self._machine, self._used = machine, used
         self._predictors = _Predictors(machine, [run.observed for run in used])
-        later = [self._predictors.of(run.observed) for run in unseen]
         left = [run.values for run in used]
-        moved = [run.observed.moved for run in used]
         self._tolerance = used[0].observed.tolerance
-        of_left = _Ridge(self._predictors.used, self._scaled(left))
-        of_moved = _Ridge(self._predictors.used, self._scaled(moved))
-        tried = [
-            [np.zeros_like(part) for part in left],
-            [part * self._tolerance for part in of_left.predicted],
-            [
-                own - (there - part * self._tolerance)
-                for own, there, part in zip(left, moved, of_moved.predicted, strict=True)
-            ],
+        ridge = _Ridge(self._predictors.used, self._scaled(left))
+        rest = _less(left, [part * self._tolerance for part in ridge.predicted])
+        helps = mean_squares(rest) < mean_squares(left)
+        self.used = [np.where(helps, *pair) for pair in zip(rest, left, strict=True)]
+        unseen_of = [ridge.of(self._predictors.of(run.observed)) for run in unseen]
+        self.unseen = [
+            run.values - np.where(helps, part * self._tolerance, 0.0)
+            for run, part in zip(unseen, unseen_of, strict=True)
         ]
-        costs = np.array([mean_squares(_less(left, part)) for part in tried])
-        choice = np.argmin(np.nan_to_num(costs, nan=np.inf), axis=0)
-        self.used = _less(left, [_chosen(choice, parts) for parts in zip(*tried, strict=True)])
-        self.unseen = []
-        for run, x in zip(unseen, later, strict=True):
-            readings = run.values - (run.observed.moved - of_moved.of(x) * self._tolerance)
-            options = (np.zeros_like(run.values), of_left.of(x) * self._tolerance, readings)
-            self.unseen.append(run.values - _chosen(choice, options))
         before, after = (mean_squares(part) / self._tolerance**2 for part in (left, self.used))
         self.share = float(np.nanmean(before - after)) / max(float(np.nanmean(before)), 1e-12)
 
