@@ -89,13 +89,23 @@ class Row:
     alone: list[Judged] = field(default_factory=list)
     counts: list[Array] = field(default_factory=list)
 
-    def score(self) -> float:
-        """Return the error on unseen runs over that of no model, mean over the targets [1]."""
+    def score(self, units: Sequence[str]) -> float:
+        """Return the error on unseen runs over that of no model [1].
+
+        Squares of targets in the same unit are added up, so that one that hardly moves hardly
+        counts; the mean over the units is returned.
+
+        Parameters
+        ----------
+        units : sequence of str
+            Of the targets.
+        """
         measured = np.concatenate([run.measured for run in self.validate])
         missed = measured - np.concatenate([run.predicted for run in self.validate])
-        raw = np.sqrt(np.mean(measured**2, axis=0))
-        rms = np.sqrt(np.mean(missed**2, axis=0))
-        return float(np.mean(rms[raw > 0] / raw[raw > 0])) if (raw > 0).any() else float("nan")
+        alike = [np.array(units) == unit for unit in dict.fromkeys(units)]
+        pairs = [(np.sum(missed[:, here] ** 2), np.sum(measured[:, here] ** 2)) for here in alike]
+        ratios = [np.sqrt(left / drift) for left, drift in pairs if drift > 0.0]
+        return float(np.mean(ratios)) if ratios else float("nan")
 
 
 @dataclass(frozen=True)
@@ -138,7 +148,7 @@ class Comparison:
             "name": row.name,
             "title": row.title,
             "uses_displacement": row.uses_displacement,
-            "score": row.score(),
+            "score": row.score(self.units),
             "temperatures": row.chosen,
             "train": self.figures(row.train),
             "validate": {**validate, "per_run": per_run},
@@ -231,7 +241,7 @@ def compare(
     if last is not None and not any(row.chosen for row in rows):
         raise last  # no model at all can be fitted
     _measure_coverage(rows)
-    rows.sort(key=lambda row: (row.uses_displacement, row.score()))
+    rows.sort(key=lambda row: (row.uses_displacement, row.score(units)))
     notes = list(dict.fromkeys(note for split_bench in bench for note in split_bench.notes()))
     notes += dict.fromkeys(note for _, note in usable if note)
     return Comparison(list(places), units, rows, left_out, notes)

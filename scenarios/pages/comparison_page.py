@@ -107,7 +107,7 @@ def ranking_text(comparison: Comparison) -> str:
     )
     columns = f"{'unseen':>8}{'median':>8}{'eta%':>6}{'alone':>8}{'counts%':>8}"
     lines = [
-        "ranked by the RMSE on unseen runs as a share of the drift, mean over all columns",
+        "ranked by the RMSE on unseen runs as a share of the drift, columns of one unit together",
         "RMSE on unseen runs (all samples), the median over the runs, and eta;",
         "the error model alone on unseen runs, and the share of it that counts beside the Gaussian",
         head,
