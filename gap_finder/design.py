@@ -35,9 +35,10 @@ from gap_finder.priors import Priors
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 
-PLACE_SHARE = 0.1
-"""Share of a neighbouring part's temperature that a thermometer may read (one sd) [1]; set on no
-data."""
+PLACE_SHARE = 0.05
+"""Share of a neighbouring part's temperature that a thermometer may read (one sd) [1]: beyond two
+it is misplaced, see `kinds.sensor_place`. Set on the thirty-second split (belt 0022), where 0.1
+absorbed a misplaced thermometer."""
 
 OUTLIER = 6.0
 """Weighted residuals beyond this many root mean squares count linearly in the score. Set on two

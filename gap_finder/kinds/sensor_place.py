@@ -12,6 +12,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
+from gap_finder.design import PLACE_SHARE
 from gap_finder.kinds.base import (
     CalibratedRun,
     ComputedChange,
@@ -26,9 +27,9 @@ from plant_model.effects.base import TIMES_USUAL
 from plant_model.machine import Machine, Node
 from plant_model.parameters import FloatArray
 
-TIP_SHARES = (0.1, 0.9)
-"""Usual shares, which are tried [1]: a thermometer near an edge, or one whose part is mistaken. Set
-on no data."""
+TIP_SHARES = (2.0 * PLACE_SHARE, 1.0 - 2.0 * PLACE_SHARE)
+"""Usual shares, which are tried [1]: a thermometer near an edge, or one whose part is mistaken.
+Given by what is not yet misplaced."""
 
 CONTACT_W_PER_K, TIP_J_PER_K, TIP_M2 = 0.01, 0.03, 1e-4
 """The tip's contact with its own part, its heat capacity and its surface [W/K, J/K, m2]: it follows
