@@ -40,11 +40,6 @@ PLACE_SHARE = 0.05
 it is misplaced, see `kinds.sensor_place`. Set on the thirty-second split (belt 0022), where 0.1
 absorbed a misplaced thermometer."""
 
-OUTLIER = 6.0
-"""Weighted residuals beyond this many root mean squares count linearly in the score. Set on two
-mistakes in the machine file of the tenth split (lathe 0009 and 0016): with 3 they lower the score
-by less."""
-
 PASSING_SHARE = 0.5
 """Share of the heat that a neighbour would pass on through a part without mass that may bypass its
 single temperature (one sd) [1]: in a large part, what touches it close by is warmed first. Set on
@@ -95,7 +90,7 @@ def sensitivities_of(machine: Machine, observed: Observations, fixed: Priors) ->
         fewer([nuisance])[0],
         nuisance[:, nuisance.shape[1] - len(machine.nodes) :],
         np.hstack([by_fixed.by_parameter, errors, places, levers, passing]),
-        robust_weights(by_fixed.residual, OUTLIER),
+        robust_weights(by_fixed.residual),
     )
 
 

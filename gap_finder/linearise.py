@@ -15,8 +15,9 @@ from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.simulate import Driven, Simulation, simulate_all
 
-DIFFERENCE = 0.05
-"""Step of the numerical derivative, in usual standard deviations; set on no data."""
+DIFFERENCE = 0.005
+"""Step of the numerical derivative, in standard deviations of the prior: short beside the usual
+range of an effect's parameter, whose prior is ten times as wide. Set on no data."""
 
 OFFSET_UM = 30.0
 """Standard deviation of a displacement channel's zero in each run [um]: large, because a run may
@@ -198,9 +199,8 @@ def linear_about(
     machine: Machine, observed: Sequence[Observations], priors: Priors, point: FloatArray
 ) -> list[Linearisation]:
     """Linearise every run about a point, (P,), in the priors' fitting scale."""
-    step = DIFFERENCE * priors.usual
     # A difference that would leave the physical range goes the other way.
-    way = np.where(point + step > priors.high, -step, step)
+    way = np.where(point + DIFFERENCE > priors.high, -DIFFERENCE, DIFFERENCE)
     sets = point + np.concatenate([np.zeros((1, len(way))), np.diag(way)])
     values = priors.values(sets)
     parts = []

@@ -13,8 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from plant_model.effect_names import name_of
-from plant_model.effects import catalogue
 from plant_model.limits import physical_limits
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
@@ -37,9 +35,6 @@ class Priors:
     names : tuple of str
     low, high : array, shape (P,)
         Physical limits, in the fitting scale.
-    usual : array, shape (P,)
-        Usual step: 1, or less for an effect's parameter, which may go far beyond its usual range
-        because its prior is wide.
     """
 
     names: tuple[str, ...]
@@ -51,7 +46,6 @@ class Priors:
     high: FloatArray
     _bottom: FloatArray
     _top: FloatArray
-    usual: FloatArray
 
     @classmethod
     def of(cls, machine: Machine, *, calibrated: bool) -> Priors:
@@ -86,9 +80,8 @@ class Priors:
         width = np.maximum((high - low) / (2.0 * FAR), 1e-300)
         bottom, top = np.where(turns, -np.inf, bottom), np.where(turns, np.inf, top)
         bounds = (bottom - centre) / width, (top - centre) / width
-        usual = np.array([_usual(n, w) for n, w in zip(names, width.tolist(), strict=True)])
         ends = plain[:, 3], plain[:, 4]
-        return cls(tuple(names), centre, width, log, turns, *bounds, *ends, usual)
+        return cls(tuple(names), centre, width, log, turns, *bounds, *ends)
 
     def position(self, machine: Machine) -> FloatArray:
         """Return a machine's values in the fitting scale, shape (P,)."""
@@ -122,18 +115,6 @@ class Priors:
 def _within_a_turn(angle: FloatArray) -> FloatArray:
     """Return the same direction between minus half a turn and half a turn [deg]."""
     return np.asarray((angle + TURN / 2.0) % TURN - TURN / 2.0)
-
-
-def _usual(name: str, width: float) -> float:
-    """Return the standard deviation of an effect's usual range, in those of its prior."""
-    if not name.startswith("effects."):
-        return 1.0
-    key, _, number = name.removeprefix("effects.").rpartition(".")
-    range_of = catalogue()[name_of(key)].parameters[number]
-    low, high = range_of.low, range_of.high
-    if low > 0.0:
-        low, high = float(np.log(low)), float(np.log(high))
-    return min(1.0, (high - low) / (2.0 * FAR) / width)
 
 
 def heavy_tail(value: float, low: float, high: float, *, log: bool) -> float:
