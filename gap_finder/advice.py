@@ -14,6 +14,7 @@ import numpy as np
 from gap_finder.calibrate import ParameterEstimate
 from gap_finder.observations import Observations
 from gap_finder.regimes import RunResiduals, mean_squares, range_of
+from measurement.faults.series import UNUSUALLY
 from plant_model.machine import Machine
 
 MOST_LINES = 6
@@ -27,7 +28,8 @@ class Advice:
     Attributes
     ----------
     kind : str
-        ``sensors_disagree``, ``far_from_usual``, ``worse_than_no_model`` or ``not_moved``.
+        ``odd_run``, ``sensors_disagree``, ``far_from_usual``, ``worse_than_no_model`` or
+        ``not_moved``.
     place : tuple of str
         The sensors, parameter or channel.
     text : str
@@ -54,6 +56,7 @@ def advice(
         Its parameters before and after calibration.
     """
     return [
+        *odd_runs(left),
         *worse_than_none(left),
         *not_moved(left),
         *disagreeing(machine, [run.observed for run in left]),
@@ -63,6 +66,23 @@ def advice(
 
 def _worst_first(ranked: Sequence[tuple[float, Advice]]) -> list[Advice]:
     return [line for _, line in sorted(ranked, key=lambda pair: -pair[0])][:MOST_LINES]
+
+
+def odd_runs(left: Sequence[RunResiduals]) -> list[Advice]:
+    """Return the channels that one run contradicts: a sign, a unit or two columns may be wrong."""
+    observed = left[0].observed
+    by_run = np.sqrt([mean_squares([run.values]) for run in left])
+    ranked = []
+    for i, name in enumerate(observed.channels):
+        least, most = np.sort(np.nan_to_num(by_run[:, i]))[-2:] if len(left) > 1 else (0.0, 0.0)
+        if least > 0.0 and most > max(UNUSUALLY * least, observed.tolerance[i]):
+            run, unit = left[int(np.nanargmax(by_run[:, i]))].observed.run.name, observed.unit_of(i)
+            text = (
+                f"{name}: off by {most:.2g} {unit} in {run}, by at most {least:.2g} {unit} in the "
+                "others: check signs, units, columns and what happened in that run"
+            )
+            ranked.append((most / least, Advice("odd_run", (name, run), text)))
+    return _worst_first(ranked)
 
 
 def worse_than_none(left: Sequence[RunResiduals]) -> list[Advice]:

@@ -5,7 +5,7 @@ They are found in the data alone, before any model is fitted: no model decides w
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,7 +15,9 @@ from gap_finder.observations import INDEPENDENT_S
 from gap_finder.probe_steps import probe_steps, put_back
 from measurement.errors import BadInput
 from measurement.faults import GROSS, LEVELS, Fault, find_faults, unusable
+from measurement.resampling import GAP_INTERVALS
 from measurement.runs import TIME, Run
+from plant_model.drive import column_in
 from plant_model.machine import Machine
 from plant_model.sensors import column_of, displacement_names
 
@@ -82,10 +84,12 @@ def without_faults(machine: Machine, runs: Sequence[Run]) -> tuple[list[Run], li
         )
         for fault in bad
     ]
+    unknown = [gap for run in ordered for gap in _unknown_inputs(machine, run)]
+    faults += unknown
     kept = []
     for run in runs:
         usable = _usable(machine, run, [fault for fault in bad if fault.run == run.name])
-        if usable is not None:
+        if usable is not None and run.name not in {gap.run for gap in unknown}:
             kept.append(usable)
     if not kept:
         raise BadInput("--runs", "", f"none can be used: {faults[0].text}")
@@ -174,6 +178,29 @@ def _usable(machine: Machine, run: Run, bad: Sequence[Fault]) -> Run | None:
             spans.append((fault.column, fault.start_s, fault.end_s))
     frame = _without(run.frame[run.time_s < end], spans)
     return replace(run, frame=frame) if len(frame) >= 3 else None
+
+
+def _unknown_inputs(machine: Machine, run: Run) -> Iterator[DataFault]:
+    """Yield when an input is missing for longer than a misfit lasts: bridging it would be a guess.
+
+    A column that is written seldom may lack values for `GAP_INTERVALS` of its usual intervals.
+    """
+    for entry in machine.inputs:
+        if (column := column_in(run.frame, entry)) is None:
+            continue
+        missing = run.frame[column].isna().to_numpy()
+        there = run.time_s[~missing]
+        usual = float(np.median(np.diff(there))) if len(there) > 1 else 0.0
+        # Rows that are not there at all are a pause, in which inputs hold.
+        ends = np.flatnonzero(np.diff(missing, prepend=False, append=False))
+        for first, last in ends.reshape(-1, 2):
+            start_s, end_s = float(run.time_s[first]), float(run.time_s[last - 1])
+            if end_s - start_s > max(INDEPENDENT_S, GAP_INTERVALS * usual):
+                text = (
+                    f"{run.name}, {column}, {start_s / 60.0:.0f} to {end_s / 60.0:.0f} min: "
+                    "missing; the run is not used"
+                )
+                yield DataFault(run.name, entry.name, "missing", start_s, end_s, text)
 
 
 def _without(frame: pd.DataFrame, spans: Sequence[tuple[str, float, float]]) -> pd.DataFrame:

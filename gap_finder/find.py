@@ -170,10 +170,23 @@ class Judged:
 
         In doubt, something else is also missing, or what is named only acts like it.
         """
+        idle = [key.replace(":", " ") for key in self._idle()]
+        if not idle:
+            return self._doubt_of_all()
+        does = "do" if len(idle) > 1 else "does"
+        return f"{' and '.join(idle)} {does} not improve the prediction of the held-out run"
+
+    @property
+    def doubted(self) -> tuple[str, ...]:
+        """What is named and in doubt: all of it, or only what does not improve the prediction."""
+        if not self.doubt:
+            return ()
+        return self.result.keys if self._doubt_of_all() else self._idle()
+
+    def _doubt_of_all(self) -> str:
+        """Return, in words, why all that is named is in doubt together; empty if it is not."""
         if not self.result.keys:
             return ""
-        if not all(later < earlier for earlier, later in pairwise(self.course)):
-            return f"{self._idle()} the prediction of the held-out run"
         if not is_closed_where_better(self.result.before.left, self.result.after.left):
             return "more error remains where it acts than elsewhere"
         if unusual := unusual_law(self.result.after.calibration.parameters, self.result.keys):
@@ -182,16 +195,11 @@ class Judged:
             return ALSO_MISSING
         return ""
 
-    def _idle(self) -> str:
-        """Return, in words, that names do not improve something."""
-        keys = self.result.keys
-        if len(keys) == 1:
-            return "it does not improve"
+    def _idle(self) -> tuple[str, ...]:
+        """Return the names that do not improve the prediction of the held-out run."""
         steps = zip(pairwise(self.course), pairwise(self.result.stages), strict=True)
         added = [{*has.keys} - {*had.keys} for (was, now), (had, has) in steps if now >= was]
-        idle = [key.replace(":", " ") for key in keys if any(key in names for names in added)]
-        does = "do" if len(idle) > 1 else "does"
-        return f"{' and '.join(idle) or 'one of several'} {does} not improve"
+        return tuple(key for key in self.result.keys if any(key in names for names in added))
 
 
 def unusual_law(estimates: Iterable[ParameterEstimate], keys: Sequence[str]) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 from gap_finder.advice import unit_after
 from gap_finder.priors import FAR
 from gap_finder.reference import LAGS_MIN, LEAST_PREDICTED, START
+from gap_finder.report import MACHINE_BEFORE
 
 KINDS = {
     "level_jump": "wrong level",
@@ -62,15 +63,19 @@ def _what(table: Mapping[str, Any]) -> str:
         look = f" The file's numbers are off by {off:.1f} deviations on average.{look}"
     left = _left(table)
     if table["effects"]:
-        titles = "; and ".join(_title(entry) for entry in table["effects"])
+        sure, doubted = (
+            "; and ".join(_title(entry) for entry in table["effects"] if entry["in_doubt"] is so)
+            for so in (False, True)
+        )
         evidence = table["effects"][0]["evidence"]
-        if not table["in_doubt"]:
-            return f"What is missing: {titles}; {evidence}."
+        if not doubted:
+            return f"What is missing: {sure}; {evidence}."
+        sure = f"What is missing: {sure}; and perhaps: " if sure else "What may be missing: "
         named = _rivals_named(table)
         others = [said for said in map(_in_words, table["runners_up"]) if said not in named][:2]
         instead = f"{', '.join(others)}, or " if others else ""
         return (
-            f"What may be missing: {titles}. In doubt: {table['evidence']['doubt']}, so the cause "
+            f"{sure}{doubted}. In doubt: {table['evidence']['doubt']}, so the cause "
             f"may instead, or also, be {instead}something not in the catalogue; {left}. "
             f"{evidence[:1].upper()}{evidence[1:]}.{look}"
         )
@@ -91,7 +96,7 @@ def _title(entry: Mapping[str, Any]) -> str:
         + (f", driven by {entry['driver_in_words']}" if "driver" in entry else "")
         + _place_in_words(entry)
         + (f" from {entry['runs'][0]} on" if "runs" in entry else "")
-        + (", larger than usual" if entry["larger_than_usual"] else "")
+        + "".join(f", with unusual {name}" for name in entry["larger_than_usual"])
         + "".join(f", or {_in_words(other)}" for other in _others(entry))
     )
 
@@ -160,7 +165,11 @@ def _worse(table: Mapping[str, Any]) -> str:
         for name, channel in table["channels"].items()
         if channel["after"] > channel["before"] + channel["noise"]
     ]
-    return f" Worse with it: {', '.join(worse)}." if worse else ""
+    said = f" Worse with it: {', '.join(worse)}." if worse else ""
+    gap = table["gap"]["holdout"]
+    if gap["after"] > gap["before"]:
+        said += f" It is predicted worse than before: keep {MACHINE_BEFORE}."
+    return said
 
 
 def _place_in_words(entry: Mapping[str, Any]) -> str:

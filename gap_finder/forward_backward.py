@@ -141,12 +141,15 @@ class SearchResult:
         For every addition of the best, hypotheses with something else in its place that the runs
         do not exclude, the best first.
     steps : tuple of Step
+    silent : tuple of str
+        Effects on the list that change nothing in these runs of this machine.
     """
 
     nothing: Hypothesis
     best: Hypothesis
     rivals: tuple[tuple[Hypothesis, ...], ...]
     steps: tuple[Step, ...]
+    silent: tuple[str, ...] = ()
 
 
 class Searching:
@@ -158,13 +161,16 @@ class Searching:
 
     def run(self, sensitivities: Sequence[RunSensitivities]) -> SearchResult:
         """Return the best hypothesis and its rivals."""
-        best, steps = self.nothing, []
+        best = self.nothing
+        steps: list[Step] = []
         listed: Listed | None = None
+        silent: tuple[str, ...] = ()
         tried: dict[str, tuple[Hypothesis, ...]] = {}
         rivals: tuple[tuple[Hypothesis, ...], ...] = ()
         settled: set[frozenset[str]] = set()
         while len(best.additions) < self._search.most:
             listed = listed or self._listed(best, sensitivities)
+            silent = listed.silent if not steps else silent
             step = self._forward(best, sensitivities, listed.without(best.keys))
             steps.append(step)
             if not step.is_taken:
@@ -181,7 +187,7 @@ class Searching:
             # Responses depend little on what else acts; proposed additions are simulated anyway.
             if best.fit.machine.node_index != parts:
                 listed = None
-        return SearchResult(self.nothing, best, rivals, tuple(steps))
+        return SearchResult(self.nothing, best, rivals, tuple(steps), silent)
 
     def _listed(self, best: Hypothesis, sensitivities: Sequence[RunSensitivities]) -> Listed:
         """Return everything that may be added to the best so far."""
@@ -237,8 +243,11 @@ class Searching:
             begin = near[addition.key]
             task = (best, addition, begin, prior, sensitivities, leader, cost_limit)
             jobs.append(self._pool.submit(added_to, *task))
-            self._progress(f"scoring {addition.key}")
-        return [hypothesis for job in jobs if (hypothesis := job.result()) is not None]
+        found = []
+        for place, (addition, job) in enumerate(zip(proposed, jobs, strict=True), start=1):
+            self._progress(f"scoring {addition.key}, {place} of {len(jobs)}")
+            found.append(job.result())
+        return [hypothesis for hypothesis in found if hypothesis is not None]
 
     def _settled(
         self,

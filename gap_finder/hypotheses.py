@@ -26,6 +26,7 @@ from gap_finder.observations import Observations
 from gap_finder.priors import heavy_tail
 from gap_finder.score import Fit
 from plant_model.anatomy import bodies
+from plant_model.effect_names import name_of
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
@@ -114,11 +115,14 @@ class Listed:
         -2 log of the prior probability of every candidate, by key.
     body : mapping of str to str
         The body of each part that is a cell of one.
+    silent : tuple of str
+        Effects that change nothing in these runs: nothing drives them, or nothing shows them.
     """
 
     tried: Sequence[Addition]
     costs: dict[str, float]
     body: Mapping[str, str] = field(default_factory=dict)
+    silent: tuple[str, ...] = ()
 
     def without(self, keys: Collection[str]) -> Listed:
         """Return the list without what is already added, and without its law on other drivers."""
@@ -184,8 +188,9 @@ def all_additions(
     tried: list[Addition] = [addition for job in of_effects for addition in job.result()]
     tried += [addition for job in of_changes for addition in job.result()]
     shown = [addition for addition in tried if _squares(addition.answers) > NEGLIGIBLE_SQUARES]
-    body = bodies(machine)
-    return Listed(shown, prior_costs({addition.key for addition in shown}, body), body)
+    keys, body = {addition.key for addition in shown}, bodies(machine)
+    silent = tuple(name for name in effects if name not in {name_of(key) for key in keys})
+    return Listed(shown, prior_costs(keys, body), body, silent)
 
 
 def _squares(answers: Sequence[FloatArray]) -> float:

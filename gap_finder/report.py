@@ -25,7 +25,7 @@ from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 
-MACHINE_AFTER = "machine_after.toml"
+MACHINE_BEFORE, MACHINE_AFTER = "machine_before.toml", "machine_after.toml"
 
 
 def report_of(
@@ -57,6 +57,7 @@ def report_of(
         "one_of": list(dict.fromkeys(name_of(key) for key in several or result.keys[:1])),
         "separate_by": _separated(several),
         "runners_up": _runners_up(judged),
+        "silent": list(result.search.silent),
         "look_at": look_at(result.after, judged.used.after),
         "where": [asdict(place) for place in places(judged.used.before)],
         "gap": {
@@ -96,7 +97,7 @@ def look_at(fit: Fit, left: Sequence[RunResiduals]) -> list[str]:
         On the runs used.
     """
     lines = advice(fit.machine, left, fit.calibration.parameters)
-    kinds = ("far_from_usual", "worse_than_no_model", "not_moved")
+    kinds = ("odd_run", "far_from_usual", "worse_than_no_model", "not_moved")
     return [line.text for kind in kinds for line in lines if line.kind == kind][:MOST_LINES]
 
 
@@ -183,6 +184,7 @@ def _entry(judged: Judged, place: int) -> dict[str, Any]:
         "larger_than_usual": [],
         "probability": _probability(judged, place),
         "evidence": _evidence(judged),
+        "in_doubt": key in judged.doubted,
     }
     estimates = {estimate.name: estimate for estimate in result.after.calibration.parameters}
     if isinstance(added, AddedChange):

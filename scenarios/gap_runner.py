@@ -12,7 +12,7 @@ from gap_finder.find import FEWEST_RUNS, answer
 from gap_finder.five_lines import five_lines
 from gap_finder.long_log import need_no_leap, pieces_of
 from gap_finder.observations import Observations
-from gap_finder.report import MACHINE_AFTER, report_of
+from gap_finder.report import MACHINE_AFTER, MACHINE_BEFORE, report_of
 from gap_finder.search import USUAL, Search
 from measurement.errors import BadInput
 from measurement.runs import Run
@@ -28,7 +28,6 @@ from scenarios.gap_cosimulation import compare_fmus
 from scenarios.pages.gap_page import PAGE, write_gap_page
 from scenarios.results import check_folder, results_folder, write_table
 
-MACHINE_BEFORE = "machine_before.toml"
 GAP = "gap.json"
 FMUS = ("plant_before", "plant_after")
 
@@ -102,6 +101,7 @@ def run_find_gap(
             ("Runs used", _named(used)),
             ("Never used", _named(kept_back)),
             ("Not considered", ", ".join(search.without) or "-"),
+            ("Without effect in these runs", ", ".join(table["silent"]) or "-"),
             ("Remarks on the runs", "; ".join(lacking) or "-"),
             ("Seed", str(search.seed)),
         ]

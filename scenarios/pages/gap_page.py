@@ -8,7 +8,7 @@ from typing import Any
 
 from gap_finder.find import Judged
 from gap_finder.five_lines import five_lines
-from gap_finder.forward_backward import Step
+from gap_finder.forward_backward import Hypothesis, Step
 from gap_finder.keys import driver_of, place_of
 from gap_finder.kinds import kinds
 from gap_finder.long_log import own_hours
@@ -94,18 +94,24 @@ def _round(step: Step) -> dict[str, Any]:
     begun = step.baseline.fit
     return {
         "what": ", ".join(_title(key, begun.machine) for key in step.baseline.keys) or "nothing",
-        "cost": begun.cost,
-        "score": step.baseline.score(step.units),
+        **_costs(step.baseline, step),
         "rows": [
             {
                 "title": _title(hypothesis.keys[-1], hypothesis.fit.machine),
-                "cost": hypothesis.fit.cost,
                 "share": 1.0 - hypothesis.fit.cost / begun.cost,
-                "prior": hypothesis.prior_cost,
-                "score": hypothesis.score(step.units),
+                **_costs(hypothesis, step),
             }
             for hypothesis in step.tried
         ],
+    }
+
+
+def _costs(hypothesis: Hypothesis, step: Step) -> dict[str, float]:
+    return {
+        "cost": hypothesis.fit.cost,
+        "left_out": hypothesis.cost_left_out(step.units),
+        "in_fit": hypothesis.cost_in_fit,
+        "score": hypothesis.score(step.units),
     }
 
 

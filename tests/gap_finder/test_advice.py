@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks.gap.mistakes import runs_of
-from gap_finder.advice import advice, disagreeing, not_moved, worse_than_none
+from gap_finder.advice import advice, disagreeing, not_moved, odd_runs, worse_than_none
 from gap_finder.calibrate import ParameterEstimate
 from gap_finder.kinds.coarse_part import CoarsePart
 from gap_finder.observations import Observations, observe
@@ -58,6 +58,21 @@ def test_a_still_channel_is_worse_only_beyond_its_noise(off, told):
     )
     left: Any = [SimpleNamespace(observed=still, values=np.full((9, 1), off * noise))]
     assert [one.place for one in worse_than_none(left)] == told
+
+
+def test_a_run_that_contradicts_the_others_is_told():
+    lengths = SimpleNamespace(channels=("S5",), tolerance=[0.5], unit_of=lambda channel: "um")
+    left: Any = [
+        SimpleNamespace(
+            observed=SimpleNamespace(**vars(lengths), run=SimpleNamespace(name=name)),
+            values=np.full((9, 1), off),
+        )
+        for name, off in (("monday", 1.0), ("tuesday", -17.0), ("friday", 2.0))
+    ]
+    (told,) = odd_runs(left)
+    assert told.place == ("S5", "tuesday")
+    assert told.text.startswith("S5: off by 17 um in tuesday, by at most 2 um in the others: check")
+    assert odd_runs([left[0], left[2]]) == odd_runs(left[:1]) == []
 
 
 def test_a_displacement_that_nothing_moves_is_told(lathe):

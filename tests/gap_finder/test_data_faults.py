@@ -70,6 +70,23 @@ def test_a_spike_of_the_hall_is_bridged_and_a_broken_hall_spoils_the_run(jig_bor
     assert {fault.run for fault in faults} == {runs[1].name}
 
 
+@pytest.mark.parametrize(("minutes", "used"), [(25, True), (35, False)])
+def test_a_run_whose_speed_is_unknown_for_long_is_not_used(jig_borer_lumps, minutes, used):
+    first, other = runs_of(jig_borer_lumps)[:2]
+    speed = first.frame["speed_rpm"].where(
+        ~first.frame["time_s"].between(3600, 3600 + 60 * minutes)
+    )
+    left, faults = without_faults(jig_borer_lumps, [changed(first, "speed_rpm", speed), other])
+    assert (first.name in [run.name for run in left]) is used
+    assert [(fault.channel, fault.kind) for fault in faults] == [("speed", "missing")] * (not used)
+
+
+def test_a_hall_that_is_written_every_hour_is_not_missing(jig_borer_lumps):
+    first, other = runs_of(jig_borer_lumps)[:2]
+    hall = first.frame["T5_degC"].where(first.frame["time_s"] % 3600.0 == 0.0)
+    assert without_faults(jig_borer_lumps, [changed(first, "T5_degC", hall), other])[1] == []
+
+
 def test_a_joined_recording_ends_the_run(jig_borer_lumps):
     run = runs_of(jig_borer_lumps)[0]
     frame = run.frame.copy()

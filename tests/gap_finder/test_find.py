@@ -140,7 +140,7 @@ def test_a_name_that_acts_everywhere_alike_has_nowhere_to_be_judged_by():
     [
         ((2.0, 1.9), 0.7, ""),
         ((5.0, 3.0, 2.0), 0.7, ""),
-        ((2.0, 2.0), 0.7, "it does not improve the prediction of the held-out run"),
+        ((2.0, 2.0), 0.7, "windage does not improve the prediction of the held-out run"),
         ((5.0, 1.5, 2.0), 0.7, "tool b does not improve the prediction of the held-out run"),
         # Over twice the regression's.
         ((5.0, 3.1), 0.7, ALSO_MISSING),
@@ -165,7 +165,9 @@ def test_a_name_is_in_doubt_for_what_it_leaves_and_for_unseen_runs(course, actin
         ),
     )
     reference: Any = SimpleNamespace(used=(), unseen=())
-    assert Judged(found, unseen, unseen, reference, course).doubt == doubt
+    judged = Judged(found, unseen, unseen, reference, course)
+    assert judged.doubt == doubt
+    assert judged.doubted == ((names[-1:] if "not improve" in doubt else names) if doubt else ())
     found.keys = ()
     assert Judged(found, unseen, unseen, reference, course).doubt == ""
 

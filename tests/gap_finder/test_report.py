@@ -104,14 +104,15 @@ def answer(**more: Any) -> dict[str, Any]:
 def entry(name: str, *rivals: dict[str, Any], **more: Any) -> dict[str, Any]:
     """Return an effect of the answer."""
     told = {"name": name, "title": name, "rivals": rivals, "parameters": {}}
-    return told | {"larger_than_usual": [], "evidence": "it explains 74 %"} | more
+    usual = {"larger_than_usual": [], "evidence": "it explains 74 %", "in_doubt": False}
+    return told | usual | more
 
 
 @pytest.mark.parametrize("in_doubt", [True, False])
 def test_the_first_line_of_a_name_in_doubt_says_what_it_may_be_instead(in_doubt):
     table = answer(
         verdict="effect",
-        effects=[entry("windage", title="Windage")],
+        effects=[entry("windage", title="Windage", in_doubt=in_doubt)],
         runners_up=[{"name": "motor_iron_loss", "probability": 0.2}],
         look_at=["links.film.coefficient is 9 where the file has 3: far from usual"],
         in_doubt=in_doubt,
@@ -125,6 +126,19 @@ def test_the_first_line_of_a_name_in_doubt_says_what_it_may_be_instead(in_doubt)
     assert ("Check: links.film.coefficient" in missing) == in_doubt
     alone = five_lines(table | {"runners_up": []})[0]
     assert ("may instead, or also, be something not in the catalogue" in alone) == in_doubt
+
+
+def test_only_the_names_in_doubt_are_doubted():
+    effects = [
+        entry("windage"),
+        entry("radiation", in_doubt=True, larger_than_usual=["emissivity"]),
+    ]
+    evidence = {"doubt": "radiation does not improve the prediction of the held-out run"}
+    missing = five_lines(answer(verdict="effect", effects=effects, evidence=evidence))[0]
+    told = (
+        "What is missing: windage; and perhaps: radiation, with unusual emissivity. In doubt: rad"
+    )
+    assert missing.startswith(told)
 
 
 def test_what_the_runs_do_not_exclude_is_told_beside_each_name():
@@ -143,6 +157,8 @@ def test_channels_that_got_worse_are_told():
     assert five_lines(answer(channels={"S1": channel}))[4].endswith(
         "Worse with it: S1 (2 -> 2.9 um)."
     )
+    worse = {"before": 0.9, "after": 1.2, "reference": 1.7, "floor": 0.5}
+    assert "keep machine_before.toml" in five_lines(answer(gap={"holdout": worse}))[4]
     within = channel | {"after": 2.2}
     assert "Worse" not in five_lines(answer(channels={"S1": within}))[4]
 
