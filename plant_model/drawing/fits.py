@@ -10,7 +10,7 @@ from plant_model.drawing.heat import USUAL_DIAMETER
 from plant_model.drawing.known import Known
 from plant_model.drawing.layout import Drawing, Seat
 
-LOOSE = 0.05
+LOOSE = 0.02
 """A ring whose diameter differs from its seat's by more than this share does not fit [1]: set on
 no data."""
 
@@ -63,6 +63,19 @@ def odd_fits(drawing: Drawing) -> list[str]:
         f"The jacket {jacket.name} has an unevenness but no inlet_side: it cools all sides alike."
         for jacket in drawing.form.jackets
         if jacket.unevenness is not None and jacket.inlet_side is None
+    ]
+    gauge_line = drawing.form.shaft.gauge_line
+    lines += [
+        f"The gauge line, at {gauge_line:g} mm, is not in front of the bearing {bearing.name}, at"
+        f" {bearing.at:g} mm."
+        for bearing in drawing.form.bearings
+        if bearing.at >= gauge_line
+    ]
+    on = {carrier.name: carrier.on for carrier in drawing.form.carriers}
+    lines += [
+        f"{name} and {below} stand on each other."
+        for name, below in on.items()
+        if below and on.get(below) == name and name < below
     ]
     held = any(carrier.holds is not None for carrier in drawing.form.carriers)
     if not held:

@@ -109,6 +109,12 @@ def test_shipped_pages_fit(name):
         ("carriers.0.joint", 2000, "The joint of head is 2000 W/K, far from its class"),
         ("bearings.0.designation", "7014", "The bore of the bearing front is 70 mm, but the shaft"),
         ("bearings.0.designation", "7212", "The outside diameter of the bearing front is 110 mm"),
+        (
+            "shaft.gauge_line",
+            0.26,
+            "The gauge line, at 0.26 mm, is not in front of the bearing fro",
+        ),
+        ("carriers.1.on", "head", "column and head stand on each other."),
         ("bearings.0.f0", 15, "f0 of front is 15, far from its class: 0.3 to 2."),
         ("bearings.0.preload", 9000, "The preload of front is 9000 N, far from its class"),
         ("bearings.0.f0", 15, "runs at"),
