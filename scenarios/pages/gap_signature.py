@@ -1,4 +1,4 @@
-"""Draws the signatures of the named effects over the residuals of the calibrated machine."""
+"""Draws the signatures of the named effects over what the model leaves without them."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def _chart(result: GapResult, key: str) -> Chart:
     )
     run = int(np.argmax(sizes.max(axis=1)))
     observed, signature = runs[run], signatures[run]
-    left = -residuals(result.before.machine, observed).values
+    left = signature - residuals(after, observed).values
     order = np.argsort(-sizes[run], kind="stable")[:SHOWN]
     panels = []
     for i in sorted(int(at) for at in order if sizes[run, at] > 0.0):
@@ -48,16 +48,16 @@ def _chart(result: GapResult, key: str) -> Chart:
             measured = np.isfinite(left[:, i])
             curves = [values - np.mean(values[measured]) for values in curves]
         lines = (
-            Line("measured minus calibrated model", observed.time_s, curves[0], BEFORE),
+            Line("measured minus model without it", observed.time_s, curves[0], BEFORE),
             Line("what the effect does", observed.time_s, curves[1], LINES[1], rank=2),
         )
         panels.append(Panel(f"{name} [{'µm' if observed.lengths[i] else 'K'}]", lines))
     name = key.replace(":", "_")
     return Chart(
         f"signature_{name}_{observed.run.name}",
-        f"Signature of {key} over what was left: {observed.run.name}",
-        "The run in which the effect does most, and the channels that it moves most. Calibration "
-        "takes over part of what an effect does, so that the two curves need not coincide.",
+        f"Signature of {key} over what is left without it: {observed.run.name}",
+        "The run in which the effect does most, and the channels that it moves most. The model "
+        "without it has everything else that was added, and the same numbers.",
         tuple(panels),
     )
 
