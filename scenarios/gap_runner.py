@@ -14,6 +14,7 @@ from gap_finder.long_log import need_no_leap, pieces_of
 from gap_finder.observations import Observations
 from gap_finder.report import MACHINE_AFTER, MACHINE_BEFORE, report_of
 from gap_finder.search import USUAL, Search
+from measurement.doubts import doubt_lines
 from measurement.errors import BadInput
 from measurement.runs import Run
 from measurement.warm import named_warm
@@ -81,6 +82,9 @@ def run_find_gap(
     check_folder(out)
     used, kept_back = _kept_back(runs, holdout, split=split_hours is not None)
     every = [*used, *kept_back]
+    lacking = remarks(machine, every)
+    for line in lacking:
+        say(line)
     say("looking for broken channels")
     used, kept_back, faults = usable_runs(machine, used, kept_back)
     if split_hours is not None:
@@ -89,7 +93,6 @@ def run_find_gap(
     result = judged.result
     observed = [run.observed for run in judged.unseen.before]
     faults = sorted([*faults, *more], key=lambda fault: (fault.run, fault.channel, fault.start_s))
-    lacking = remarks(machine, every)
     with results_folder(out) as folder:
         machines = {MACHINE_BEFORE: result.before.machine, MACHINE_AFTER: result.after.machine}
         for name, which in machines.items():
@@ -222,8 +225,8 @@ def _need_inputs(machine: Machine, run: Run) -> None:
 def remarks(machine: Machine, runs: Sequence[Run]) -> list[str]:
     """Return a line for whatever makes runs differ from what a machine file describes.
 
-    These are sensors that some or all of the runs lack, inputs outside their ranges, and runs that
-    began warm.
+    These are sensors that some or all of the runs lack, inputs outside their ranges, units, clocks
+    and signs that look wrong, and runs that began warm.
 
     Parameters
     ----------
@@ -241,6 +244,7 @@ def remarks(machine: Machine, runs: Sequence[Run]) -> list[str]:
     for run in runs:
         for column, text in outside_ranges(machine, run.frame).items():
             lines.append(f"doubtful: {run.name}, {column}: {text}, the machine file's range")
+    lines += doubt_lines(runs)
     warm = named_warm(runs)
     if warm:
         problem = "parts without a thermometer start at the hall's temperature in the model"
