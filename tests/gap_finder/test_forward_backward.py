@@ -104,7 +104,7 @@ class GoingRound(Searching):
     steps = 0
 
     def _listed(self, best, sensitivities):
-        return SimpleNamespace(without=lambda keys: ())
+        return SimpleNamespace(without=lambda keys: (), silent=())
 
     def _forward(self, best, sensitivities, listed):
         self.steps += 1
