@@ -70,18 +70,21 @@ def _worst_first(ranked: Sequence[tuple[float, Advice]]) -> list[Advice]:
 
 def odd_runs(left: Sequence[RunResiduals]) -> list[Advice]:
     """Return the channels that one run contradicts: a sign, a unit or two columns may be wrong."""
+    if len(left) < 2:
+        return []
     observed = left[0].observed
-    by_run = np.sqrt([mean_squares([run.values]) for run in left])
+    by_run = np.nan_to_num(np.sqrt([mean_squares([run.values]) for run in left]))
     ranked = []
     for i, name in enumerate(observed.channels):
-        least, most = np.sort(np.nan_to_num(by_run[:, i]))[-2:] if len(left) > 1 else (0.0, 0.0)
-        if least > 0.0 and most > max(UNUSUALLY * least, observed.tolerance[i]):
-            run, unit = left[int(np.nanargmax(by_run[:, i]))].observed.run.name, observed.unit_of(i)
+        *_, second, worst = np.argsort(by_run[:, i]).tolist()
+        most, others = by_run[worst, i], by_run[second, i]
+        if others > 0.0 and most > max(UNUSUALLY * others, observed.tolerance[i]):
+            run, unit = left[worst].observed.run.name, observed.unit_of(i)
             text = (
-                f"{name}: off by {most:.2g} {unit} in {run}, by at most {least:.2g} {unit} in the "
+                f"{name}: off by {most:.2g} {unit} in {run}, by at most {others:.2g} {unit} in the "
                 "others: check signs, units, columns and what happened in that run"
             )
-            ranked.append((most / least, Advice("odd_run", (name, run), text)))
+            ranked.append((most / others, Advice("odd_run", (name, run), text)))
     return _worst_first(ranked)
 
 

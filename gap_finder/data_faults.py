@@ -86,10 +86,11 @@ def without_faults(machine: Machine, runs: Sequence[Run]) -> tuple[list[Run], li
     ]
     unknown = [gap for run in ordered for gap in _unknown_inputs(machine, run)]
     faults += unknown
+    unusable_runs = {gap.run for gap in unknown}
     kept = []
     for run in runs:
         usable = _usable(machine, run, [fault for fault in bad if fault.run == run.name])
-        if usable is not None and run.name not in {gap.run for gap in unknown}:
+        if usable is not None and run.name not in unusable_runs:
             kept.append(usable)
     if not kept:
         raise BadInput("--runs", "", f"none can be used: {faults[0].text}")
@@ -194,13 +195,10 @@ def _unknown_inputs(machine: Machine, run: Run) -> Iterator[DataFault]:
         # Rows that are not there at all are a pause, in which inputs hold.
         ends = np.flatnonzero(np.diff(missing, prepend=False, append=False))
         for first, last in ends.reshape(-1, 2):
-            start_s, end_s = float(run.time_s[first]), float(run.time_s[last - 1])
-            if end_s - start_s > max(INDEPENDENT_S, GAP_INTERVALS * usual):
-                text = (
-                    f"{run.name}, {column}, {start_s / 60.0:.0f} to {end_s / 60.0:.0f} min: "
-                    "missing; the run is not used"
-                )
-                yield DataFault(run.name, entry.name, "missing", start_s, end_s, text)
+            gap = Fault.between(run, column, "missing", first, last - 1, "missing")
+            if gap.end_s - gap.start_s > max(INDEPENDENT_S, GAP_INTERVALS * usual):
+                text = f"{run.name}, {column}, {gap.when()}: {gap.text}; the run is not used"
+                yield DataFault(run.name, entry.name, gap.kind, gap.start_s, gap.end_s, text)
 
 
 def _without(frame: pd.DataFrame, spans: Sequence[tuple[str, float, float]]) -> pd.DataFrame:

@@ -179,8 +179,6 @@ class Judged:
     @property
     def doubted(self) -> tuple[str, ...]:
         """What is named and in doubt: all of it, or only what does not improve the prediction."""
-        if not self.doubt:
-            return ()
         return self.result.keys if self._doubt_of_all() else self._idle()
 
     def _doubt_of_all(self) -> str:

@@ -70,12 +70,12 @@ def _what(table: Mapping[str, Any]) -> str:
         evidence = table["effects"][0]["evidence"]
         if not doubted:
             return f"What is missing: {sure}; {evidence}."
-        sure = f"What is missing: {sure}; and perhaps: " if sure else "What may be missing: "
+        lead = f"What is missing: {sure}; and perhaps" if sure else "What may be missing"
         named = _rivals_named(table)
         others = [said for said in map(_in_words, table["runners_up"]) if said not in named][:2]
         instead = f"{', '.join(others)}, or " if others else ""
         return (
-            f"{sure}{doubted}. In doubt: {table['evidence']['doubt']}, so the cause "
+            f"{lead}: {doubted}. In doubt: {table['evidence']['doubt']}, so the cause "
             f"may instead, or also, be {instead}something not in the catalogue; {left}. "
             f"{evidence[:1].upper()}{evidence[1:]}.{look}"
         )

@@ -189,7 +189,8 @@ def all_additions(
     tried += [addition for job in of_changes for addition in job.result()]
     shown = [addition for addition in tried if _squares(addition.answers) > NEGLIGIBLE_SQUARES]
     keys, body = {addition.key for addition in shown}, bodies(machine)
-    silent = tuple(name for name in effects if name not in {name_of(key) for key in keys})
+    names = {name_of(key) for key in keys}
+    silent = tuple(name for name in effects if name not in names)
     return Listed(shown, prior_costs(keys, body), body, silent)
 
 

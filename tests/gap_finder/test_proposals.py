@@ -53,7 +53,8 @@ def test_a_channel_that_nothing_follows_is_asked_first(jig_borer_lumps):
     with workers(1) as pool:
         listed = all_additions(pool, now, sensitivities, catalogue())
     likely = screened(now, now, sensitivities, listed).likely
-    assert likely[0].key.startswith("sensor_place:T8+")
+    # They are warmed alike; scored in full, they are in one set.
+    assert likely[0].key in ("sensor_place:T8+housing_motor_yp", "sensor_place:T8+stator")
 
 
 @pytest.mark.parametrize(("law", "starts"), [("windage", [1.1]), ("joint_resistance", [1.1, 1.0])])
