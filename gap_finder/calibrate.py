@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
@@ -151,7 +151,7 @@ class _Problem:
         )
         of_runs = self.likelihood.about(parts)
         matrix, right = of_runs.matrix + np.eye(len(x)), of_runs.right + x
-        about = Quadratic(matrix, right, of_runs.cost + float(x @ x), of_runs.units)
+        about = replace(of_runs, matrix=matrix, right=right, cost=of_runs.cost + float(x @ x))
         try:
             toward = cho_solve(cho_factor(matrix), right)
         except (ValueError, LinAlgError):  # not finite, or too large for doubles
@@ -223,7 +223,10 @@ def calibrate(
     _descend(problem, descents, cost_limit, progress)
     best = min((descent.at for descent in descents), key=lambda point: point.cost)
     values = {name: float(value[0]) for name, value in priors.values(best.x[None, :]).items()}
-    spread = np.sqrt(np.diag(np.linalg.inv(best.about.matrix)))
+    # As in the score, the variance grows with the error of a run: within it, errors depend on each
+    # other.
+    variance = np.diag(np.linalg.inv(best.about.matrix)) * max(1.0, best.about.each)
+    spread = np.minimum(np.sqrt(variance), 1.0)
     return Calibration(
         machine.with_values(values, beyond=True),
         best.cost,

@@ -41,12 +41,15 @@ class Quadratic:
         At the point.
     units : array, shape (C,)
         The likeliest there [tolerances squared].
+    each : float
+        Squared residual per run and channel [units].
     """
 
     matrix: FloatArray
     right: FloatArray
     cost: float
     units: FloatArray
+    each: float
 
 
 class Likelihood:
@@ -78,8 +81,10 @@ class Likelihood:
             _eliminated(_over(units, run), own)[0] for run, own in zip(runs, counts, strict=True)
         ]
         rest, _ = _eliminated(np.sum(shared, axis=0), self._errors[0].shape[1])
-        cost = float(rest[-1, -1] + self._independent @ np.log(units))
-        return Quadratic(rest[:-1, :-1], rest[:-1, -1], cost, units)
+        squares = float(rest[-1, -1])
+        cost = squares + float(self._independent @ np.log(units))
+        each = squares / (len(runs) * len(units))
+        return Quadratic(rest[:-1, :-1], rest[:-1, -1], cost, units, each)
 
     def about_starts(self, parts: Sequence[Linearisation]) -> list[Linearisation]:
         """Return the parts with derivatives where lagging laws are likeliest to start."""

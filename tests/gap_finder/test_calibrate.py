@@ -139,7 +139,7 @@ def test_a_calibration_that_cannot_reach_a_cost_ends_early(jig_borer_lumps):
     ],
 )
 def test_a_descent_goes_on_while_it_may_reach_a_cost(before, expected, may):
-    about = Quadratic(np.eye(1), np.zeros(1), 400.0, np.ones(1))
+    about = Quadratic(np.eye(1), np.zeros(1), 400.0, np.ones(1), 1.0)
     first, second = (Point(np.zeros(1), (), about, promised) for promised in (before, expected))
     descent = Descent(first)
     assert descent.may_reach(332.0)  # nothing tried yet

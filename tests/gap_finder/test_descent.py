@@ -37,7 +37,7 @@ def point(residual: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> Point:
     jacobian, left = slopes(residual, x), residual(x)
     matrix, right, cost = jacobian.T @ jacobian, jacobian.T @ left, float(left @ left)
     expected = cost - float(right @ np.linalg.solve(matrix, right))
-    return Point(x, (), Quadratic(matrix, right, cost, np.ones(1)), expected)
+    return Point(x, (), Quadratic(matrix, right, cost, np.ones(1), 1.0), expected)
 
 
 def arrived(residual: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> tuple[Point, int]:
@@ -71,7 +71,7 @@ def test_where_all_is_linear_one_step_is_enough():
 
 
 def test_it_ends_where_no_step_helps_and_takes_none_that_cannot_be_stepped():
-    descent = Descent(Point(np.zeros(1), (), Quadratic(ONE, ONE[0], 1.0, ONE[0]), 0.0))
+    descent = Descent(Point(np.zeros(1), (), Quadratic(ONE, ONE[0], 1.0, ONE[0], 1.0), 0.0))
     tried = np.arange(float(len(SHARES)))[:, None]
     taken = descent.best_of(np.array([np.nan, 2.0, 0.4, 0.5]))
     assert taken == 2
