@@ -14,7 +14,8 @@ from gap_finder.calibrate import ParameterEstimate, Progress, quiet
 from gap_finder.comparison import GapComparison
 from gap_finder.data_faults import DataFault, without_bad_readings
 from gap_finder.design import all_sensitivities
-from gap_finder.forward_backward import Hypothesis, Searching, SearchResult
+from gap_finder.forward_backward import Hypothesis, Searching, SearchResult, moved_as
+from gap_finder.hypotheses import Addition
 from gap_finder.keys import effect_of
 from gap_finder.observations import Observations, observe
 from gap_finder.reference import ReferenceModel
@@ -94,6 +95,20 @@ class GapResult:
     def observed(self) -> tuple[Observations, ...]:
         """What was compared, including which effects had not begun yet in each run."""
         return self.after.observed
+
+    def without(self, addition: Addition) -> Machine:
+        """Return the calibrated machine with everything that was added but one.
+
+        Raises
+        ------
+        KeyError
+            If another one is at a part that this one brought.
+        """
+        machine = self.before.base
+        for other in self.search.best.additions:
+            if other is not addition:
+                machine = other.put_into(machine)
+        return moved_as(machine, self.after.machine)
 
     @property
     def explained(self) -> float:

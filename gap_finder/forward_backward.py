@@ -383,10 +383,10 @@ def _in_place_of(leader: Hypothesis, best: Hypothesis, addition: Addition) -> Ma
     if isinstance(addition, Candidate):
         table = leader.fit.machine.effects[leader.keys[-1]]
         addition = replace(addition, values={name: p.value for name, p in table.items()})
-    return addition.put_into(_moved_as(best.fit.machine, leader.fit.machine))
+    return addition.put_into(moved_as(best.fit.machine, leader.fit.machine))
 
 
-def _moved_as(machine: Machine, calibrated: Machine) -> Machine:
+def moved_as(machine: Machine, calibrated: Machine) -> Machine:
     """Return a machine with the calibrated values of another one, for parameters of both."""
     shared = {
         name: value.value
@@ -418,7 +418,7 @@ def _hypothesis_of(
     """Return the hypothesis with some additions, its calibration started from a similar machine."""
     base = nothing.fit.base
     try:
-        machine = _moved_as(base, near)
+        machine = moved_as(base, near)
         observed = list(nothing.fit.observed)
         for addition in additions:
             base, machine = addition.base(base), addition.put_into(machine)

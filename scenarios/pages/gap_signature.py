@@ -1,8 +1,8 @@
-"""Draws the signatures of the named effects over what the model leaves without them."""
+"""Draws the signatures of what was added over what the model leaves without it."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from contextlib import suppress
 
 import numpy as np
 
@@ -17,18 +17,22 @@ from scenarios.pages.charts import BEFORE, LINES, SHOWN, Chart, Line, Panel
 
 
 def signature_charts(result: GapResult) -> list[Chart]:
-    """Return a chart for each added effect, of the run and the channels that it moves most.
+    """Return a chart for each addition, of the run and the channels that it moves most.
 
     The signature is the calibrated machine with everything that was added, minus the same without
-    this effect.
+    this addition.
     """
-    return [_chart(result, key) for key in result.keys if key in result.after.machine.effects]
+    charts = []
+    for addition in result.search.best.additions:
+        with suppress(KeyError):  # another one is at a part that this one brought
+            charts.append(_chart(result, addition.key, result.without(addition)))
+    return charts
 
 
-def _chart(result: GapResult, key: str) -> Chart:
+def _chart(result: GapResult, key: str, without: Machine) -> Chart:
     after = result.after.machine
     runs = [own_hours(observations) for observations in result.observed]
-    signatures = [_signature(after, key, observations) for observations in runs]
+    signatures = [_signature(after, without, observations) for observations in runs]
     sizes = np.array(
         [
             np.max(np.abs(_moving(values)), axis=0) / observations.tolerance
@@ -67,11 +71,8 @@ def _moving(values: FloatArray) -> FloatArray:
     return np.asarray(values - np.mean(values, axis=0))
 
 
-def _signature(machine: Machine, key: str, observed: Observations) -> FloatArray:
-    """Return what an effect adds to every channel, shape (K, C)."""
-    without = replace(
-        machine, effects={name: p for name, p in machine.effects.items() if name != key}
-    )
+def _signature(machine: Machine, without: Machine, observed: Observations) -> FloatArray:
+    """Return what an addition changes in every channel, shape (K, C)."""
     with_it, base = (
         modelled(simulate_at(which, observed), observed)[0] for which in (machine, without)
     )

@@ -6,13 +6,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from gap_finder.candidates import with_effect
+from gap_finder.candidates import Candidate, with_effect
+from gap_finder.find import GapResult
+from gap_finder.hypotheses import AddedChange
+from gap_finder.kinds.moves_axis import MovesAxis
 from gap_finder.observations import Observations, observe
 from gap_finder.regimes import residuals
 from measurement.runs import Run
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.simulate import simulate
+from scenarios.pages.charts import Chart
 from scenarios.pages.gap_map import regime_map
 from scenarios.pages.gap_signature import signature_charts
 
@@ -40,6 +44,13 @@ def observed(machine: Machine) -> list[Observations]:
         )
         runs.append(Run(name, simulate(shifted, inputs, noise_seed=1).run_frame()))
     return observe(machine, runs)
+
+
+def lines_of(chart: Chart, channel: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return what is left without an addition in a channel, and its signature."""
+    (panel,) = [one for one in chart.panels if one.y_label.startswith(channel)]
+    left, signature = (line.values for line in panel.lines)
+    return left, signature
 
 
 def test_the_map_shows_where_and_in_which_regime(machine, observed):
@@ -72,18 +83,26 @@ def test_a_channel_that_a_run_lacks_stays_blank_there(machine, observed):
     assert all(cell.text for cell in cells[used.channels[4]])
 
 
-def test_a_signature_is_what_the_effect_alone_adds(machine, observed):
-    after = with_effect(machine, "centrifugal_shift", {"shift": 15.0})
-    found = SimpleNamespace(
-        before=SimpleNamespace(machine=machine),
-        after=SimpleNamespace(machine=after),
-        keys=("centrifugal_shift",),
-        observed=observed,
+def test_a_signature_is_what_one_addition_alone_changes(machine, observed):
+    shift = Candidate("centrifugal_shift", {"shift": 15.0}, ())
+    grows = AddedChange(MovesAxis(("shaft_front", "Z"), -1.0), {"length": 300.0}, ())
+    after = grows.put_into(shift.put_into(machine))
+    nothing, both = (
+        SimpleNamespace(base=machine, machine=which, observed=observed)
+        for which in (machine, after)
     )
-    (chart,) = signature_charts(found)
-    assert chart.name == "signature_centrifugal_shift_fast", "the run in which it does most"
-    (panel,) = [one for one in chart.panels if one.y_label.startswith("S5")]
-    left, signature = (line.values for line in panel.lines)
-    # Nothing else was wrong, so that the signature is what was left, but for noise.
-    assert np.std(left - signature) < 0.1 * np.std(left)
+    found = GapResult(
+        SimpleNamespace(
+            nothing=SimpleNamespace(fit=nothing),
+            best=SimpleNamespace(additions=(shift, grows), fit=both),
+        )
+    )
+    of_shift, of_growth = signature_charts(found)
+    assert of_shift.name == "signature_centrifugal_shift_fast", "the run in which it does most"
+    assert of_growth.name == "signature_moves_axis_shaft_front+Z_fast"
+    left, signature = lines_of(of_shift, "S5")
     assert np.ptp(signature) == pytest.approx(15.0 * (16.0 / 20.0) ** 2, rel=0.02)
+    # Nothing but the growth was wrong, so that without it its signature is left, and noise.
+    _, growth = lines_of(of_growth, "S5")
+    assert np.std(left - signature + growth) < 0.1 * np.std(left)
+    assert np.ptp(growth) > 1.0
