@@ -63,19 +63,15 @@ def _what(table: Mapping[str, Any]) -> str:
         look = f" The file's numbers are off by {off:.1f} deviations on average.{look}"
     left = _left(table)
     if table["effects"]:
-        sure, doubted = (
-            "; and ".join(_title(entry) for entry in table["effects"] if entry["in_doubt"] is so)
-            for so in (False, True)
-        )
+        names = "; and ".join(map(_title, table["effects"]))
         evidence = table["effects"][0]["evidence"]
-        if not doubted:
-            return f"What is missing: {sure}; {evidence}."
-        lead = f"What is missing: {sure}; and perhaps" if sure else "What may be missing"
+        if not table["in_doubt"]:
+            return f"What is missing: {names}; {evidence}."
         named = _rivals_named(table)
         others = [said for said in map(_in_words, table["runners_up"]) if said not in named][:2]
         instead = f"{', '.join(others)}, or " if others else ""
         return (
-            f"{lead}: {doubted}. In doubt: {table['evidence']['doubt']}, so the cause "
+            f"What may be missing: {names}. In doubt: {table['evidence']['doubt']}, so the cause "
             f"may instead, or also, be {instead}something not in the catalogue; {left}. "
             f"{evidence[:1].upper()}{evidence[1:]}.{look}"
         )

@@ -78,7 +78,6 @@ def report_of(
         "data_faults": [asdict(fault) for fault in faults],
         "evidence": {
             "share_explained": result.explained,
-            "holdout_gaps": list(judged.course),
             "doubt": judged.doubt,
             "fall": steps[0].fall if steps else 0.0,
         },
@@ -184,7 +183,6 @@ def _entry(judged: Judged, place: int) -> dict[str, Any]:
         "larger_than_usual": [],
         "probability": _probability(judged, place),
         "evidence": _evidence(judged),
-        "in_doubt": key in judged.doubted,
     }
     estimates = {estimate.name: estimate for estimate in result.after.calibration.parameters}
     if isinstance(added, AddedChange):

@@ -13,7 +13,6 @@ from typing import Any
 from benchmarks.gap.outcome import Group, groups_of, outcome, outcome_of_mistake
 from benchmarks.gap.plan import EMPTY
 from benchmarks.gap.truths import USUAL
-from gap_finder.find import ALSO_MISSING
 from measurement.errors import BadInput
 
 STRONG, VISIBLE = 2.0, 1.25
@@ -89,11 +88,6 @@ class Record:
         """Whether the answer is marked as in doubt."""
         remaining = self.answer.get("remaining", {})
         return bool(self.answer.get("in_doubt", remaining.get("above_tolerance", False)))
-
-    @property
-    def only_also_missing(self) -> bool:
-        """Whether it is in doubt only because something else is missing, too."""
-        return bool(self.answer["evidence"]["doubt"] == ALSO_MISSING)
 
     @property
     def ratio(self) -> float:

@@ -6,7 +6,6 @@ from typing import Any
 
 from benchmarks.gap.plan import KINDS, Planned, trials
 from benchmarks.gap.truths import USUAL
-from gap_finder.find import ALSO_MISSING
 from measurement.files import write_atomically
 
 THERMOMETER = "sensor_offset:T3"
@@ -46,7 +45,6 @@ def answer(
         "one_of": list(one_of),
         "gap": {"holdout": holdout},
         "in_doubt": in_doubt,
-        "evidence": {"doubt": ALSO_MISSING if in_doubt else ""},
     }
 
 

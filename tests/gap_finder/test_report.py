@@ -104,7 +104,7 @@ def answer(**more: Any) -> dict[str, Any]:
 def entry(name: str, *rivals: dict[str, Any], **more: Any) -> dict[str, Any]:
     """Return an effect of the answer."""
     told = {"name": name, "title": name, "rivals": rivals, "parameters": {}}
-    usual = {"larger_than_usual": [], "evidence": "it explains 74 %", "in_doubt": False}
+    usual = {"larger_than_usual": [], "evidence": "it explains 74 %"}
     return told | usual | more
 
 
@@ -112,7 +112,7 @@ def entry(name: str, *rivals: dict[str, Any], **more: Any) -> dict[str, Any]:
 def test_the_first_line_of_a_name_in_doubt_says_what_it_may_be_instead(in_doubt):
     table = answer(
         verdict="effect",
-        effects=[entry("windage", title="Windage", in_doubt=in_doubt)],
+        effects=[entry("windage", title="Windage")],
         runners_up=[{"name": "motor_iron_loss", "probability": 0.2}],
         look_at=["links.film.coefficient is 9 where the file has 3: far from usual"],
         in_doubt=in_doubt,
@@ -126,19 +126,6 @@ def test_the_first_line_of_a_name_in_doubt_says_what_it_may_be_instead(in_doubt)
     assert ("Check: links.film.coefficient" in missing) == in_doubt
     alone = five_lines(table | {"runners_up": []})[0]
     assert ("may instead, or also, be something not in the catalogue" in alone) == in_doubt
-
-
-def test_only_the_names_in_doubt_are_doubted():
-    effects = [
-        entry("windage"),
-        entry("radiation", in_doubt=True, larger_than_usual=["emissivity"]),
-    ]
-    evidence = {"doubt": "radiation does not improve the prediction of the held-out run"}
-    missing = five_lines(answer(verdict="effect", effects=effects, evidence=evidence))[0]
-    told = (
-        "What is missing: windage; and perhaps: radiation, with unusual emissivity. In doubt: rad"
-    )
-    assert missing.startswith(told)
 
 
 def test_what_the_runs_do_not_exclude_is_told_beside_each_name():
