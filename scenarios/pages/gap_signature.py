@@ -17,7 +17,7 @@ from scenarios.pages.charts import BEFORE, LINES, SHOWN, Chart, Line, Panel
 
 
 def signature_charts(result: GapResult) -> list[Chart]:
-    """Return a chart for each addition, of the run and the channels that it moves most.
+    """Return a chart for each addition, of the run and the channels that it moves beyond noise.
 
     The signature is the calibrated machine with everything that was added, minus the same without
     this addition.
@@ -33,18 +33,14 @@ def _chart(result: GapResult, key: str, without: Machine) -> Chart:
     after = result.after.machine
     runs = [own_hours(observations) for observations in result.observed]
     signatures = [_signature(after, without, observations) for observations in runs]
-    sizes = np.array(
-        [
-            np.max(np.abs(_moving(values)), axis=0) / observations.tolerance
-            for values, observations in zip(signatures, runs, strict=True)
-        ]
-    )
+    sizes = np.array([np.max(np.abs(_moving(values)), axis=0) for values in signatures])
+    sizes /= runs[0].noise
     run = int(np.argmax(sizes.max(axis=1)))
     observed, signature = runs[run], signatures[run]
     left = signature - residuals(after, observed).values
-    order = np.argsort(-sizes[run], kind="stable")[:SHOWN]
+    most, *more = np.argsort(-sizes[run], kind="stable")[:SHOWN].tolist()
     panels = []
-    for i in sorted(int(at) for at in order if sizes[run, at] > 0.0):
+    for i in sorted([most, *(at for at in more if sizes[run, at] > 1.0)]):
         name = observed.channels[i]
         curves = [left[:, i], signature[:, i]]
         if observed.lengths[i]:
@@ -53,15 +49,15 @@ def _chart(result: GapResult, key: str, without: Machine) -> Chart:
             curves = [values - np.mean(values[measured]) for values in curves]
         lines = (
             Line("measured minus model without it", observed.time_s, curves[0], BEFORE),
-            Line("what the effect does", observed.time_s, curves[1], LINES[1], rank=2),
+            Line("what it does", observed.time_s, curves[1], LINES[1], rank=2),
         )
         panels.append(Panel(f"{name} [{'µm' if observed.lengths[i] else 'K'}]", lines))
     name = key.replace(":", "_")
     return Chart(
         f"signature_{name}_{observed.run.name}",
         f"Signature of {key} over what is left without it: {observed.run.name}",
-        "The run in which the effect does most, and the channels that it moves most. The model "
-        "without it has everything else that was added, and the same numbers.",
+        "The run in which it does most, and the channels that it moves by more than noise. The "
+        "model without it has everything else that was added, and the same numbers.",
         tuple(panels),
     )
 
