@@ -13,7 +13,7 @@ from gap_finder.forward_backward import Searching, SearchResult, moved_as
 from gap_finder.hypotheses import Addition
 from gap_finder.observations import Observations, observe
 from gap_finder.reference import ReferenceModel
-from gap_finder.score import LAW, Fit, scored
+from gap_finder.score import Fit, scored
 from gap_finder.search import USUAL, Search
 from gap_finder.standing import calibrated, standing_still
 from measurement.errors import BadInput
@@ -120,12 +120,6 @@ class Judged:
         return cls(result, used, later, ReferenceModel(after, used.after, later.after))
 
     @property
-    def limit(self) -> float:
-        """Largest adequate error per left-out run and channel [tolerances squared]."""
-        before, after = self.result.before.left_each, self.result.after.left_each
-        return max(ADEQUATE, LAW * (before - after))
-
-    @property
     def is_adequate(self) -> bool:
         """Whether the remaining error is so small that nothing else need be missing."""
         used = self.used.gap_against(self.reference.used)
@@ -136,7 +130,7 @@ class Judged:
             (self.used.worst(), unseen),
         )
         halved = any(row["after"] > HALVED * least for least, row in pairs)
-        return self.result.after.left_each <= self.limit and not halved
+        return self.result.after.left_each <= ADEQUATE and not halved
 
     @property
     def verdict(self) -> str:

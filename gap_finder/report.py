@@ -13,7 +13,7 @@ from gap_finder.calibrate import ParameterEstimate
 from gap_finder.candidates import Candidate, beyond_usual_range
 from gap_finder.comparison import GapComparison
 from gap_finder.data_faults import DataFault
-from gap_finder.find import Judged
+from gap_finder.find import ADEQUATE, Judged
 from gap_finder.forward_backward import MARGIN, Hypothesis, units_of
 from gap_finder.hypotheses import AddedChange
 from gap_finder.keys import driver_of, law_of, place_of
@@ -69,7 +69,7 @@ def report_of(
             "is_adequate": judged.is_adequate,
             "left_per_run_and_channel": result.after.left_each,
             "numbers_off": float(np.sqrt(units.numbers)),
-            "limit": judged.limit,
+            "limit": ADEQUATE,
             "share": reference.share,
             "where": [asdict(predicted) for predicted in reference.places()],
             "predicted_by": [asdict(predicted) for predicted in reference.sources()],
