@@ -186,13 +186,17 @@ def _spans(
 
 
 def _speeds(runs: Sequence[Run], warm: Sequence[FloatArray]) -> Iterator[tuple[str, str]]:
-    most = max(float(np.ptp(rise)) for rise in warm)
     for name in runs[0].of_unit("rpm"):
-        top = max(float(run.frame[name].abs().max()) for run in runs if name in run.frame)
-        other = likelier([("top speed [r/min]", top)], SPEEDS) if top > 0.0 else None
-        if other and most >= WARMS_K:
-            text = f"is at most {top:g} r/min while the machine warms by {most:.0f} K"
-            yield name, f"{text}: {other[0]}? then its unit is {other[1]}"
+        doubted = []
+        for run, rise in zip(runs, warm, strict=True):
+            top = float(run.frame[name].abs().max()) if name in run.frame else 0.0
+            kelvin = float(np.ptp(rise))
+            if not top > 0.0 or kelvin < WARMS_K:
+                continue
+            if other := likelier([("top speed [r/min]", top)], SPEEDS):
+                text = f"is at most {top:g} r/min while the machine warms by {kelvin:.0f} K"
+                doubted.append((run.name, f"{text}: {other[0]}? then its unit is {other[1]}"))
+        yield from _told(name, doubted, len(runs))
 
 
 def _temperatures(runs: Sequence[Run]) -> Iterator[tuple[str, str]]:

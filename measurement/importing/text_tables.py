@@ -71,8 +71,9 @@ def separator_of(text: str, path: Path) -> str:
     # A comma that occurs in the numbers but not in the header is a decimal mark.
     if all(_ONE_NUMBER.fullmatch(line) for line in body) and not re.search("[;\t|,]", lines[0]):
         return ONE_COLUMN
+    bare = [re.sub('"[^"]*"', "", line) for line in body]
     for mark in SEPARATORS:
-        counts = Counter(line.count(mark) for line in body)
+        counts = Counter(line.count(mark) for line in bare)
         count, often = counts.most_common(1)[0]
         if count and often >= 0.8 * sum(counts.values()):
             return mark

@@ -44,6 +44,18 @@ def test_columns_in_another_unit(columns, factor, offset, told, doubted):
     assert all(told in text for text in found.values())
 
 
+def test_a_speed_in_turns_a_second_is_doubted_in_the_runs_that_have_it():
+    runs = [run_of_day(number) for number in (1, 2, 3)]
+    speeds = (6000.0, 100.0, 100.0)
+    right, *wrong = [
+        Run(run.name, run.frame.assign(speed_rpm=speed))
+        for run, speed in zip(runs, speeds, strict=True)
+    ]
+    ((column, text),) = doubts([right, *wrong])
+    assert column == "speed_rpm"
+    assert text.endswith("turns a second? then its unit is Hz (in day2, day3)")
+
+
 def test_columns_that_are_doubted_alike_share_a_line():
     runs = [run_of_day(number) for number in (1, 2, 3)]
     hot = [name for name in runs[0].frame if name.endswith("_degC")]

@@ -12,6 +12,7 @@ import pytest
 from measurement.errors import BadInput
 from measurement.importing.log import Imported, import_files
 from measurement.importing.mapping import Mapping, TimeRule
+from measurement.importing.text_tables import separator_of
 from tests.measurement.importing.made import (
     HEADER,
     START,
@@ -146,6 +147,11 @@ def test_every_encoding(encoding, log):
 @pytest.mark.parametrize("form", TEXTS)
 def test_every_form_of_a_text_table(form, log):
     check(log(TEXTS[form], mapping=DAY_OR_MONTH.get(form)))
+
+
+def test_decimal_commas_in_quotes_separate_nothing_where_cells_are_empty():
+    rows = [f'{n},"{n},5",' + (f'"{n},25"' if n % 2 else "") for n in range(20)]
+    assert separator_of("\n".join(["Time,T,z", *rows]), Path("log.csv")) == ","
 
 
 MOMENTS = [START + dt.timedelta(minutes=n) for n in range(40)]
