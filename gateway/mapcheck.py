@@ -137,7 +137,8 @@ def problems_of(mapping: Mapping, fmu: Path, *, machine_clock: bool = False) -> 
     check_role("compensator", variables, fmu)
     for name in inputs_of(fmu):
         if name not in form.inputs:
-            mapping.say(f"inputs.{name}", "is missing: the compensator takes it")
+            way = "; --dbc or --map names other frames" if mapping.is_own_form else ""
+            mapping.say(f"inputs.{name}", f"is missing: the compensator takes it{way}")
     _check_constants(mapping, variables)
     outputs = {name for name, variable in variables.items() if variable.causality == "output"}
     known = {*outputs, *own_signals(), "trust"}

@@ -199,7 +199,7 @@ def test_bad_input_is_told_in_one_line(arguments, word, capsys, shipped):
     ("old", "new", "told"),
     [
         ('"degC"', '"K"', "T1: is in degC; the compensator has it in K"),
-        ("T1", "oil_7", "oil_7: is missing: the compensator takes it"),
+        ("T1", "oil_7", "oil_7: is missing: the compensator takes it; --dbc or --map names other"),
     ],
 )
 def test_an_fmu_whose_inputs_the_frames_do_not_carry_is_refused(capsys, tmp_path, old, new, told):

@@ -10,7 +10,7 @@ import numpy as np
 from measurement.faults.checks.base import Check
 from measurement.faults.fault import Fault, Kind
 from measurement.faults.series import FEWEST_SAMPLES
-from measurement.resampling import GAP_INTERVALS
+from measurement.resampling import GAP_INTERVALS, recorded_steps
 from measurement.runs import Run
 
 
@@ -38,10 +38,10 @@ class Missing(Check):
 
 def _are_bridged(run: Run, there: np.ndarray) -> bool:
     """Return whether readings are close together wherever rows lack one."""
-    time = run.time_s
     if there.sum() < FEWEST_SAMPLES:
         return False
-    # From reading to reading, including the run's ends; `pauses` checks for pauses of the record.
+    time = np.append(0.0, np.cumsum(recorded_steps(run.time_s)))  # `pauses` checks for its pauses
+    # From reading to reading, including the run's ends.
     rows = np.unique(np.r_[0, np.flatnonzero(there), len(time) - 1])
     gaps = np.diff(time[rows])[(np.diff(rows) > 1) | ~there[rows[:-1]] | ~there[rows[1:]]]
     return bool(gaps.max(initial=0.0) <= GAP_INTERVALS * np.median(np.diff(time[there])))

@@ -83,6 +83,14 @@ def test_a_sensor_that_is_read_rarely_misses_nothing():
     assert find_faults([slow, held, *GOOD[2:]]) == []
 
 
+def test_a_pause_of_the_record_is_no_missing_sample_of_a_slow_sensor():
+    every_other = np.where(np.arange(240) % 2, np.nan, GOOD[0].frame["T1_degC"])
+    frame = GOOD[0].frame.assign(T1_degC=every_other)
+    paused = Run(GOOD[0].name, pd.concat([frame[:102], frame[160:]], ignore_index=True))
+    kinds = [fault.kind for fault in find_faults([paused, *GOOD[1:]])]
+    assert kinds == ["pause"]
+
+
 @pytest.mark.long
 @pytest.mark.real_data
 def test_the_known_faults_of_the_lathe(lathe_runs):
