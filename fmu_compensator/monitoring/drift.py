@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.special import stdtrit
+import numpy.typing as npt
+from scipy.special import bdtr, stdtrit
 
 from fmu_compensator.driving import Driven
 from fmu_compensator.fit.installed import COVERAGE
@@ -27,6 +28,9 @@ class AxisError(AxisLeft):
         Upper bound of the miss in a run like those in training [1].
     chance : float
         Probability of a miss this large or larger in a run like those in training [1].
+    few : float
+        Probability that an interval that keeps its promise holds so small a share [1]. Samples in a
+        row on the same side of its edges count as one; NaN without an interval.
     gain : float
         Ratio of the measured to the predicted drift (least squares) [1].
     """
@@ -34,6 +38,7 @@ class AxisError(AxisLeft):
     axis: str
     bound: float
     chance: float
+    few: float
     gain: float
 
     @property
@@ -51,7 +56,9 @@ def misses_of(figures: Mapping[str, Any]) -> dict[str, list[float]]:
     }
 
 
-def axis_errors(driven: Driven, misses: Mapping[str, Sequence[float]]) -> list[AxisError]:
+def axis_errors(
+    driven: Driven, misses: Mapping[str, Sequence[float]], promised: float
+) -> list[AxisError]:
     """Return the error of each axis, except those with too few measurements.
 
     The bound is at least the promised half width, and equal to it if no misses are known.
@@ -61,6 +68,8 @@ def axis_errors(driven: Driven, misses: Mapping[str, Sequence[float]]) -> list[A
     driven : Driven
     misses : mapping of str to sequence of float
         Misses of runs left out of training, by axis [1].
+    promised : float
+        Share of samples that the interval should contain [1].
     """
     errors = []
     for axis, left in left_of(driven, "").axes.items():
@@ -71,8 +80,18 @@ def axis_errors(driven: Driven, misses: Mapping[str, Sequence[float]]) -> list[A
         gain = float(said @ drift) / size if size > 0.0 else np.nan
         bound, chance = upper_bound(misses[axis]), chance_of(left.miss, misses[axis])
         bound = max(bound, 1.0) if np.isfinite(bound) else 1.0
-        errors.append(AxisError(**vars(left), axis=axis, bound=bound, chance=chance, gain=gain))
+        few = _few(np.abs(driven.error[known, place]) <= driven.half_width[known, place], promised)
+        few = few if np.isfinite(left.inside) else np.nan
+        errors.append(
+            AxisError(**vars(left), axis=axis, bound=bound, chance=chance, few=few, gain=gain)
+        )
     return errors
+
+
+def _few(inside: npt.NDArray[np.bool_], promised: float) -> float:
+    """Return the probability of this share of samples within the interval, or a smaller one."""
+    pieces = 1 + int(np.sum(inside[1:] != inside[:-1]))
+    return float(bdtr(round(inside.mean() * pieces), pieces, promised))
 
 
 @dataclass(frozen=True)

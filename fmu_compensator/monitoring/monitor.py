@@ -60,6 +60,9 @@ ADVICE = {
 }
 SLIPPED = "find out what slipped: a displacement sensor, or a joint of the machine"
 """What to do about a leap of the remaining drift."""
+MORE = "more than promised remains"
+WORSE = "the offsets do not help"
+FEW = "the interval holds less than it promises"
 OUTSIDE_SHARE = 0.25
 """A run with at least this share of samples with status 2 is outside training [1]: set on no
 data; docs/results.md reports it."""
@@ -88,6 +91,8 @@ class RunReport:
         Conditions of the run, compared with those of training.
     leaps : dict of str to str
         By axis, a leap of the remaining drift that no switch of the machine explains, in words.
+    but : dict of str to list of str
+        What is no good news, whatever the verdict, and in which axes.
     """
 
     run: str
@@ -99,6 +104,7 @@ class RunReport:
     errors: tuple[AxisError, ...]
     conditions: tuple[Condition, ...]
     leaps: dict[str, str] = field(default_factory=dict)
+    but: dict[str, list[str]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -185,6 +191,7 @@ def monitor(
     length = model.limits.judged_tool()
     agreement, misses = Agreement(model), misses_of(figures)
     faults = find_faults(runs)
+    promised = model.new_gaussian().coverage
     reports = []
     for place, run in enumerate(runs):
         left = cleaned([run], find_faults([run]), GROSS)[0]  # independent of the other runs
@@ -196,15 +203,14 @@ def monitor(
             _worth_saying(here, run, used, model.input_form),
             agreement.of(left),
             conditions_of(run, used, figures.get("conditions") or ()),
-            axis_errors(driven, misses),
+            axis_errors(driven, misses, promised),
             [sensor.name for sensor in model.sensors],
             leaps_of(run, driven),
         )
         if report.verdict == FITS and learnt[place]:
-            report = replace(report, verdict=LEARNT)
+            report = replace(report, verdict=LEARNT, but={})
         reports.append(report)
         on_run(run)
-    promised = model.new_gaussian().coverage
     return replace(_report(reports), promised=promised, inside=_inside(reports), notes=tuple(notes))
 
 
@@ -297,6 +303,7 @@ def _run_report(
         tuple(errors),
         tuple(conditions),
         leaps,
+        {} if verdict in (SENSOR, TOO_SHORT) else _but(errors),
     )
 
 
@@ -347,32 +354,46 @@ def _report(runs: Sequence[RunReport]) -> Report:
                 gains.append(gain)
     sensors = list(dict.fromkeys(run.sensor for run in of[SENSOR] if run.sensor))
     summary, advice = VERDICTS[verdict], ADVICE[verdict]
-    if verdict == FITS and (but := _but(of[FITS])):
-        summary, advice = f"{summary}, but {'; '.join(but)}", ADVICE[UNUSUAL]
+    but = _all_but(runs)
+    if verdict == FITS and but:
+        advice = ADVICE[UNUSUAL]
     if leapt := [f"{run.run} ({axis})" for run in runs for axis in run.leaps]:
         summary = f"{summary}; the drift leaps in {first_of(leapt)}"
         advice = SLIPPED if verdict == FITS else f"{SLIPPED}; {advice}"
     if sensors:
         named = f"{', '.join(sensors)}: broken, or not what the others explain"
         summary = named if verdict == SENSOR else f"{summary}; {named}"
+    summary = said_with(verdict, summary, but)
     return Report(verdict, summary, advice, tuple(runs), tuple(gains))
 
 
-def _but(runs: Sequence[RunReport]) -> list[str]:
-    """Return what is no good news in runs that fit.
+def _but(errors: Sequence[AxisError]) -> dict[str, list[str]]:
+    """Return what is no good news in a run, and in which axes.
 
     Runs left out of training were no better, so it shows no change of the machine.
     """
-    pairs = [(run, error) for run in runs for error in run.errors]
     found = {
-        "more than promised remains in": [(r, e.axis) for r, e in pairs if e.miss > 1.0],
-        "the offsets do not help in": [(r, e.axis) for r, e in pairs if e.left > e.none],
+        MORE: [e.axis for e in errors if e.miss > 1.0 and not e.is_unusual],
+        WORSE: [e.axis for e in errors if e.left > e.none],
+        FEW: [e.axis for e in errors if e.miss <= 1.0 and e.few < WRONG],
     }
-    return [
-        f"{what} {first_of([f'{run.run} ({axis})' for run, axis in where])}"
-        for what, where in found.items()
-        if where
-    ]
+    return {what: axes for what, axes in found.items() if axes}
+
+
+def _all_but(runs: Sequence[RunReport]) -> list[str]:
+    """Return what is no good news in a log, and in which runs."""
+    found = {
+        what: [f"{run.run} ({axis})" for run in runs for axis in run.but.get(what, ())]
+        for what in (MORE, WORSE, FEW)
+    }
+    return [f"{what} in {first_of(where)}" for what, where in found.items() if where]
+
+
+def said_with(verdict: str, text: str, but: Sequence[str]) -> str:
+    """Return what a verdict says together with what is no good news."""
+    if not but:
+        return text
+    return f"{text}{', but ' if verdict == FITS else '; '}{'; '.join(but)}"
 
 
 def _chance_of_worst(unusual: Sequence[RunReport], runs: int) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from textwrap import fill
 
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
@@ -47,7 +48,8 @@ def draw_monitor(report: Report, folder: Path) -> list[Path]:
     """
     axes = sorted({error.axis for run in report.runs for error in run.errors})
     figure = Figure(figsize=(WIDTH_IN, 1.8 + PANEL_IN * max(len(axes), 1)), layout="constrained")
-    figure.suptitle(f"{report.verdict}: {report.summary}", fontsize=12, x=0.01, ha="left")
+    title = fill(f"{report.verdict}: {report.summary}", 100)
+    figure.suptitle(title, fontsize=12, x=0.01, ha="left")
     panels = figure.subplots(max(len(axes), 1), 1, sharex=True, squeeze=False)[:, 0]
     used = []
     for panel, axis in zip(panels, axes, strict=False):

@@ -13,6 +13,7 @@ from tqdm import tqdm
 
 from fmu_compensator.fit.installed import COVERAGE
 from fmu_compensator.monitoring import Report
+from fmu_compensator.monitoring.monitor import said_with
 from measurement.files import json_ready
 from scenarios.arguments import add_json, add_parameters, add_results, add_runs
 from scenarios.outputs import FOLDER
@@ -82,6 +83,8 @@ def lines_of(report: Report) -> list[str]:
             + ("" if math.isnan(e.inside) else f" ({e.inside:.0%} inside)")
             for e in run.errors
         ]
-        lines.append(f"  {run.run}: {run.verdict}; {', '.join(cells) or 'drift not measured'}")
+        but = [f"{what} ({', '.join(axes)})" for what, axes in run.but.items()]
+        verdict = said_with(run.verdict, run.verdict, but)
+        lines.append(f"  {run.run}: {verdict}; {', '.join(cells) or 'drift not measured'}")
         lines += [f"    {reason}" for reason in run.reasons]
     return lines

@@ -10,12 +10,14 @@ from fmu_compensator.monitoring import monitor
 from fmu_compensator.monitoring.bounds import chance_of, upper_bound
 from fmu_compensator.monitoring.monitor import (
     CHANGED,
+    FEW,
     FITS,
     LEARNT,
     NOT_MEASURED,
     OUTSIDE,
     SENSOR,
     UNUSUAL,
+    WORSE,
 )
 from fmu_compensator.runtime.modelfile import Model, parse_model
 from measurement.errors import BadInput
@@ -137,6 +139,22 @@ def test_offsets_that_do_not_help_are_no_good_news(model):
     report = monitor(model, [cold, *NEW])
     assert report.verdict == FITS
     assert "the offsets do not help in new0 (" in report.summary
+    assert "measure more runs" in report.advice
+    mixed = monitor(model, [cold, NEW[1], unmeasured(warmed_from_outside(NEW[2]))])
+    assert mixed.verdict == OUTSIDE
+    assert "the offsets do not help in new0 (" in mixed.summary
+    assert [WORSE in run.but for run in mixed.runs] == [True, False, False]
+
+
+def test_an_interval_that_holds_too_little_is_no_good_news(model):
+    (width,) = (e.half_width for e in monitor(model, NEW[:1]).runs[0].errors if e.axis == "Z")
+    waves = 1.15 * width * np.sin(0.3 * ROWS)
+    waving = changed(NEW[0], **{DISPLACEMENTS[-1]: NEW[0].frame[DISPLACEMENTS[-1]] + waves})
+    report = monitor(model, [waving, *NEW[1:]])
+    (error,) = (e for e in report.runs[0].errors if e.axis == "Z")
+    assert error.miss < 1.0
+    assert 0.5 < error.inside < 0.8
+    assert report.summary == f"still fits, but {FEW} in new0 (Z)"
     assert "measure more runs" in report.advice
 
 
