@@ -124,8 +124,18 @@ def promise_line(unseen: Mapping[str, Any] | None) -> str:
         for name, unit in (("like_behind", "run"), ("unlike_behind", "condition"))
         if name in unseen
     ]
-    errors = ", ".join(
-        f"{axis} {row['no_model']:.1f} -> {row['model']:.1f}"
-        for axis, row in unseen["promised"].items()
-    )
+    errors = errors_text(unseen["promised"])
     return f"promise, from {' and '.join(behind)} left out: {errors} um RMSE"
+
+
+def errors_text(by_axis: Mapping[str, Mapping[str, float]]) -> str:
+    """Return errors without and with a compensator in words, axis by axis.
+
+    Parameters
+    ----------
+    by_axis : mapping of str to mapping of str to float
+        By axis: ``no_model`` and ``model`` [um].
+    """
+    return ", ".join(
+        f"{axis} {row['no_model']:.1f} -> {row['model']:.1f}" for axis, row in by_axis.items()
+    )

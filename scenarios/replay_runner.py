@@ -10,11 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from tqdm import tqdm
 
 from fmu_compensator.fit.advice import advice
+from fmu_compensator.fit.promise import FEWEST_JUDGED_ROWS
 from fmu_compensator.monitoring.sensors import WORTH_SHARE
 from fmu_compensator.runtime.compensator import AT_ZERO, WAITING
+from fmu_compensator.runtime.modelfile import Model
 from fmu_packaging.reference import DECIMALS
 from measurement.doubts import doubt_lines
 from measurement.doubts.signs import is_opposite
@@ -34,15 +37,26 @@ from measurement.runs import read_run, write_run
 from measurement.units import split_column
 from measurement.warm import named_warm
 from plant_model.machine_file import read_machine
+from scenarios.fit_text import errors_text
 from scenarios.fmu_files import check_fmus, find_fmu
 from scenarios.pages.charts import SHOWN
 from scenarios.probing import Probing
-from scenarios.replay import Replay, chart_of, model_of, replay, results_of, rig_of_model
+from scenarios.replay import (
+    LABEL_HELD,
+    LABEL_PROBED,
+    Replay,
+    chart_of,
+    model_of,
+    replay,
+    results_of,
+    rig_of_model,
+)
 from scenarios.results import check_folder, results_folder, write_report
 from scenarios.runner import fmu_facts, versions
 from scenarios.table import Group, group_of, overall
 
 ALL = "All runs together"
+_WITH_PROBES = " with probes"
 NOTE = (
     "Largest and mean absolute drift, as the run's own displacement sensors show it, and what is "
     "left of it with the offsets that the compensator sent. Better by: 1 - mean with / mean "
@@ -119,9 +133,9 @@ def run_replay(
             for run in tqdm(recorded, desc="replay", disable=quiet or None, leave=False)
         ]
     groups = [group_of(entry.run.name, results_of(entry)) for entry in replays]
+    notes = [*_left(replays, model), *_worse(groups), *_notes(replays)]
     if len(groups) > 1:
         groups.insert(0, overall(groups, ALL))
-    notes = _notes(replays)
     left = cleaned(recorded, find_faults(recorded), GROSS)
     notes += advice(model, recorded, left, rig, length)
     with results_folder(out) as folder:
@@ -162,6 +176,47 @@ def run_replay(
 def _fitted(model: Any) -> str:
     runs = [str(run["name"]) for run in model.provenance.get("runs", [])]
     return ", ".join(runs) if runs else "runs that the file does not name"
+
+
+def _left(replays: Sequence[Replay], model: Model) -> list[str]:
+    """Return what remained, each run counted as one, beside what the compensator file promises."""
+    by_label: dict[str, list[pd.DataFrame]] = {}
+    for entry in replays:
+        for _, label, frame in results_of(entry):
+            by_label.setdefault(label, []).append(frame)
+    said = []
+    for label, frames in by_label.items():
+        if label != LABEL_HELD and (errors := _errors(frames)):
+            said.append(f"{errors_text(errors)}{_WITH_PROBES if label == LABEL_PROBED else ''}")
+    promised = (model.provenance["figures"].get("unseen") or {}).get("promised")
+    if said and promised:
+        said.append(f"promised by the compensator file: {errors_text(promised)}")
+    return [f"RMSE [um] without -> with compensation: {'; '.join(said)}."] if said else []
+
+
+def _errors(frames: Sequence[pd.DataFrame]) -> dict[str, dict[str, float]]:
+    errors = {}
+    for axis in AXES:
+        names = [f"drift_{axis}_um", f"error_{axis}_um"]
+        both = [frame[names].dropna() for frame in frames if set(names) <= set(frame)]
+        squares = [(rows**2).mean() for rows in both if len(rows) >= FEWEST_JUDGED_ROWS]
+        if squares:
+            none, left = np.sqrt(np.mean(squares, axis=0)).tolist()
+            errors[axis] = {"no_model": none, "model": left}
+    return errors
+
+
+def _worse(groups: Sequence[Group]) -> list[str]:
+    """Return a line on the runs and axes whose mean is larger than without compensation."""
+    found = [
+        f"{group.title} ({axis}{_WITH_PROBES if row.label == LABEL_PROBED else ''})"
+        for group in groups
+        for row in group.rows
+        if row.label != LABEL_HELD
+        for axis, figures in row.axes.items()
+        if figures.after_mean_um > figures.before_mean_um
+    ]
+    return [f"Worse than without compensation: {', '.join(found)}."] if found else []
 
 
 def _notes(replays: Sequence[Replay]) -> list[str]:

@@ -194,6 +194,25 @@ def test_a_run_without_displacements_says_that_nothing_was_judged(direct_model, 
     assert "blind: no row has a sound displacement to judge Z by." in said
 
 
+def test_what_remained_stands_beside_the_promise_of_the_file(tmp_path, prints):
+    training = [warming(f"day{seed}", seed, 60.0) for seed in range(4)]
+    table = fit_compensator(training, rig_from_table(DIRECT, "test"))
+    model = tmp_path / "c.json"
+    model.write_text(compensator_text(table))
+    paths = written(tmp_path, warming("unseen", 9), warming("slow", 10, 40.0))
+    said = prints(["replay", str(model), *paths, "--out", str(tmp_path / "out")])
+    (line,) = (line for line in said.splitlines() if line.startswith("RMSE [um] without -> with"))
+    files = [pd.read_csv(tmp_path / "out" / f"results_{name}.csv") for name in ("unseen", "slow")]
+    squares = [(one[["drift_Z_um", "error_Z_um"]] ** 2).mean().to_numpy() for one in files]
+    none, left = np.sqrt(np.mean(squares, axis=0))
+    assert f" Z {none:.1f} -> {left:.1f};" in line
+    row = table["provenance"]["figures"]["unseen"]["promised"]["Z"]
+    promised = line.partition("promised by the compensator file: ")[2]
+    assert f"Z {row['no_model']:.1f} -> {row['model']:.1f}." in promised
+    assert line in (tmp_path / "out" / "report.html").read_text().replace("&gt;", ">")
+    assert "Worse than" not in said
+
+
 def test_a_displacement_flipped_since_training_is_doubted_and_no_other(
     direct_model, tmp_path, prints
 ):
@@ -204,6 +223,7 @@ def test_a_displacement_flipped_since_training_is_doubted_and_no_other(
     doubt = "Z drifts with the opposite sign of what the compensator learnt in tuesday: is the"
     assert doubt in said
     assert said.count("opposite sign of what") == 1
+    assert "\nWorse than without compensation: tuesday (Z).\n" in said
 
 
 def test_a_compensator_that_never_starts_says_why(direct_model, tmp_path, prints):
@@ -352,6 +372,9 @@ def test_the_command_shows_probes_beside_none_and_the_last_one_held(doubting_fmu
     out = tmp_path / "results"
     arguments = ["replay", str(doubting_fmu), *paths, "--out", str(out)]
     printed = prints([*arguments, "--probe-every", "30min", "--probe-noise", "0.2um"])
+    (left,) = (line for line in printed.splitlines() if line.startswith("RMSE [um]"))
+    assert left.count("->") == 5  # one in its heading
+    assert left.endswith(" with probes.")
     for label in ("Compensated, with probes", "Last probe held"):
         assert printed.count(label) == 3
     assert "monday: 3 probes, 1.5 an hour, at 30, 60, 90 min." in printed
