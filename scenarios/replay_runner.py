@@ -137,7 +137,7 @@ def run_replay(
     if len(groups) > 1:
         groups.insert(0, overall(groups, ALL))
     left = cleaned(recorded, find_faults(recorded), GROSS)
-    notes += advice(model, recorded, left, rig, length)
+    notes += advice(model, recorded, left, rig, length, probes=probing is None)
     with results_folder(out) as folder:
         for entry, name in zip(replays, names, strict=True):
             write_run(entry.frame.round(DECIMALS), folder / f"results_{name}.csv")

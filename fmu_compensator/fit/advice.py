@@ -20,7 +20,13 @@ from measurement.runs import Run
 
 
 def advice(
-    model: Model, runs: Sequence[Run], left: Sequence[Run], rig: Rig, tool_length_mm: float
+    model: Model,
+    runs: Sequence[Run],
+    left: Sequence[Run],
+    rig: Rig,
+    tool_length_mm: float,
+    *,
+    probes: bool = True,
 ) -> list[str]:
     """Return up to three lines: source of the error, what to measure, effect of a probe.
 
@@ -36,6 +42,8 @@ def advice(
         Meaning of the displacements.
     tool_length_mm : float
         Tool length at which the drift is taken.
+    probes : bool
+        Whether to tell the effect of a probe: not where one was tried.
     """
     pairs = list(zip(runs, left, strict=True))
     driven = [drive(model, run, clean, rig, tool_length_mm) for run, clean in pairs]
@@ -52,6 +60,8 @@ def advice(
     named = _most_telling(model, runs, rig)
     if named is not None:
         lines.append(named)
+    if not probes:
+        return lines
     soon = [at for at, (_, clean) in enumerate(pairs) if not begins_late(model, clean, rig)]
     probed = [drive(model, *pairs[at], rig, tool_length_mm, probe_every_s=3600.0) for at in soon]
     before = by_axis([left_of(driven[at], "") for at in soon])
@@ -61,7 +71,7 @@ def advice(
     cells = [f"{axis} {after[axis]['model']:.1f} um" for axis in before if axis in after]
     beside = [f"{axis} {row['model']:.1f} um" for axis, row in before.items()]
     lines.append(
-        f"With a probe every hour the RMSE would be {', '.join(cells)} "
+        f"With an exact probe every hour the RMSE would be {', '.join(cells)} "
         f"(without: {', '.join(beside)})."
     )
     return lines

@@ -211,6 +211,7 @@ def test_what_remained_stands_beside_the_promise_of_the_file(tmp_path, prints):
     assert f"Z {row['no_model']:.1f} -> {row['model']:.1f}." in promised
     assert line in (tmp_path / "out" / "report.html").read_text().replace("&gt;", ">")
     assert "Worse than" not in said
+    assert "With an exact probe every hour the RMSE would be" in said
 
 
 def test_a_displacement_flipped_since_training_is_doubted_and_no_other(
@@ -375,6 +376,7 @@ def test_the_command_shows_probes_beside_none_and_the_last_one_held(doubting_fmu
     (left,) = (line for line in printed.splitlines() if line.startswith("RMSE [um]"))
     assert left.count("->") == 5  # one in its heading
     assert left.endswith(" with probes.")
+    assert "With a probe" not in printed
     for label in ("Compensated, with probes", "Last probe held"):
         assert printed.count(label) == 3
     assert "monday: 3 probes, 1.5 an hour, at 30, 60, 90 min." in printed
