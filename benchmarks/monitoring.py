@@ -25,13 +25,13 @@ from benchmarks.results_page import as_table, parser_of, tell
 from benchmarks.trust.questions import Question, fitted, questions
 from fmu_compensator.fit.conditions import FOLDS
 from fmu_compensator.monitoring import Report, monitor
-from fmu_compensator.monitoring.monitor import LEARNT, SENSOR, VERDICTS
+from fmu_compensator.monitoring.monitor import DOUBTFUL, LEARNT, SENSOR, VERDICTS
 from fmu_compensator.runtime.modelfile import Model
 from measurement.runs import Run
 
 WANDERS_K = (2.0, 5.0, 10.0)
 MOVES = (0.7, 1.3, 1.6)
-TOLD = tuple(verdict for verdict in VERDICTS if verdict != LEARNT)
+TOLD = tuple(verdict for verdict in VERDICTS if verdict not in (LEARNT, DOUBTFUL))
 """Verdicts on a left-out run."""
 
 

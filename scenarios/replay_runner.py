@@ -18,9 +18,9 @@ from fmu_compensator.fit.promise import FEWEST_JUDGED_ROWS
 from fmu_compensator.monitoring.sensors import WORTH_SHARE
 from fmu_compensator.runtime.compensator import AT_ZERO, WAITING
 from fmu_compensator.runtime.modelfile import Model
+from fmu_compensator.signs import opposite_columns, sign_lines
 from fmu_packaging.reference import DECIMALS
 from measurement.doubts import doubt_lines
-from measurement.doubts.signs import is_opposite
 from measurement.errors import BadInput, counted
 from measurement.faults import (
     GROSS,
@@ -195,7 +195,7 @@ def _left(replays: Sequence[Replay], model: Model) -> list[str]:
 
 
 def _errors(frames: Sequence[pd.DataFrame]) -> dict[str, dict[str, float]]:
-    errors = {}
+    errors: dict[str, dict[str, float]] = {}
     for axis in AXES:
         names = [f"drift_{axis}_um", f"error_{axis}_um"]
         both = [frame[names].dropna() for frame in frames if set(names) <= set(frame)]
@@ -238,7 +238,8 @@ def _notes(replays: Sequence[Replay]) -> list[str]:
         if silent:
             axes = ", ".join(silent)
             notes.append(f"{entry.run.name}: no row has a sound displacement to judge {axes} by.")
-    notes += _opposite(replays)
+    unprobed = [entry for entry in replays if entry.probes is None]
+    notes += sign_lines((entry.run.name, opposite_columns(entry.frame)) for entry in unprobed)
     notes += [note for entry in replays for note in _without_offsets(entry)]
     notes += [_probes(entry) for entry in replays if entry.probes is not None]
     faults = [fault for entry in replays for fault in entry.faults]
@@ -246,25 +247,6 @@ def _notes(replays: Sequence[Replay]) -> list[str]:
     notes += [group_line(group) for group in gross]
     if any(split_column(group[0].column)[1] == "degC" for group in gross):
         notes.append("The compensator was given all thermometer readings unchanged.")
-    return notes
-
-
-def _opposite(replays: Sequence[Replay]) -> list[str]:
-    """Return a note for each axis that drifts with the opposite sign of what was learnt."""
-    notes = []
-    for axis in AXES:
-        odd = []
-        for entry in replays:
-            columns = {f"drift_{axis}_um", f"error_{axis}_um"}
-            if entry.probes is None and columns <= set(entry.frame.columns):
-                drift, error = entry.frame[sorted(columns)].dropna().to_numpy().T
-                if is_opposite(drift, drift - error):
-                    odd.append(entry.run.name)
-        if odd:
-            notes.append(
-                f"{axis} drifts with the opposite sign of what the compensator learnt in "
-                f"{', '.join(odd)}: is the displacement flipped there or in training?"
-            )
     return notes
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias, Union
 
 import pandas as pd
 
+from fmu_compensator.signs import opposite_columns, sign_lines
 from measurement.doubts import doubts, together
 from measurement.errors import BadInput
 from measurement.naming import distinct
@@ -61,3 +62,9 @@ def warn_of_doubts(runs: Sequence[Run]) -> None:
     for run_doubt in together(doubts(runs)):
         names = ", ".join(run.name for run in runs)
         warnings.warn(f"{names}: {run_doubt.column} {run_doubt.text}", DoubtfulData, stacklevel=4)
+
+
+def warn_of_signs(run: Run, judged: pd.DataFrame) -> None:
+    """Warn the caller of a function of this package about drift opposite to what was learnt."""
+    for line in sign_lines([(run.name, opposite_columns(judged))]):
+        warnings.warn(line, DoubtfulData, stacklevel=4)

@@ -27,7 +27,14 @@ from scenarios.grey_options import usual_choice
 from scenarios.outputs import COMPENSATOR_FILE, check_output, guarding
 from scenarios.presets import preset
 from scenarios.replay import model_of, rig_of_model
-from spindle_drift._inputs import MachineLike, RunLike, as_run, as_runs, warn_of_doubts
+from spindle_drift._inputs import (
+    MachineLike,
+    RunLike,
+    as_run,
+    as_runs,
+    warn_of_doubts,
+    warn_of_signs,
+)
 from spindle_drift._plots import plot_judged
 from spindle_drift._refusals import refuse_options, refusing, refusing_methods
 
@@ -220,7 +227,9 @@ class Compensator:
             columns[f"d{axis}_um"] = sent[f"d{axis}_um"]
             columns[f"error_{axis}_um"] = errors[f"drift_{axis}_um"]
             columns[f"d{axis}_uncertainty_um"] = sent[f"d{axis}_uncertainty_um"]
-        return pd.DataFrame(columns)
+        judged = pd.DataFrame(columns)
+        warn_of_signs(recorded, judged)
+        return judged
 
     def plot(
         self,

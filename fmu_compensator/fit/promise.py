@@ -22,6 +22,7 @@ from fmu_compensator.fit.installed import RMS_OF_HALF_WIDTH
 from fmu_compensator.leaps import leaps_of
 from fmu_compensator.runtime.compensator import UNTRAINED
 from fmu_compensator.runtime.modelfile import Model
+from fmu_compensator.signs import opposite_axes
 from measurement.rig import AXES, Rig
 from measurement.runs import Run
 
@@ -73,6 +74,8 @@ class RunLeft:
         Weight as a number of runs: below 1 if it is shorter than all training runs [1].
     leaps : tuple of str
         Leaps of the remaining drift that no switch of the machine explains, in words.
+    opposite : tuple of str
+        Axes that drift with the opposite sign of what the compensator learnt.
     """
 
     run: str
@@ -81,6 +84,7 @@ class RunLeft:
     new: float
     counts: float = 1.0
     leaps: tuple[str, ...] = ()
+    opposite: tuple[str, ...] = ()
 
 
 def left_of(driven: Driven, run: str) -> RunLeft:
@@ -123,7 +127,8 @@ def judge_runs(
     for run, left in pairs:
         driven = drive(model, run, left, rig, tool_length_mm)
         leaps = tuple(leaps_of(run, driven).values())
-        records.append(replace(left_of(driven, run.name), leaps=leaps))
+        opposite = opposite_axes(driven.drift, driven.error)
+        records.append(replace(left_of(driven, run.name), leaps=leaps, opposite=opposite))
     return records
 
 

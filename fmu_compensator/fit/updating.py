@@ -27,6 +27,7 @@ from fmu_compensator.fit.run_conditions import NAMES, ranges_of
 from fmu_compensator.fit.spare import spare_after
 from fmu_compensator.fit.training import Array
 from fmu_compensator.runtime.modelfile import Model, model_text, parse_model
+from fmu_compensator.signs import sign_lines
 from measurement.doubts import doubt_lines
 from measurement.errors import BadInput
 from measurement.faults import cleaned, find_faults, looked_over
@@ -87,7 +88,14 @@ def update_compensator(
         {"name": run.name, "sha256": run.fingerprint(table["chosen"]), "rows": count}
         for run, count in zip(runs, rows, strict=True)
     ]
-    notes = [*doubt_lines(runs), *prepared.notes, *leap_notes(before), *([warm] if warm else [])]
+    signs = sign_lines((record.run, record.opposite) for record in before)
+    notes = [
+        *doubt_lines(runs),
+        *signs,
+        *prepared.notes,
+        *leap_notes(before),
+        *([warm] if warm else []),
+    ]
     provenance["notes"] += [note for note in notes if note not in provenance["notes"]]
     figures = provenance["figures"]
     used = [model.sensors[index].name for index in model.chosen]

@@ -24,6 +24,7 @@ from fmu_compensator.monitoring.drift import AxisError, Gain, axis_errors, gain_
 from fmu_compensator.monitoring.sensors import WORTH_SHARE, Agreement, Astray
 from fmu_compensator.runtime.compensator import HOLDING, SPARED, UNTRAINED
 from fmu_compensator.runtime.modelfile import Model
+from fmu_compensator.signs import opposite_axes, sign_lines
 from measurement.doubts import doubt_lines
 from measurement.faults import GROSS, LEVELS, Fault, cleaned, find_faults
 from measurement.faults.series import FEWEST_SAMPLES
@@ -33,9 +34,11 @@ from measurement.runs import Run
 from measurement.warm import named_warm
 
 TOO_SHORT = "too_short"
+DOUBTFUL = "doubtful"
 FITS, LEARNT, SENSOR, CHANGED = "fits", "learnt", "sensor", "changed"
 OUTSIDE, UNUSUAL, NOT_MEASURED = "outside", "unusual_runs", "not_measured"
 VERDICTS = {
+    DOUBTFUL: "a unit, a sign or a place in these runs may be wrong",
     CHANGED: "the machine no longer drifts as it did in training",
     OUTSIDE: "new conditions: the runs are outside training",
     SENSOR: "a thermometer is broken, or disagrees with all others",
@@ -47,6 +50,7 @@ VERDICTS = {
 }
 """Verdicts, the most urgent first."""
 ADVICE = {
+    DOUBTFUL: "correct what is doubtful, or make sure that it is right, before anything else",
     SENSOR: "check that thermometer; if it reads correctly, its surroundings have changed: measure "
     "the drift and update the compensator with these runs",
     CHANGED: "find out what changed in the machine, then update the compensator with these runs",
@@ -76,7 +80,7 @@ class RunReport:
     ----------
     run : str
     verdict : str
-        One of `VERDICTS`; a single run is never `UNUSUAL`.
+        One of `VERDICTS`; a single run is never `UNUSUAL` or `DOUBTFUL`.
     reasons : tuple of str
         One sentence each.
     sensor : str or None
@@ -167,7 +171,7 @@ def monitor(
     """
     refuse_repeated(runs)
     used = [model.sensors[index].name for index in model.chosen]
-    notes = doubt_lines(runs)
+    doubted, notes = doubt_lines(runs), []
     if warm := named_warm(runs):
         notes.append(
             f"the machine was warm when these began: {warm}; their errors do not mean that the "
@@ -192,7 +196,7 @@ def monitor(
     agreement, misses = Agreement(model), misses_of(figures)
     faults = find_faults(runs)
     promised = model.new_gaussian().coverage
-    reports = []
+    reports, opposite = [], []
     for place, run in enumerate(runs):
         left = cleaned([run], find_faults([run]), GROSS)[0]  # independent of the other runs
         driven = drive(model, run, left, rig, length)
@@ -210,8 +214,15 @@ def monitor(
         if report.verdict == FITS and learnt[place]:
             report = replace(report, verdict=LEARNT, but={})
         reports.append(report)
+        opposite.append((run.name, opposite_axes(driven.drift, driven.error)))
         on_run(run)
-    return replace(_report(reports), promised=promised, inside=_inside(reports), notes=tuple(notes))
+    doubted += sign_lines(opposite)
+    return replace(
+        _report(reports, doubted=bool(doubted)),
+        promised=promised,
+        inside=_inside(reports),
+        notes=(*doubted, *notes),
+    )
 
 
 def _in_mm(runs: Sequence[Run], rig: Rig | None) -> list[str]:
@@ -335,24 +346,37 @@ def _inside(runs: Sequence[RunReport]) -> dict[str, float]:
     }
 
 
-def _report(runs: Sequence[RunReport]) -> Report:
-    of = {verdict: [run for run in runs if run.verdict == verdict] for verdict in VERDICTS}
-    verdict = next(name for name in VERDICTS if of[name])
+def _verdict(runs: Sequence[RunReport]) -> str:
+    """Return the verdict on a log if nothing in it is doubted."""
+    given = [run.verdict for run in runs]
+    verdict = next(name for name in VERDICTS if name in given)
     if verdict == CHANGED:
+        changed = [run for run in runs if run.verdict == CHANGED]
         judged = sum(bool(run.errors) for run in runs)
-        if min(_chance(len(of[CHANGED]), judged), _chance_of_worst(of[CHANGED], judged)) > WRONG:
+        if min(_chance(len(changed), judged), _chance_of_worst(changed, judged)) > WRONG:
             outside = any(run.outside >= OUTSIDE_SHARE for run in runs)
-            verdict = OUTSIDE if outside else UNUSUAL
-    elif verdict == NOT_MEASURED and of[FITS]:
-        verdict = FITS
-    gains = []
-    if verdict == CHANGED:
-        for axis in sorted({e.axis for run in of[CHANGED] for e in run.errors if e.is_unusual}):
-            errors = [e for run in runs for e in run.errors if e.axis == axis]
-            gain = gain_of(axis, errors)
-            if gain is not None:
-                gains.append(gain)
-    sensors = list(dict.fromkeys(run.sensor for run in of[SENSOR] if run.sensor))
+            return OUTSIDE if outside else UNUSUAL
+    return FITS if verdict == NOT_MEASURED and FITS in given else verdict
+
+
+def _gains(runs: Sequence[RunReport]) -> tuple[Gain, ...]:
+    """Return the gains of the axes whose drift has changed."""
+    changed = [run for run in runs if run.verdict == CHANGED]
+    axes = sorted({error.axis for run in changed for error in run.errors if error.is_unusual})
+    gains = (
+        gain_of(axis, [e for run in runs for e in run.errors if e.axis == axis]) for axis in axes
+    )
+    return tuple(gain for gain in gains if gain is not None)
+
+
+def _report(runs: Sequence[RunReport], *, doubted: bool) -> Report:
+    verdict = _verdict(runs)
+    gains = _gains(runs) if verdict == CHANGED else ()
+    if doubted and verdict in (CHANGED, OUTSIDE, UNUSUAL):  # a wrong unit looks like a change
+        verdict = DOUBTFUL
+    sensors = list(
+        dict.fromkeys(run.sensor for run in runs if run.verdict == SENSOR and run.sensor)
+    )
     summary, advice = VERDICTS[verdict], ADVICE[verdict]
     but = _all_but(runs)
     if verdict == FITS and but:
@@ -360,11 +384,13 @@ def _report(runs: Sequence[RunReport]) -> Report:
     if leapt := [f"{run.run} ({axis})" for run in runs for axis in run.leaps]:
         summary = f"{summary}; the drift leaps in {first_of(leapt)}"
         advice = SLIPPED if verdict == FITS else f"{SLIPPED}; {advice}"
+    if doubted:  # nothing is learnt from such runs
+        advice = f"check that thermometer; {ADVICE[DOUBTFUL]}" if sensors else ADVICE[DOUBTFUL]
     if sensors:
         named = f"{', '.join(sensors)}: broken, or not what the others explain"
         summary = named if verdict == SENSOR else f"{summary}; {named}"
     summary = said_with(verdict, summary, but)
-    return Report(verdict, summary, advice, tuple(runs), tuple(gains))
+    return Report(verdict, summary, advice, tuple(runs), gains)
 
 
 def _but(errors: Sequence[AxisError]) -> dict[str, list[str]]:

@@ -17,7 +17,7 @@ from measurement.runs import write_run
 from scenarios.cli import main
 from scenarios.fmu_files import build_compensator
 from scenarios.replay import model_of, replay, rig_of_model
-from spindle_drift._inputs import as_runs
+from spindle_drift._inputs import DoubtfulData, as_runs
 from tests.running import output_of
 
 FUNCTIONS = [name for name in sd.__all__ if inspect.isfunction(getattr(sd, name))]
@@ -131,6 +131,13 @@ def test_offsets_are_those_of_the_fmu(fitted, runs, tmp_path):
         np.testing.assert_allclose(ours[name], theirs[name], atol=1e-9, err_msg=str(name))
     codes = fitted.predict(run, tool_length_mm=150.0)["status_1"]
     np.testing.assert_array_equal(codes, theirs["status_1"])
+
+
+def test_a_drift_opposite_to_what_was_learnt_is_doubted(fitted, runs):
+    frame = runs[2].frame
+    moved = {name: -frame[name] for name in frame if str(name).endswith("_um")}
+    with pytest.warns(DoubtfulData, match="drifts with the opposite sign .* in run"):
+        fitted.judge(frame.assign(**moved))
 
 
 def test_runs_are_judged_at_one_tool_length(fitted, runs):

@@ -123,6 +123,13 @@ def test_an_update_keeps_options_and_limits_and_widens_what_is_plausible():
         assert now["low"] < before["low"] - 10.0
 
 
+def test_a_displacement_flipped_since_training_is_put_down():
+    (run,) = runs(3)
+    flipped = Run("flipped", run.frame.assign(**{name: -run.frame[name] for name in RIG.columns}))
+    notes = updated(model_of(runs(0, 1, 2)), [flipped]).provenance["notes"]
+    assert any("Z drifts with the opposite sign" in note and "flipped" in note for note in notes)
+
+
 def test_a_run_is_known_in_whatever_file_it_is(tmp_path):
     first, second = (write_run(run, tmp_path / f"{run.name}.csv") for run in runs(0, 1))
     known = [read_run(first), read_run(second)]

@@ -10,6 +10,7 @@ from fmu_compensator.monitoring import monitor
 from fmu_compensator.monitoring.bounds import chance_of, upper_bound
 from fmu_compensator.monitoring.monitor import (
     CHANGED,
+    DOUBTFUL,
     FEW,
     FITS,
     LEARNT,
@@ -179,11 +180,23 @@ def test_without_a_measurement_it_does_not_say_that_the_drift_fits(model):
     "runs",
     [
         [unmeasured(further(run, 1.5), ROWS % 80 != 0) for run in NEW],  # a few probes are enough
-        [changed(NEW[0], **(-NEW[0].frame[DISPLACEMENTS]))],  # so far off is no chance
+        [further(NEW[0], 3.0)],  # so far off is no chance
     ],
 )
 def test_a_change_is_seen_in_few_probes_or_in_one_run(model, runs):
     assert monitor(model, runs).verdict == CHANGED
+
+
+@pytest.mark.parametrize(
+    ("times", "doubt"), [(-1.0, "Z drifts with the opposite"), (1e-3, "doubt")]
+)
+def test_nothing_is_learnt_from_what_may_be_a_flipped_sign_or_a_wrong_unit(model, times, doubt):
+    report = monitor(model, [further(NEW[0], times), NEW[1]])
+    assert [run.verdict for run in report.runs] == [CHANGED, FITS]
+    assert report.verdict == DOUBTFUL
+    assert any(note.startswith(doubt) for note in report.notes)
+    assert "no longer drifts" not in report.summary
+    assert "update" not in report.advice
 
 
 def test_it_says_what_a_file_without_runs_left_out_cannot_tell():
