@@ -256,6 +256,25 @@ def begins_late(model: Model, run: Run, rig: Rig) -> bool:
     return late_by(run.time_s, measured, model.input_form) > GRID_S
 
 
+def late_line(name: str, late_s: float) -> list[str]:
+    """Return a line if a run's drift begins to count late, after `late_by` [s]; else none."""
+    said = (
+        f"{name}: displacement is first read {late_s / 60.0:.0f} min after the start: "
+        "drift counts from there"
+    )
+    return [said] if late_s > GRID_S else []
+
+
+def late_lines(model: Model, runs: Iterable[Run], rig: Rig | None) -> list[str]:
+    """Return a `late_line` for each run with displacements that needs one."""
+    lines = []
+    for run in runs:
+        if rig is not None and all(name in run.frame for name in rig.columns):
+            measured = rig.targets(run).to_numpy(float)
+            lines += late_line(run.name, late_by(run.time_s, measured, model.input_form))
+    return lines
+
+
 def _rows_of(time_s: Array, drift: Array) -> list[int]:
     """Return the rows to use: those of `grid_rows`, and all measured ones if these are rare."""
     rows, measured = grid_rows(time_s), np.flatnonzero(np.isfinite(drift).any(axis=1))

@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 from tqdm import tqdm
 
+from fmu_compensator.driving import late_lines
 from fmu_compensator.fit.advice import advice
 from fmu_compensator.fit.promise import FEWEST_JUDGED_ROWS
 from fmu_compensator.monitoring.sensors import WORTH_SHARE
@@ -134,6 +135,7 @@ def run_replay(
         ]
     groups = [group_of(entry.run.name, results_of(entry)) for entry in replays]
     notes = [*_left(replays, model), *_worse(groups), *_notes(replays)]
+    notes += late_lines(model, recorded, rig)
     if len(groups) > 1:
         groups.insert(0, overall(groups, ALL))
     left = cleaned(recorded, find_faults(recorded), GROSS)

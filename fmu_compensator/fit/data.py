@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
+from fmu_compensator.driving import late_line
 from fmu_compensator.fit.columns import MeasuredColumns
 from fmu_compensator.fit.features import LAGS_S
 from fmu_compensator.fit.training import GRID_S, Array, TrainingRun, row_weights
@@ -182,12 +183,7 @@ def prepare(
         frame = counted(rig.targets(kept), input_form)
         targets = tuple(split_column(str(name))[0] for name in frame.columns)
         prepared.append(_prepared_run(run, kept, rig, frame.to_numpy(float), common, input_form))
-    notes += [
-        f"{run.name}: displacement is first read {run.late_s / 60.0:.0f} min after the start: "
-        "drift counts from there"
-        for run in prepared
-        if run.late_s > GRID_S
-    ]
+    notes += [line for run in prepared for line in late_line(run.name, run.late_s)]
     candidates = _candidates(prepared, common, input_form, faults, notes)
     return Prepared(tuple(prepared), common, candidates, targets, tuple(notes))
 

@@ -16,7 +16,7 @@ from math import nan
 import numpy as np
 from scipy.special import bdtrc
 
-from fmu_compensator.driving import Driven, drive, learnt_as
+from fmu_compensator.driving import Driven, drive, late_lines, learnt_as
 from fmu_compensator.fit.data import first_of, refuse_repeated
 from fmu_compensator.fit.run_conditions import Condition, conditions_of
 from fmu_compensator.leaps import leaps_of
@@ -185,7 +185,7 @@ def monitor(
         )
     if rig is None and "rig" in model.provenance:
         rig = rig_from_table(model.provenance["rig"], f"{model.source}: provenance.rig")
-    notes += _in_mm(runs, rig)
+    notes += [*_in_mm(runs, rig), *late_lines(model, runs, rig)]
     figures = model.provenance["figures"]
     if not (figures.get("unseen") or {}).get("by_run"):
         notes.append(

@@ -217,6 +217,15 @@ def test_a_drift_in_millimetres_is_told_and_not_just_missing():
     assert report.notes[0].startswith("a drift must be in um, not mm: ")
 
 
+def test_it_says_where_the_drift_counts_from(model):
+    report = monitor(model, [unmeasured(NEW[0], ROWS < 60), NEW[1]])
+    late = (NEW[0].time_s[60] - NEW[0].time_s[0]) / 60.0
+    said = (
+        f"new0: displacement is first read {late:.0f} min after the start: drift counts from there"
+    )
+    assert report.notes == (said,)
+
+
 def test_the_bound_holds_for_one_more_of_the_same():
     random = np.random.default_rng(1)
     passed = [
