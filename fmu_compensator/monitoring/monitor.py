@@ -372,7 +372,8 @@ def _gains(runs: Sequence[RunReport]) -> tuple[Gain, ...]:
 def _report(runs: Sequence[RunReport], *, doubted: bool) -> Report:
     verdict = _verdict(runs)
     gains = _gains(runs) if verdict == CHANGED else ()
-    if doubted and verdict in (CHANGED, OUTSIDE, UNUSUAL):  # a wrong unit looks like a change
+    # A wrong unit looks like a change; in new conditions a prediction may itself be wrong.
+    if doubted and verdict in (CHANGED, UNUSUAL):
         verdict = DOUBTFUL
     sensors = list(
         dict.fromkeys(run.sensor for run in runs if run.verdict == SENSOR and run.sensor)
