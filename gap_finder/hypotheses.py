@@ -21,6 +21,7 @@ from gap_finder.design import RunSensitivities
 from gap_finder.directions import NEGLIGIBLE_SQUARES
 from gap_finder.keys import bodies_of, has_its_drivers, law_of
 from gap_finder.kinds import CalibratedRun, Change, kinds
+from gap_finder.kinds.base import taken_names
 from gap_finder.linearise import simulate_runs
 from gap_finder.observations import Observations
 from gap_finder.priors import heavy_tail
@@ -177,8 +178,9 @@ def all_additions(
         CalibratedRun(machine, run, simulated, part)
         for run, simulated, part in zip(observed, plain, sensitivities, strict=True)
     ]
+    taken = taken_names(machine)
     changes = [
-        [change for change in kind.all_of(runs) if _is_sound(machine, change)]
+        [one for one in kind.all_of(runs) if one.made not in taken and _is_sound(machine, one)]
         for kind in kinds().values()
         if described
     ]

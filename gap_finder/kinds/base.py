@@ -87,15 +87,24 @@ class Change(ABC):
 
     place: tuple[str, ...]
 
+    def __init_subclass__(cls) -> None:
+        """Name a kind after its file."""
+        cls.name = cls.__module__.rpartition(".")[2]
+
     @property
     def key(self) -> str:
         """Its key among all candidates."""
         return key_of(self.name, self.place)
 
+    @property
+    def made(self) -> str:
+        """Name of the part or item that it adds; empty if it only changes what is there."""
+        return ""
+
     @classmethod
     @abstractmethod
     def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
-        """Yield all changes of this kind that a machine may lack.
+        """Yield all changes of this kind that a machine may lack, even if it has what they add.
 
         Parameters
         ----------
@@ -175,6 +184,11 @@ class Change(ABC):
         """
         parameters = self.parameters().items()
         return {number: machine.parameters[name].value for number, name in parameters}
+
+    def free(self, numbers: Mapping[str, float], number: str, unit: str) -> Parameter:
+        """Return one of its numbers for calibration to move, its range including the value."""
+        value, (low, high) = numbers[number], self.possible(number)
+        return Parameter(value, unit, min(low, value), max(high, value), SOURCE, calibrate=True)
 
     def shown(self, number: dict[str, Any]) -> dict[str, Any]:
         """Return a calibrated number as its report shows it.
@@ -307,12 +321,6 @@ def with_item(machine: Machine, item: Item, effect: str) -> Machine:
     return replace(machine, items=items, effects=effects)
 
 
-def free(value: float, unit: str, ends: tuple[float, float]) -> Parameter:
-    """Return a number that calibration may move, its range extended to include the value."""
-    low, high = min(ends[0], value), max(ends[1], value)
-    return Parameter(value, unit, low, high, SOURCE, calibrate=True)
-
-
 def fixed(value: float, unit: str) -> Parameter:
     """Return a fixed number."""
     return Parameter(value, unit, value, value, SOURCE)
@@ -339,7 +347,7 @@ def conductance_of(pair: tuple[str, str], *, boundary: bool) -> str:
     return f"links.{'-'.join(pair)}.{'coefficient' if boundary else 'conductance'}"
 
 
-def parts_joined(machine: Machine) -> list[str]:
+def joinable(machine: Machine) -> list[str]:
     """Return what a new part can be joined to: parts and boundary temperatures."""
     parts = [node.name for node in machine.nodes] if "conduction" in machine.effects else []
     if "surface_convection" in machine.effects:
@@ -355,6 +363,7 @@ def recorded(runs: Sequence[CalibratedRun]) -> list[Input]:
 
 
 def taken_names(machine: Machine) -> set[str]:
-    """Return the names of the machine's parts and signals."""
-    taken = {node.name for node in machine.nodes} | {sensor.name for sensor in machine.sensors}
+    """Return the names of the machine's parts, items and signals."""
+    taken = {node.name for node in machine.nodes} | {item.name for item in machine.items}
+    taken |= {sensor.name for sensor in machine.sensors}
     return taken | {entry.name for entry in machine.inputs}

@@ -11,16 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
-from gap_finder.kinds.base import (
-    CalibratedRun,
-    Change,
-    conductance_of,
-    free,
-    joined,
-    parts_joined,
-    taken_names,
-    with_item,
-)
+from gap_finder.kinds.base import CalibratedRun, Change, conductance_of, joinable, joined, with_item
 from gap_finder.reference import LAGS_MIN
 from plant_model.machine import Item, Machine, Node
 from plant_model.parameters import Parameter
@@ -40,7 +31,6 @@ class CoarsePart(Change):
         Whether its links are also on the far side.
     """
 
-    name: ClassVar[str] = "coarse_part"
     title: ClassVar[str] = "Part that is one lump and should be two"
     amplitude: ClassVar[str] = "conductance"
     at_once: ClassVar[int] = 1
@@ -53,11 +43,10 @@ class CoarsePart(Change):
     def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
         """Yield every part, split in each way that may be visible."""
         machine = runs[0].machine
-        taken, others = taken_names(machine), parts_joined(machine)
+        others = joinable(machine)
         for node in machine.nodes:
             # Cells of a drawn body are already as small as their conduction requires.
-            drawn = bool(node.capacity.tied)
-            if drawn or f"{node.name}_far" in taken or node.name not in others:
+            if node.capacity.tied or node.name not in others:
                 continue
             sensors = tuple(sensor.name for sensor in machine.sensors if sensor.of == node.name)
             single = [(name,) for name in sensors] if len(sensors) > 1 else []
@@ -73,7 +62,8 @@ class CoarsePart(Change):
                         yield cls((node.name,), node.capacity.value, moved, links)
 
     @property
-    def _far(self) -> str:
+    def made(self) -> str:
+        """Name of the far side."""
         return f"{self.place[0]}_far"
 
     def points(self) -> list[dict[str, float]]:
@@ -85,7 +75,7 @@ class CoarsePart(Change):
 
     def parameters(self) -> dict[str, str]:
         """Return the conductance between the sides."""
-        return {self.amplitude: conductance_of((self.place[0], self._far), boundary=False)}
+        return {self.amplitude: conductance_of((self.place[0], self.made), boundary=False)}
 
     def scaled(self, numbers: Mapping[str, float], scale: float) -> dict[str, float]:
         """Return the conductance for a delay of the far side multiplied by *scale*."""
@@ -98,11 +88,11 @@ class CoarsePart(Change):
         for node in machine.nodes:
             if node.name == name:
                 nodes.append(replace(node, capacity=_half(node.capacity)))
-                far = Node(self._far, _half(node.capacity), node.start, node.start_share)
+                far = Node(self.made, _half(node.capacity), node.start, node.start_share)
             else:
                 nodes.append(node)
         sensors = tuple(
-            replace(sensor, of=self._far) if sensor.name in self.sensors else sensor
+            replace(sensor, of=self.made) if sensor.name in self.sensors else sensor
             for sensor in machine.sensors
         )
         items = tuple(self._near(item) for item in machine.items)
@@ -111,8 +101,8 @@ class CoarsePart(Change):
             if self._is_surface(item):
                 other = replace(self._on_far_side(item), name=f"{item.name}_far")
                 grown = with_item(grown, other, "surface_convection")
-        path = free(numbers[self.amplitude], "W/K", self.possible(self.amplitude))
-        return joined(grown, (name, self._far), path)
+        path = self.free(numbers, self.amplitude, "W/K")
+        return joined(grown, (name, self.made), path)
 
     def _near(self, item: Item) -> Item:
         """Return an item after the split: surfaces are halved, other links may move."""
@@ -129,7 +119,7 @@ class CoarsePart(Change):
         pair = item.refs.get("between", ())
         if item.family != "links" or self.place[0] not in pair:
             return item
-        moved = tuple(self._far if part == self.place[0] else part for part in pair)
+        moved = tuple(self.made if part == self.place[0] else part for part in pair)
         return replace(item, refs={**item.refs, "between": moved})
 
 

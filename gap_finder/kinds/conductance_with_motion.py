@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import ClassVar, Self
 
 from gap_finder.added_paths import AddedPath
-from gap_finder.kinds.base import CalibratedRun, PathChange, free, recorded, with_item
+from gap_finder.kinds.base import CalibratedRun, PathChange, recorded, with_item
 from plant_model.machine import Item, Machine
 
 MOTIONS = ("rpm", "mm_min", "lpm", "1")
@@ -22,7 +23,6 @@ MOTIONS = ("rpm", "mm_min", "lpm", "1")
 class ConductanceWithMotion(PathChange):
     """A path with a higher conductance while an input moves."""
 
-    name: ClassVar[str] = "conductance_with_motion"
     title: ClassVar[str] = "Conductance that rises with motion"
 
     @classmethod
@@ -35,28 +35,25 @@ class ConductanceWithMotion(PathChange):
         pairs += [
             (node.name, outside) for node in machine.nodes for outside in machine.boundary_index
         ]
-        names = {item.name for item in machine.items}
-        for pair in dict.fromkeys(pairs):
-            for driver in moving:
-                change = cls((*pair, driver))
-                if change._name not in names:
-                    yield change
+        for pair, driver in product(dict.fromkeys(pairs), moving):
+            yield cls((*pair, driver))
 
     def path(self) -> AddedPath:
         """Return the path that motion adds."""
         return AddedPath(self.place[:2], self.sizes(), self.place[2])
 
     @property
-    def _name(self) -> str:
+    def made(self) -> str:
+        """Name of the link."""
         return f"{self.place[0]}-{self.place[1]}-moved_by_{self.place[2]}"
 
     def parameters(self) -> dict[str, str]:
         """Return the conductance added at the top of the input's range."""
-        return {self.amplitude: f"links.{self._name}.conductance"}
+        return {self.amplitude: f"links.{self.made}.conductance"}
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with this link."""
-        g = free(numbers[self.amplitude], "W/K", self.possible(self.amplitude))
+        g = self.free(numbers, self.amplitude, "W/K")
         refs = {"between": self.place[:2], "driven_by": self.place[2:]}
-        item = Item("links", self._name, "stirred", refs, {"conductance": g})
+        item = Item("links", self.made, "stirred", refs, {"conductance": g})
         return with_item(machine, item, "stirred_film")

@@ -8,14 +8,7 @@ from itertools import combinations, product
 from typing import ClassVar, Self
 
 from gap_finder.added_paths import AddedPath
-from gap_finder.kinds.base import (
-    CalibratedRun,
-    PathChange,
-    conductance_of,
-    free,
-    joined,
-    parts_joined,
-)
+from gap_finder.kinds.base import CalibratedRun, PathChange, conductance_of, joinable, joined
 from plant_model.machine import Machine
 
 
@@ -23,7 +16,6 @@ from plant_model.machine import Machine
 class HeatPath(PathChange):
     """A heat path between a part and another part or a boundary temperature."""
 
-    name: ClassVar[str] = "heat_path"
     title: ClassVar[str] = "Heat path that the machine file does not have"
 
     place: tuple[str, str]
@@ -34,14 +26,17 @@ class HeatPath(PathChange):
         """Yield the paths that the machine does not have."""
         machine = runs[0].machine
         there = {frozenset(item.refs.get("between", ())) for item in machine.items}
-        names = {item.name for item in machine.items}
         nodes = [node.name for node in machine.nodes]
         pairs = [*combinations(nodes, 2), *product(nodes, machine.boundary_index)]
-        others = parts_joined(machine)
+        others = joinable(machine)
         for pair in pairs:
-            new = frozenset(pair) not in there and "-".join(pair) not in names
-            if new and pair[1] in others:
+            if frozenset(pair) not in there and pair[1] in others:
                 yield cls(pair, pair[1] in machine.boundary_index)
+
+    @property
+    def made(self) -> str:
+        """Name of the link."""
+        return "-".join(self.place)
 
     def path(self) -> AddedPath:
         """Return the path between its two ends."""
@@ -53,5 +48,4 @@ class HeatPath(PathChange):
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with this path."""
-        g = free(numbers[self.amplitude], "W/K", self.possible(self.amplitude))
-        return joined(machine, self.place, g)
+        return joined(machine, self.place, self.free(numbers, self.amplitude, "W/K"))

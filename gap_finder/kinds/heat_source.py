@@ -10,7 +10,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from gap_finder.kinds.base import CalibratedRun, Change, free, recorded, with_item
+from gap_finder.kinds.base import CalibratedRun, Change, recorded, with_item
 from plant_model.effects.plain_heat import PlainHeat
 from plant_model.machine import Item, Machine
 from plant_model.parameters import FloatArray
@@ -42,7 +42,6 @@ def _shares() -> FloatArray:
 class HeatSource(Change):
     """A heat source in a part."""
 
-    name: ClassVar[str] = "heat_source"
     title: ClassVar[str] = "Heat source that the machine file does not have"
     amplitude: ClassVar[str] = "power"
     only_heats: ClassVar[bool] = True
@@ -54,16 +53,13 @@ class HeatSource(Change):
         An input that already heats the part may heat it by another exponent, too.
         """
         machine = runs[0].machine
-        driving = [entry.name for entry in recorded(runs)]
-        names = {item.name for item in machine.items if item.family == "sources"}
+        driving = [(entry.name,) for entry in recorded(runs)]
         for node in machine.nodes:
-            for driver in ("", *driving):
-                change = cls((node.name, driver) if driver else (node.name,))
-                if change._name not in names:
-                    yield change
+            yield from (cls((node.name, *driver)) for driver in ((), *driving))
 
     @property
-    def _name(self) -> str:
+    def made(self) -> str:
+        """Name of the source."""
         return "heat_in_" + "_by_".join(self.place)
 
     def points(self) -> list[dict[str, float]]:
@@ -91,7 +87,7 @@ class HeatSource(Change):
 
     def parameters(self) -> dict[str, str]:
         """Return the power, at the top of the input's range if one drives it, and the exponent."""
-        return {number: f"sources.{self._name}.{number}" for number in self.points()[0]}
+        return {number: f"sources.{self.made}.{number}" for number in self.points()[0]}
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with this source."""
@@ -99,8 +95,5 @@ class HeatSource(Change):
         if len(self.place) > 1:
             refs["driven_by"], kind = self.place[1:], DRIVEN
         forms = PlainHeat.handles["sources", kind].numbers
-        given = {
-            number: free(value, forms[number].unit, self.possible(number))
-            for number, value in numbers.items()
-        }
-        return with_item(machine, Item("sources", self._name, kind, refs, given), "plain_heat")
+        given = {number: self.free(numbers, number, forms[number].unit) for number in numbers}
+        return with_item(machine, Item("sources", self.made, kind, refs, given), "plain_heat")

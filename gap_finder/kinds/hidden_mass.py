@@ -8,15 +8,7 @@ from itertools import product
 from typing import ClassVar, Self
 
 from gap_finder.added_paths import AddedPath
-from gap_finder.kinds.base import (
-    CalibratedRun,
-    PathChange,
-    conductance_of,
-    free,
-    joined,
-    parts_joined,
-    taken_names,
-)
+from gap_finder.kinds.base import CalibratedRun, PathChange, conductance_of, joinable, joined
 from gap_finder.reference import LAGS_MIN
 from plant_model.machine import Machine, Node
 
@@ -28,7 +20,6 @@ MASSES = (0.5, 2.0)
 class HiddenMass(PathChange):
     """A mass behind a part; it exchanges heat only with that part and starts at its temperature."""
 
-    name: ClassVar[str] = "hidden_mass"
     title: ClassVar[str] = "Mass behind a part that the machine file does not have"
 
     capacity: float
@@ -37,10 +28,9 @@ class HiddenMass(PathChange):
     def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
         """Yield a mass for every part."""
         machine = runs[0].machine
-        taken, others = taken_names(machine), parts_joined(machine)
-        for node in machine.nodes:
-            if f"{node.name}_behind" not in taken and node.name in others:
-                yield cls((node.name,), node.capacity.value)
+        others = joinable(machine)
+        parts = (node for node in machine.nodes if node.name in others)
+        yield from (cls((part.name,), part.capacity.value) for part in parts)
 
     def path(self) -> AddedPath:
         """Return the path from the part to the mass."""
@@ -48,7 +38,8 @@ class HiddenMass(PathChange):
         return AddedPath(self.place, self.sizes(), masses=masses)
 
     @property
-    def _mass(self) -> str:
+    def made(self) -> str:
+        """Name of the mass."""
         return f"{self.place[0]}_behind"
 
     def points(self) -> list[dict[str, float]]:
@@ -64,8 +55,8 @@ class HiddenMass(PathChange):
     def parameters(self) -> dict[str, str]:
         """Return its conductance to the part and its heat capacity."""
         return {
-            self.amplitude: conductance_of((self.place[0], self._mass), boundary=False),
-            "capacity": f"nodes.{self._mass}.capacity",
+            self.amplitude: conductance_of((self.place[0], self.made), boundary=False),
+            "capacity": f"nodes.{self.made}.capacity",
         }
 
     def scaled(self, numbers: Mapping[str, float], scale: float) -> dict[str, float]:
@@ -75,8 +66,8 @@ class HiddenMass(PathChange):
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with this mass."""
         (part,) = (node for node in machine.nodes if node.name == self.place[0])
-        mass = free(numbers["capacity"], "J/K", self.possible("capacity"))
-        behind = Node(self._mass, mass, part.start, part.start_share)
+        mass = self.free(numbers, "capacity", "J/K")
+        behind = Node(self.made, mass, part.start, part.start_share)
         grown = replace(machine, nodes=(*machine.nodes, behind))
-        path = free(numbers[self.amplitude], "W/K", self.possible(self.amplitude))
-        return joined(grown, (part.name, self._mass), path)
+        path = self.free(numbers, self.amplitude, "W/K")
+        return joined(grown, (part.name, self.made), path)

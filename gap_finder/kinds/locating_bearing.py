@@ -12,7 +12,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from gap_finder.kinds.base import SHARES_OF_WAY, CalibratedRun, Change, free
+from gap_finder.kinds.base import SHARES_OF_WAY, CalibratedRun, Change
 from gap_finder.linearise import simulate_runs
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
@@ -25,7 +25,6 @@ WAYS = {"to_nose": 1.0, "from_nose": -1.0}
 class LocatingBearing(Change):
     """A locating bearing further along the axis, in one direction."""
 
-    name: ClassVar[str] = "locating_bearing"
     title: ClassVar[str] = "Bearing at another place that locates the shaft"
     amplitude: ClassVar[str] = "moved"
 
@@ -67,6 +66,11 @@ class LocatingBearing(Change):
         """Return the middle of the usual distances."""
         return {self.amplitude: float(np.sqrt(np.prod(self.usual(self.amplitude))))}
 
+    def possible(self, number: str) -> tuple[float, float]:
+        """Return the range of the bearing's place [mm]."""
+        end = self._place(self.farthest)
+        return min(self.at, end), max(self.at, end)
+
     def read(self, machine: Machine) -> dict[str, float]:
         """Return how far it has moved in its direction [mm]."""
         at = machine.parameters[self._parameter].value
@@ -74,8 +78,7 @@ class LocatingBearing(Change):
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with the bearing there."""
-        ends = sorted((self.at, self._place(self.farthest)))
-        at = free(self._place(numbers[self.amplitude]), "mm", (ends[0], ends[1]))
+        at = self.free({"at": self._place(numbers[self.amplitude])}, "at", "mm")
         items = tuple(
             replace(item, parameters={**item.parameters, "at": at})
             if (item.kind, item.name) == ("located", self.item)

@@ -8,7 +8,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from gap_finder.kinds.base import CalibratedRun, Change, fixed, free, with_item
+from gap_finder.kinds.base import CalibratedRun, Change, fixed, with_item
 from plant_model.machine import Item, Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
@@ -28,7 +28,6 @@ AXES = {"X": "x", "Y": "y", "Z": "elongation"}
 class MovesAxis(Change):
     """A part whose growth moves one axis, in either direction."""
 
-    name: ClassVar[str] = "moves_axis"
     title: ClassVar[str] = "Part that moves an axis"
     amplitude: ClassVar[str] = "length"
 
@@ -55,7 +54,8 @@ class MovesAxis(Change):
                     yield from (cls((node.name, axis), way) for way in (-1.0, 1.0))
 
     @property
-    def _name(self) -> str:
+    def made(self) -> str:
+        """Name of the member."""
         return f"{self.place[0]}_moves_{self.place[1]}{'_back' if self.way < 0.0 else ''}"
 
     def points(self) -> list[dict[str, float]]:
@@ -68,18 +68,18 @@ class MovesAxis(Change):
 
     def parameters(self) -> dict[str, str]:
         """Return the length that would move the axis by the same amount."""
-        return {self.amplitude: f"structure.{self._name}.length"}
+        return {self.amplitude: f"structure.{self.made}.length"}
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with this part in the structure."""
         ways = {name: fixed(0.0, "1") for name in AXES.values()}
         ways[AXES[self.place[1]]] = fixed(self.way, "1")
         given = {
-            "length": free(numbers[self.amplitude], "mm", self.possible(self.amplitude)),
+            "length": self.free(numbers, self.amplitude, "mm"),
             "expansion": fixed(EXPANSION, "1e-6/K"),
             **ways,
         }
-        item = Item("structure", self._name, "member", {"nodes": self.place[:1]}, given)
+        item = Item("structure", self.made, "member", {"nodes": self.place[:1]}, given)
         return with_item(machine, item, "thermal_expansion")
 
 

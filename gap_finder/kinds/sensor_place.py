@@ -18,10 +18,8 @@ from gap_finder.kinds.base import (
     ComputedChange,
     conductance_of,
     fixed,
-    free,
+    joinable,
     joined,
-    parts_joined,
-    taken_names,
 )
 from plant_model.effects.base import TIMES_USUAL
 from plant_model.machine import Machine, Node
@@ -41,7 +39,6 @@ film laws. Set on no data."""
 class SensorPlace(ComputedChange):
     """A misplaced thermometer; the place is the thermometer and the other part."""
 
-    name: ClassVar[str] = "sensor_place"
     title: ClassVar[str] = "Thermometer that reads partly another part"
     amplitude: ClassVar[str] = "share"
 
@@ -52,16 +49,15 @@ class SensorPlace(ComputedChange):
     def all_of(cls, runs: Sequence[CalibratedRun]) -> Iterator[Self]:
         """Yield every thermometer on a part with every other part and boundary temperature."""
         machine, channels = runs[0].machine, runs[0].observed.channels
-        taken = taken_names(machine)
-        others = parts_joined(machine)
+        others = joinable(machine)
         for sensor in machine.sensors:
             if sensor.name in channels and sensor.of in others and sensor.of in machine.node_index:
-                for other in others:
-                    if other != sensor.of and f"{sensor.name}_tip" not in taken:
-                        yield cls((sensor.name, other), sensor.of, other in machine.boundary_index)
+                for other in (name for name in others if name != sensor.of):
+                    yield cls((sensor.name, other), sensor.of, other in machine.boundary_index)
 
     @property
-    def _tip(self) -> str:
+    def made(self) -> str:
+        """Name of the tip."""
         return f"{self.place[0]}_tip"
 
     def points(self) -> list[dict[str, float]]:
@@ -70,7 +66,7 @@ class SensorPlace(ComputedChange):
 
     def parameters(self) -> dict[str, str]:
         """Return the tip's contact with the other part."""
-        return {self.amplitude: conductance_of((self._tip, self.place[1]), boundary=self.boundary)}
+        return {self.amplitude: conductance_of((self.made, self.place[1]), boundary=self.boundary)}
 
     def centre(self) -> dict[str, float]:
         """Return the middle of the usual shares, by their odds."""
@@ -84,16 +80,16 @@ class SensorPlace(ComputedChange):
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with the thermometer on a tip between the two parts."""
         name, other = self.place
-        nodes = (*machine.nodes, Node(self._tip, fixed(TIP_J_PER_K, "J/K"), name))
+        nodes = (*machine.nodes, Node(self.made, fixed(TIP_J_PER_K, "J/K"), name))
         sensors = tuple(
-            replace(sensor, of=self._tip) if sensor.name == name else sensor
+            replace(sensor, of=self.made) if sensor.name == name else sensor
             for sensor in machine.sensors
         )
         grown = replace(machine, nodes=nodes, sensors=sensors)
-        grown = joined(grown, (self._tip, self.of), fixed(CONTACT_W_PER_K, "W/K"))
-        ends = self.possible(self.amplitude)
-        value = self._contact * _odds(numbers[self.amplitude])
-        return joined(grown, (self._tip, other), free(value, "W/K", ends), TIP_M2)
+        grown = joined(grown, (self.made, self.of), fixed(CONTACT_W_PER_K, "W/K"))
+        contact = {self.amplitude: self._contact * _odds(numbers[self.amplitude])}
+        touching = self.free(contact, self.amplitude, "W/K")
+        return joined(grown, (self.made, other), touching, TIP_M2)
 
     @property
     def _contact(self) -> float:

@@ -37,7 +37,6 @@ class StartState(ComputedChange):
         Whether they start at the first boundary in the file: only then can the share be scaled.
     """
 
-    name: ClassVar[str] = "start_state"
     title: ClassVar[str] = "Part that starts at another temperature than the machine file says"
     amplitude: ClassVar[str] = "share"
 
