@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, replace
 from itertools import chain
@@ -13,7 +13,7 @@ from gap_finder.calibrate import Progress
 from gap_finder.candidates import Candidate
 from gap_finder.design import RunSensitivities, all_sensitivities
 from gap_finder.hypotheses import Addition, Listed, all_additions
-from gap_finder.proposals import LEADERS, PLACES_TRIED, screened
+from gap_finder.proposals import LEADERS, PLACES_TRIED, Proposal, screened
 from gap_finder.score import Fit, Units, fit
 from gap_finder.search import Search
 from plant_model.effect_names import name_of
@@ -163,14 +163,11 @@ class Searching:
         """Return the best hypothesis and its rivals."""
         best = self.nothing
         steps: list[Step] = []
-        listed: Listed | None = None
-        silent: tuple[str, ...] = ()
         tried: dict[str, tuple[Hypothesis, ...]] = {}
         rivals: tuple[tuple[Hypothesis, ...], ...] = ()
         settled: set[frozenset[str]] = set()
+        first = listed = self._listed(best, sensitivities)
         while len(best.additions) < self._search.most:
-            listed = listed or self._listed(best, sensitivities)
-            silent = listed.silent if not steps else silent
             step = self._forward(best, sensitivities, listed.without(best.keys))
             steps.append(step)
             if not step.is_taken:
@@ -186,8 +183,8 @@ class Searching:
             best, sensitivities = recalibrated(best, self._pool)
             # Responses depend little on what else acts; proposed additions are simulated anyway.
             if best.fit.machine.node_index != parts:
-                listed = None
-        return SearchResult(self.nothing, best, rivals, tuple(steps), silent)
+                listed = self._listed(best, sensitivities)
+        return SearchResult(self.nothing, best, rivals, tuple(steps), first.silent)
 
     def _listed(self, best: Hypothesis, sensitivities: Sequence[RunSensitivities]) -> Listed:
         """Return everything that may be added to the best so far."""
@@ -200,19 +197,17 @@ class Searching:
     ) -> Step:
         """Score what the screening proposes to add to the best so far."""
         self._progress(f"screening, {len(best.additions) + 1}")
-        proposed = screened(self.nothing.fit, best.fit, sensitivities, listed)
-        first, later = proposed.likely[:LEADERS], proposed.likely[LEADERS:]
-        near = proposed.near
-        tried = self._scored(best, first, near, listed, sensitivities)
+        likely, places = screened(self.nothing.fit, best.fit, sensitivities, listed)
+        tried = self._scored(best, likely[:LEADERS], sensitivities)
         limit = self._cost_limit(best, tried)
-        tried += self._scored(best, later, near, listed, sensitivities, cost_limit=limit)
+        tried += self._scored(best, likely[LEADERS:], sensitivities, cost_limit=limit)
         units = units_of(self.nothing, [best, *tried])
         leader = min(tried, key=lambda hypothesis: hypothesis.score(units), default=None)
         if leader is not None:
             kind = name_of(leader.keys[-1])
-            more = [addition for addition in proposed.places if name_of(addition.key) == kind]
+            more = [proposal for proposal in places if name_of(proposal.key) == kind]
             limit = self._cost_limit(best, tried)
-            tried += self._scored(best, more, near, listed, sensitivities, leader, limit)
+            tried += self._scored(best, more, sensitivities, leader, limit)
         units = units_of(self.nothing, [best, *tried])
         tried = [hypothesis for hypothesis in tried if hypothesis.is_better(best, units)]
         units = units_of(self.nothing, [best, *tried])
@@ -230,22 +225,18 @@ class Searching:
     def _scored(
         self,
         best: Hypothesis,
-        proposed: Sequence[Addition],
-        near: Mapping[str, Machine],
-        listed: Listed,
+        proposed: Sequence[Proposal],
         sensitivities: Sequence[RunSensitivities],
         leader: Hypothesis | None = None,
         cost_limit: float = np.inf,
     ) -> list[Hypothesis]:
-        jobs = []
-        for addition in proposed:
-            prior = (*best.prior, listed.costs[addition.key])
-            begin = near[addition.key]
-            task = (best, addition, begin, prior, sensitivities, leader, cost_limit)
-            jobs.append(self._pool.submit(added_to, *task))
+        jobs = [
+            self._pool.submit(added_to, best, proposal, sensitivities, leader, cost_limit)
+            for proposal in proposed
+        ]
         found = []
-        for place, (addition, job) in enumerate(zip(proposed, jobs, strict=True), start=1):
-            self._progress(f"scoring {addition.key}, {place} of {len(jobs)}")
+        for place, (proposal, job) in enumerate(zip(proposed, jobs, strict=True), start=1):
+            self._progress(f"scoring {proposal.key}, {place} of {len(jobs)}")
             found.append(job.result())
         return [hypothesis for hypothesis in found if hypothesis is not None]
 
@@ -325,9 +316,7 @@ def _scored_beside(best: Hypothesis, tried: Sequence[Hypothesis]) -> list[Hypoth
 
 def added_to(
     best: Hypothesis,
-    addition: Addition,
-    near: Machine,
-    prior: tuple[float, ...],
+    proposal: Proposal,
     sensitivities: Sequence[RunSensitivities],
     leader: Hypothesis | None = None,
     cost_limit: float = np.inf,
@@ -341,12 +330,7 @@ def added_to(
     Parameters
     ----------
     best : Hypothesis
-    addition : Addition
-        At the size to start from.
-    near : Machine
-        The best's, its numbers as the screening expects them with the addition.
-    prior : tuple of float
-        Costs of all additions.
+    proposal : Proposal
     sensitivities : sequence of RunSensitivities
         About the best.
     leader : Hypothesis, optional
@@ -355,8 +339,9 @@ def added_to(
     cost_limit : float
         Cost that its calibration must be expected to reach.
     """
+    addition, prior = proposal.addition, (*best.prior, proposal.prior)
     observed = [addition.marked(i, run) for i, run in enumerate(best.fit.observed)]
-    points = [addition.put_into(near)]
+    points = [addition.put_into(proposal.near)]
     if isinstance(addition, Candidate) and addition.is_far_from_linear:
         # Linear screening may find far too small a size where other numbers have absorbed it.
         points.append(addition.base(best.fit.base))

@@ -29,35 +29,47 @@ bodies, because neighbours respond alike and would leave no room for any other p
 
 
 @dataclass(frozen=True)
-class Proposed:
-    """Candidates that a screening proposes, at their estimated sizes.
+class Proposal:
+    """A candidate to be scored fully.
 
     Attributes
     ----------
-    likely : list of Addition
-        The best of each kind: the likeliest, and others that lower the score in the screening.
-    places : list of Addition
-        A few places of every kind of change and drivers of every law, to be scored if that kind
-        does best.
-    near : dict of str to Machine
-        The best without each of them, by key, its numbers as the screening expects them with it.
+    addition : Addition
+        At its estimated size.
+    near : Machine
+        The best without it, its numbers as the screening expects them with it.
+    prior : float
+        -2 log of its prior probability, without its size.
     """
 
-    likely: list[Addition]
-    places: list[Addition]
-    near: dict[str, Machine]
+    addition: Addition
+    near: Machine
+    prior: float
+
+    @property
+    def key(self) -> str:
+        """The addition's."""
+        return self.addition.key
 
 
 def screened(
     nothing: Fit, best: Fit, sensitivities: Sequence[RunSensitivities], listed: Listed
-) -> Proposed:
+) -> tuple[list[Proposal], list[Proposal]]:
     """Return the candidates to score fully, assuming responses linear in size.
 
     *sensitivities* are those of the best.
+
+    Returns
+    -------
+    likely : list of Proposal
+        The best of each kind: the likeliest, and others that lower the score in the screening.
+    places : list of Proposal
+        A few places of every kind of change and drivers of every law, to be scored if that kind
+        does best.
     """
     tried = listed.tried
     if not tried:
-        return Proposed([], [], {})
+        return [], []
     calibration = best.calibration
     designs = design_of(calibration.parts, sensitivities, calibration.units)
     channels = len(calibration.units)
@@ -82,11 +94,13 @@ def screened(
     keys = {tried[i].key for i in likely}
     places = [i for i in places_of(tried, order, listed.body) if tried[i].key not in keys]
     priors = Priors.of(best.base, calibrated=True)
-    near = {}
-    for i in (*likely, *places):
+
+    def proposal(i: int) -> Proposal:
         moved = {name: float(v[0]) for name, v in priors.values(scores.position[i][None]).items()}
-        near[tried[i].key] = best.machine.with_values(moved, beyond=True)
-    return Proposed([sized[i] for i in likely], [sized[i] for i in places], near)
+        near = best.machine.with_values(moved, beyond=True)
+        return Proposal(sized[i], near, listed.costs[sized[i].key])
+
+    return [proposal(i) for i in likely], [proposal(i) for i in places]
 
 
 def _best_of_kinds(tried: Sequence[Addition], order: Sequence[int]) -> list[int]:

@@ -12,6 +12,7 @@ from gap_finder.forward_backward import Hypothesis, added_to
 from gap_finder.keys import unused_with
 from gap_finder.long_log import is_piece, pieces_of
 from gap_finder.observations import observe
+from gap_finder.proposals import Proposal
 from gap_finder.score import scored
 from measurement.runs import Run
 from plant_model.effects import catalogue
@@ -79,7 +80,7 @@ def test_the_hours_of_all_runs_are_written_into_the_machine(jig_borer_lumps):
     now = scored(jig_borer_lumps, observed, calibration, sensitivities)
     found = candidates_of(now.machine, observed, "bearing_run_in")
     some = next(one for one in found if one.key == SERIES and one.values["excess"] > 0.5)
-    grown = added_to(Hypothesis((), (), now), some, now.machine, (10.0,), sensitivities)
+    grown = added_to(Hypothesis((), (), now), Proposal(some, now.machine, 10.0), sensitivities)
     assert grown is not None
     fit = grown.fit
     assert fit.machine.effects[SERIES]["before"].value == pytest.approx(before, abs=0.05)

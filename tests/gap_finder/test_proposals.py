@@ -14,7 +14,7 @@ from gap_finder.forward_backward import Hypothesis, _in_place_of, added_to
 from gap_finder.hypotheses import AddedChange, Listed, all_additions, prior_costs
 from gap_finder.kinds.heat_path import HeatPath
 from gap_finder.observations import observe
-from gap_finder.proposals import screened
+from gap_finder.proposals import Proposal, screened
 from gap_finder.score import scored
 from measurement.workers import workers
 from plant_model.effects import catalogue
@@ -34,8 +34,8 @@ def test_the_likeliest_is_scored_even_if_none_lowers_the_score_in_the_screening(
     ]
     # So unlikely that nothing gained pays for it.
     costs = {key: 1e4 + cost for key, cost in prior_costs({one.key for one in tried}, {}).items()}
-    assert len(screened(now, now, sensitivities, Listed(tried, costs)).likely) == 1
-    some = screened(now, now, sensitivities, Listed(tried, dict.fromkeys(costs, -1e4))).likely
+    assert len(screened(now, now, sensitivities, Listed(tried, costs))[0]) == 1
+    some, _ = screened(now, now, sensitivities, Listed(tried, dict.fromkeys(costs, -1e4)))
     assert {one.key for one in some} == {one.key for one in tried}
 
 
@@ -52,7 +52,7 @@ def test_a_channel_that_nothing_follows_is_asked_first(jig_borer_lumps):
     now = scored(mistaken, observed, calibration, sensitivities)
     with workers(1) as pool:
         listed = all_additions(pool, now, sensitivities, catalogue())
-    likely = screened(now, now, sensitivities, listed).likely
+    likely, _ = screened(now, now, sensitivities, listed)
     # They are warmed alike; scored in full, they are in one set.
     assert likely[0].key in ("sensor_place:T8+housing_motor_yp", "sensor_place:T8+stator")
 
@@ -75,7 +75,7 @@ def test_what_is_far_from_linear_also_starts_from_the_file(
     begun: list[Machine] = []
     monkeypatch.setattr(forward_backward, "fit", lambda *args: begun.extend(args[2]))
     addition = Candidate(law, values, ())
-    added_to(Hypothesis((), (), fit), addition, calibrated, (0.0,), [])
+    added_to(Hypothesis((), (), fit), Proposal(addition, calibrated, 0.0), [])
     assert [one.parameters[moved].value / usual for one in begun] == pytest.approx(starts)
 
 
