@@ -154,23 +154,17 @@ class ReferenceModel:
         chosen = [not channel or name == channel for name in self._used[0].observed.channels]
         left = [part[:, chosen] for part in self._scaled([run.values for run in self._used])]
         predictors = []
-        labels = self._predictors.labels
-        for name in dict.fromkeys(name for name, _ in labels):
-            lags = dict.fromkeys(lag for other, lag in labels if other == name)
-            share = self._share(left, [i for i, label in enumerate(labels) if label[0] == name])
-            if share < LEAST_PREDICTED:
-                continue
-            alone = {
-                lag: self._share(
-                    left, [i for i, label in enumerate(labels) if label == (name, lag)]
-                )
-                for lag in lags
-            }
-            predictors.append(Predictor(name, max(alone, key=lambda lag: alone[lag]), share))
+        for name in dict.fromkeys(name for name, _ in self._predictors.labels):
+            share = self._share(left, name, LAGS_MIN)
+            if share >= LEAST_PREDICTED:
+                alone = [self._share(left, name, [lag]) for lag in LAGS_MIN]
+                predictors.append(Predictor(name, LAGS_MIN[int(np.argmax(alone))], share))
         return sorted(predictors, key=lambda predictor: -predictor.share)
 
-    def _share(self, left: Sequence[FloatArray], columns: Sequence[int]) -> float:
-        """Return the share of the squares of *left* predicted by only some predictors."""
+    def _share(self, left: Sequence[FloatArray], name: str, lags_min: Sequence[float]) -> float:
+        """Return the share of the squares of *left* predicted by some lags of one input."""
+        labels = self._predictors.labels
+        columns = [i for i, (of, lag) in enumerate(labels) if of == name and lag in lags_min]
         ridge = _Ridge([x[:, columns] for x in self._predictors.used], left)
         before = np.nansum(mean_squares(left))
         return float(1.0 - np.nansum(mean_squares(_less(left, ridge.predicted))) / before)
