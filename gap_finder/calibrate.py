@@ -100,8 +100,6 @@ class Calibration:
         Final -2 log likelihood plus prior.
     expected : float
         The same, as the derivatives promise where calibration ended: lower if it has not converged.
-    starts : tuple of float
-        Final cost from each starting point.
     parameters : tuple of ParameterEstimate
     parts : tuple of Linearisation
         Every run, linearised about the calibrated machine.
@@ -112,7 +110,6 @@ class Calibration:
     machine: Machine
     cost: float
     expected: float
-    starts: tuple[float, ...]
     parameters: tuple[ParameterEstimate, ...]
     parts: tuple[Linearisation, ...]
     units: FloatArray
@@ -231,7 +228,6 @@ def calibrate(
         machine.with_values(values, beyond=True),
         best.cost,
         min(descent.at.expected for descent in descents),
-        tuple(descent.at.cost for descent in descents),
         intervals(machine, priors, best.x, spread),
         best.parts,
         best.about.units,
