@@ -80,7 +80,7 @@ def start_responses(
     machine: Machine,
     observed: Observations,
     parameters: Mapping[str, FloatArray] | None = None,
-) -> FloatArray:
+) -> tuple[FloatArray, dict[str, float]]:
     """Return the response of a run to where each lagging law starts, one standard deviation each.
 
     Parameters
@@ -92,17 +92,12 @@ def start_responses(
 
     Returns
     -------
-    array, shape (sets or 1, laws, K, C)
-        [K, um]. A law with the time constant tau is behind a swing with the angular frequency w by
-        w tau / sqrt(1 + (w tau)^2) of it.
+    responses : array, shape (sets or 1, laws, K, C)
+        [K, um]
+    deviations : dict of str to float
+        The first set's standard deviation of each law, by key [K]. A law with the time constant tau
+        is behind a swing with the angular frequency w by w tau / sqrt(1 + (w tau)^2) of it.
     """
-    return _starts(machine, observed, parameters)[0]
-
-
-def _starts(
-    machine: Machine, observed: Observations, parameters: Mapping[str, FloatArray] | None = None
-) -> tuple[FloatArray, dict[str, float]]:
-    """Return the responses, and the first set's standard deviation of each law, by key [K]."""
     in_run, own = machine_in_run(machine, observed)
     if not any(_lags_from_start(catalogue()[name_of(key)]) for key in in_run.effects):
         return np.zeros((1, 0, *observed.weights.shape)), {}  # as for most machines, at once
@@ -146,7 +141,7 @@ def likely_starts(
     behind : dict of str to float
         By how much each law is colder at the start than what it follows, by key [K].
     """
-    (responses,), deviations = _starts(machine, observed)
+    (responses,), deviations = start_responses(machine, observed)
     columns = observed.response(responses).T
     inner = columns.T @ columns + np.eye(len(responses))
     start = -np.linalg.solve(inner, columns.T @ observed.weighted(shown))

@@ -216,7 +216,8 @@ def _by_starts(
     machine: Machine, observed: Observations, parameters: Mapping[str, FloatArray], sets: int
 ) -> FloatArray:
     """Return a run's weighted response to where each lagging law starts, (sets, N, laws)."""
-    by_start = observed.response(start_responses(machine, observed, parameters)).swapaxes(1, 2)
+    responses, _ = start_responses(machine, observed, parameters)
+    by_start = observed.response(responses).swapaxes(1, 2)
     return np.broadcast_to(by_start, (sets, *by_start.shape[1:]))
 
 

@@ -53,12 +53,14 @@ def observed(bed: Machine) -> list[Observations]:
 
 
 def test_a_machine_without_lagging_laws_has_no_starts(jig_borer_lumps, observed):
-    assert start_responses(jig_borer_lumps, observed[0]).shape == (1, 0, *observed[0].values.shape)
+    responses, deviations = start_responses(jig_borer_lumps, observed[0])
+    assert responses.shape == (1, 0, *observed[0].values.shape)
+    assert deviations == {}
 
 
 def test_a_start_is_as_unknown_as_the_lag_lets_the_law_be_behind(bed, observed):
     """Behind a daily swing by w tau / sqrt(1 + (w tau)^2), and only where the law acts."""
-    ((response,),) = start_responses(bed, observed[0])
+    ((response,),), _ = start_responses(bed, observed[0])
     lag = 2.0 * np.pi * HOURS / 24.0
     behind = 2.0 * lag / np.sqrt(1.0 + lag**2)
     hours = (observed[0].time_s - observed[0].run.time_s[0]) / 3600.0
