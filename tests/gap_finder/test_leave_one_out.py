@@ -8,7 +8,7 @@ import pytest
 
 from gap_finder.design import RunDesign
 from gap_finder.leave_one_out import LeaveOneOut
-from gap_finder.screen import Screen
+from gap_finder.proposals import Screen
 
 RUNS, CHANNELS, MOVED, OTHER, OWN = 4, 3, 2, 3, 2
 X = np.array([0.4, -0.3])
