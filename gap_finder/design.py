@@ -34,6 +34,7 @@ from gap_finder.observations import INDEPENDENT_S, Observations
 from gap_finder.priors import Priors
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
+from plant_model.simulate import Simulation
 
 PLACE_SHARE = 0.05
 """Share of a neighbouring part's temperature that a thermometer may read (one sd) [1]: beyond two
@@ -83,13 +84,16 @@ def sensitivities_of(machine: Machine, observed: Observations, fixed: Priors) ->
     """Compute a run's derivatives about a calibrated machine, with all columns of ``other``."""
     (by_fixed,) = linear_about(machine, [observed], fixed, fixed.position(machine))
     errors = bias_columns(observed)
-    places, levers = _place_columns(machine, observed), _lever_columns(machine, observed)
-    passing = _passing_columns(machine, observed)
+    simulated = simulate_at(machine, observed)
+    places = _place_columns(machine, observed, simulated)
+    levers = _lever_columns(observed, simulated)
+    passing = path_answers(machine, observed, passing_paths(machine))
+    passed = observed.columns([change[0] for change in passing])
     nuisance = nuisance_columns(machine, observed)
     return RunSensitivities(
         fewer([nuisance])[0],
         nuisance[:, nuisance.shape[1] - len(machine.nodes) :],
-        np.hstack([by_fixed.by_parameter, errors, places, levers, passing]),
+        np.hstack([by_fixed.by_parameter, errors, places, levers, passed]),
         robust_weights(by_fixed.residual),
     )
 
@@ -166,11 +170,16 @@ def design_of(
 ) -> list[RunDesign]:
     """Return the design of every run about a calibrated machine, with channels in *units*, (C,)."""
     squares = np.array([np.sum(part.by_parameter**2, axis=0) for part in parts])
-    alone = told_by_one_run(squares)
-    return [
-        run_design(part, of_run, units, np.flatnonzero(mine).tolist())
-        for part, of_run, mine in zip(parts, sensitivities, alone, strict=True)
-    ]
+    designs = []
+    for part, of_run, mine in zip(parts, sensitivities, told_by_one_run(squares), strict=True):
+        weight, alone = in_units(of_run.weight, units), np.flatnonzero(mine).tolist()
+        shared = np.hstack([part.by_parameter, of_run.other])
+        # A parameter that only this run depends on is its own unknown, like a zero.
+        own = np.hstack([of_run.nuisance, part.by_start, shared[:, alone]])
+        shared[:, alone] = 0.0
+        columns = (part.residual * weight, shared * weight[:, None], own * weight[:, None], weight)
+        designs.append(RunDesign(*columns, tuple(alone)))
+    return designs
 
 
 def told_by_one_run(squares: FloatArray) -> npt.NDArray[np.bool_]:
@@ -184,28 +193,10 @@ def told_by_one_run(squares: FloatArray) -> npt.NDArray[np.bool_]:
     return np.asarray((squares > 0.0) & (squares.sum(axis=0) - squares <= ROUNDING_SHARE * squares))
 
 
-def run_design(
-    linear: Linearisation,
-    sensitivities: RunSensitivities,
-    units: FloatArray,
-    alone: Sequence[int] = (),
-) -> RunDesign:
-    """Return the design of one run; *alone* are parameters that no other run depends on."""
-    weight = in_units(sensitivities.weight, units)
-    shared = np.hstack([linear.by_parameter, sensitivities.other])
-    # A parameter that only this run depends on is its own unknown, like a zero.
-    own = np.hstack([sensitivities.nuisance, linear.by_start, shared[:, alone]])
-    shared[:, alone] = 0.0
-    return RunDesign(
-        *(linear.residual * weight, shared * weight[:, None], own * weight[:, None], weight),
-        tuple(alone),
-    )
-
-
-def _place_columns(machine: Machine, observed: Observations) -> FloatArray:
+def _place_columns(machine: Machine, observed: Observations, simulated: Simulation) -> FloatArray:
     """Return the response to thermometers that partly read a neighbour of their part, (N, m)."""
     index = machine.node_index
-    temperatures = simulate_at(machine, observed).temperatures[0, 1:]
+    temperatures = simulated.temperatures[0, 1:]
     columns = []
     for sensor in machine.sensors:
         if sensor.of not in index or sensor.name not in observed.channels:
@@ -256,17 +247,10 @@ def passing_paths(machine: Machine) -> list[AddedPath]:
     return paths
 
 
-def _passing_columns(machine: Machine, observed: Observations) -> FloatArray:
-    """Return the response to heat that bypasses the single temperature of a part, (N, m)."""
-    answers = path_answers(machine, observed, passing_paths(machine))
-    return observed.columns([change[0] for change in answers])
-
-
-def _lever_columns(machine: Machine, observed: Observations) -> FloatArray:
+def _lever_columns(observed: Observations, simulated: Simulation) -> FloatArray:
     """Return the response to parts that move a displacement more than modelled, (N, m)."""
-    result = simulate_at(machine, observed)
-    base = modelled(result, observed)[0]
-    rise = result.temperatures[0, 1:] - result.temperatures[0, 0]
+    base = modelled(simulated, observed)[0]
+    rise = simulated.temperatures[0, 1:] - simulated.temperatures[0, 0]
     columns = []
     for channel in np.flatnonzero(observed.lengths).tolist():
         spread = np.ptp(base[:, channel])
