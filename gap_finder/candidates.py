@@ -225,39 +225,23 @@ def candidates(
         observed = [
             seen.marked(run, effect.name) for run, seen in zip(observed, leaps, strict=True)
         ]
-    keys = keys_of(machine, effect, observed)
-    # All thermometers of one machine may have such an effect: simulated together, one at a time on.
-    for group in [keys] if effect.on_channel and keys else [[key] for key in keys]:
-        grown, tried = machine, grid(effect, unused_with(machine, group[0]))
-        for key in group:
-            grown = with_effect(grown, key)
-        own, observed_so = _carried(machine, observed, group[0])
+    for key in keys_of(machine, effect, observed):
+        tried = grid(effect, unused_with(machine, key))
+        own, observed_so = _carried(machine, observed, key)
         if own:
             tried = [entry | own[-1] for entry in tried]
+        parameters = effect.parameters
+        sets = {f"effects.{key}.{n}": np.array([entry[n] for entry in tried]) for n in parameters}
         try:
-            answers = _answers(grown, observed_so, _sets(effect, group, tried), bases)
+            answers = _answers(with_effect(machine, key), observed_so, sets, bases)
         except IntegrationError:
             continue
-        for i, (key, values) in enumerate(product(group, tried)):
+        for i, values in enumerate(tried):
             of_runs = tuple(answer[i] for answer in answers)
             yield Candidate(key, values, of_runs, own=own[:-1], seen=leaps)
             for begins in range(1, len(observed) if effect.from_one_run_on else 0):
                 since = [a * (j >= begins) for j, a in enumerate(of_runs)]
                 yield Candidate(key, values, tuple(since), begins)
-
-
-def _sets(
-    effect: type[Effect], keys: Sequence[str], tried: Sequence[dict[str, float]]
-) -> dict[str, FloatArray]:
-    """Return parameter sets in which one key after the other takes all values, the rest off."""
-    sets = {}
-    for i, key in enumerate(keys):
-        for name, parameter in effect.parameters.items():
-            rest = effect.off if name == effect.amplitude else parameter.value
-            column = np.full((len(keys), len(tried)), rest)
-            column[i] = [entry[name] for entry in tried]
-            sets[f"effects.{key}.{name}"] = column.ravel()
-    return sets
 
 
 def _carried(
