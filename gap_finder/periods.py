@@ -51,7 +51,8 @@ def likely_periods(
     The power at a period is that of the best sine and cosine for each run and channel separately
     (Lomb's periodogram), summed over all.
     """
-    from scipy.signal import find_peaks  # only here: it takes as long to load as all else
+    # only here: it takes as long to load as all else
+    from scipy.signal import find_peaks, lombscargle
 
     longest = max(run.time_s[-1] - run.time_s[0] for run in observed)
     # Two periods that differ by this much are a quarter of a cycle apart at the end of a run.
@@ -59,12 +60,8 @@ def likely_periods(
     periods = low * step ** np.arange(int(np.log(high / low) / np.log(step)) + 1)
     power = np.zeros(len(periods))
     for run, residual in zip(observed, shown, strict=True):
-        columns = residual.reshape(len(run.time_s), -1)
-        for i, period in enumerate(periods):
-            angle = 2.0 * np.pi * run.time_s / (60.0 * period)
-            basis = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-            orthogonal = np.linalg.qr(basis)[0]
-            power[i] += float(np.sum((orthogonal.T @ columns) ** 2))
+        for column in residual.reshape(len(run.time_s), -1).T:
+            power += lombscargle(run.time_s, column, 2.0 * np.pi / (60.0 * periods))
     peaks = find_peaks(np.concatenate([[0.0], power, [0.0]]))[0] - 1
     strongest = peaks[np.argsort(-power[peaks])][:MOST_TRIED]
     return [float(periods[i]) for i in strongest]
