@@ -51,28 +51,22 @@ class Priors:
     def of(cls, machine: Machine, *, calibrated: bool) -> Priors:
         """Return the priors of the parameters that calibration may move, or of those it may not.
 
-        Neither includes parameters without a range, nor parameters of effects that calibration may
-        not move: their range limits the effect and does not say how well it is known.
+        They are centred on the machine's values. Neither includes parameters without a range, nor
+        parameters of effects that calibration may not move: their range limits the effect and does
+        not say how well it is known.
         """
-        return cls.of_names(
-            machine,
-            [
-                name
-                for name, p in machine.parameters.items()
-                if p.high > p.low
-                and p.calibrate == calibrated
-                and (calibrated or not name.startswith("effects."))
-            ],
-        )
-
-    @classmethod
-    def of_names(cls, machine: Machine, names: list[str]) -> Priors:
-        """Return the priors of some parameters, centred on the machine's values."""
+        chosen = {
+            name: p
+            for name, p in machine.parameters.items()
+            if p.high > p.low
+            and p.calibrate == calibrated
+            and (calibrated or not name.startswith("effects."))
+        }
         limits = physical_limits(machine)
-        chosen = [machine.parameters[name] for name in names]
-        log = np.array([p.low > 0.0 for p in chosen], dtype=np.bool_)
-        turns = np.array([p.unit == "deg" and p.high - p.low == TURN for p in chosen], np.bool_)
-        columns = [(p.value, p.low, p.high, *limits[n]) for n, p in zip(names, chosen, strict=True)]
+        log = np.array([p.low > 0.0 for p in chosen.values()], dtype=np.bool_)
+        whole = [p.unit == "deg" and p.high - p.low == TURN for p in chosen.values()]
+        turns = np.array(whole, dtype=np.bool_)
+        columns = [(p.value, p.low, p.high, *limits[n]) for n, p in chosen.items()]
         plain = np.array(columns, dtype=np.float64).reshape(-1, 5)
         with np.errstate(divide="ignore"):  # The lower limit of a positive number may be 0.
             scaled = np.where(log[:, None], np.log(np.maximum(plain, 0.0)), plain)
@@ -81,7 +75,7 @@ class Priors:
         bottom, top = np.where(turns, -np.inf, bottom), np.where(turns, np.inf, top)
         bounds = (bottom - centre) / width, (top - centre) / width
         ends = plain[:, 3], plain[:, 4]
-        return cls(tuple(names), centre, width, log, turns, *bounds, *ends)
+        return cls(tuple(chosen), centre, width, log, turns, *bounds, *ends)
 
     def position(self, machine: Machine) -> FloatArray:
         """Return a machine's values in the fitting scale, shape (P,)."""

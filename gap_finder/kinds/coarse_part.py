@@ -68,10 +68,7 @@ class CoarsePart(Change):
 
     def points(self) -> list[dict[str, float]]:
         """Return conductances for a few delays of the far side."""
-        return [{self.amplitude: self._conductance(delay)} for delay in LAGS_MIN]
-
-    def _conductance(self, delay_min: float) -> float:
-        return self.capacity / 2.0 / (60.0 * delay_min)
+        return [{self.amplitude: self.capacity / 2.0 / (60.0 * delay)} for delay in LAGS_MIN]
 
     def parameters(self) -> dict[str, str]:
         """Return the conductance between the sides."""

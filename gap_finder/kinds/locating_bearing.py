@@ -56,11 +56,7 @@ class LocatingBearing(Change):
 
     def parameters(self) -> dict[str, str]:
         """Return the bearing's place."""
-        return {"at": self._parameter}
-
-    @property
-    def _parameter(self) -> str:
-        return f"structure.{self.item}.at"
+        return {"at": f"structure.{self.item}.at"}
 
     def centre(self) -> dict[str, float]:
         """Return the middle of the usual distances."""
@@ -73,7 +69,7 @@ class LocatingBearing(Change):
 
     def read(self, machine: Machine) -> dict[str, float]:
         """Return how far it has moved in its direction [mm]."""
-        at = machine.parameters[self._parameter].value
+        at = machine.parameters[self.parameters()["at"]].value
         return {self.amplitude: max(WAYS[self.place[0]] * (at - self.at), 0.0)}
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
@@ -99,7 +95,7 @@ class LocatingBearing(Change):
         answers: list[list[FloatArray]] = [[] for _ in runs]
         for change in changes:
             tried = [change._place(point[change.amplitude]) for point in change.points()]
-            places = {change._parameter: np.array(tried)}
+            places = {change.parameters()["at"]: np.array(tried)}
             simulated = simulate_runs(runs[0].machine, observed, places)
             for run, moved, of_run in zip(runs, simulated, answers, strict=True):
                 of_run.append(run.response(moved))

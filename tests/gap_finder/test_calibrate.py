@@ -57,7 +57,8 @@ def test_a_range_ends_two_deviations_out_and_is_no_wall(jig_borer_lumps):
         replace(item, parameters=item.parameters | {"f0": f0}) if item is bearing else item
         for item in jig_borer_lumps.items
     )
-    priors = Priors.of_names(replace(jig_borer_lumps, items=items), [name])
+    machine = only_free(replace(jig_borer_lumps, items=items), name)
+    priors = Priors.of(machine, calibrated=True)
     values = priors.values(np.array([[-2.0], [0.0], [2.0], [4.0], [1e6], [-1e6]]))[name]
     np.testing.assert_allclose(values[:4], [0.3, 0.6, 1.2, 2.4])
     np.testing.assert_allclose(values[4:], [20.0, 0.1])  # what f0 can be at all
