@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,6 @@ from gap_finder.regimes import (
     residuals,
 )
 from plant_model.machine import Machine
-from plant_model.parameters import FloatArray
 
 
 class GapComparison:
@@ -45,13 +43,13 @@ class GapComparison:
             "floor": gap_of(floor_of(self.before)),
         }
 
-    def gap_against(self, reference: Sequence[FloatArray]) -> dict[str, float]:
+    def gap_against(self, reference: list[RunResiduals]) -> dict[str, float]:
         """Return the gap, the gap of the reference, and the reducible difference.
 
         Parameters
         ----------
-        reference : sequence of array, each (K, C)
-            Residuals of each run that no description of this machine could remove [K, um].
+        reference : list of RunResiduals
+            What no description of this machine could remove.
 
         Returns
         -------
@@ -59,15 +57,12 @@ class GapComparison:
             ``before``, ``after``, ``reference`` and ``reducible``, which is never below 0 [1].
         """
         table = self.gap()
-        least = gap_of(self._with(reference))
+        least = gap_of(reference)
         return table | {"reference": least, "reducible": max(table["after"] - least, 0.0)}
 
     def worst(self) -> float:
         """Return the gap afterwards in the run where it is largest [1]."""
         return max(gap_of([run]) for run in self.after)
-
-    def _with(self, values: Sequence[FloatArray]) -> list[RunResiduals]:
-        return [replace(run, values=left) for run, left in zip(self.after, values, strict=True)]
 
     def channels(self) -> dict[str, dict[str, Any]]:
         """Return every channel's residual before and after, its noise and its noise floor.
@@ -91,12 +86,12 @@ class GapComparison:
             if name in first
         }
 
-    def channels_against(self, reference: Sequence[FloatArray]) -> dict[str, dict[str, Any]]:
+    def channels_against(self, reference: list[RunResiduals]) -> dict[str, dict[str, Any]]:
         """Return the channels, each with the residual of the reference and the reducible rest.
 
         Parameters
         ----------
-        reference : sequence of array, each (K, C)
+        reference : list of RunResiduals
             As in `gap_against`.
 
         Returns
@@ -105,7 +100,7 @@ class GapComparison:
             By channel [K, um].
         """
         table = self.channels()
-        least = by_channel(self._with(reference))
+        least = by_channel(reference)
         for name, entry in table.items():
             entry["reference"] = least[name]
             entry["reducible"] = max(entry["after"] - least[name], 0.0)

@@ -10,7 +10,7 @@ the inputs, or not in the same way in every run.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -91,10 +91,9 @@ class ReferenceModel:
 
     Attributes
     ----------
-    used, unseen : list of array, each (K, C)
-        Residuals of the reference for each run [K, um]; NaN where nothing was measured. They are
-        what the regression leaves of the plant's, or the plant's in a channel in which these are
-        smaller on the runs used.
+    used, unseen : list of RunResiduals
+        Residuals of the reference for each run. They are what the regression leaves of the plant's,
+        or the plant's in a channel in which these are smaller on the runs used.
     share : float
         Predictable share of the squares of the plant's residuals on the runs used, in tolerances
         and over all channels [1].
@@ -110,13 +109,14 @@ class ReferenceModel:
         ridge = _Ridge(self._predictors.used, self._scaled(left))
         rest = _less(left, [part * self._tolerance for part in ridge.predicted])
         helps = mean_squares(rest) < mean_squares(left)
-        self.used = [np.where(helps, *pair) for pair in zip(rest, left, strict=True)]
+        best = [np.where(helps, *pair) for pair in zip(rest, left, strict=True)]
+        self.used = [replace(run, values=part) for run, part in zip(used, best, strict=True)]
         unseen_of = [ridge.of(self._predictors.of(run.observed)) for run in unseen]
         self.unseen = [
-            run.values - np.where(helps, part * self._tolerance, 0.0)
+            replace(run, values=run.values - np.where(helps, part * self._tolerance, 0.0))
             for run, part in zip(unseen, unseen_of, strict=True)
         ]
-        before, after = (mean_squares(part) / self._tolerance**2 for part in (left, self.used))
+        before, after = (mean_squares(part) / self._tolerance**2 for part in (left, best))
         self.share = float(np.nanmean(before - after)) / max(float(np.nanmean(before)), 1e-12)
 
     def _scaled(self, parts: Sequence[FloatArray]) -> list[FloatArray]:
@@ -125,8 +125,8 @@ class ReferenceModel:
     def places(self, most: int = 8) -> list[ReducibleGap]:
         """Return where the reducible gap exceeds one tolerance, largest contribution first."""
         groups: dict[tuple[int, str], list[tuple[FloatArray, FloatArray]]] = {}
-        for run, left in zip(self._used, self.used, strict=True):
-            time = run.observed.time_s
+        for run, reference in zip(self._used, self.used, strict=True):
+            time, left = run.observed.time_s, reference.values
             for start, end, regime in regimes(run.observed):
                 rows = (time >= start) & (time <= end)
                 # Without the speed, so that no channel is listed at every step of a spectrum.

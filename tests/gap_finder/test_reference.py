@@ -41,7 +41,7 @@ def test_a_lag_of_the_speed_is_found_with_its_lag_and_channel(jig_borer_lumps, o
     assert sources[0].share > 0.9
     assert sources[0].lag_min == 45.0
     for before, after in ((found[0], reference.used[0]), (found[3], reference.unseen[0])):
-        rms = [float(np.sqrt(np.mean(part[:, at] ** 2))) for part in (before.values, after)]
+        rms = [float(np.sqrt(np.mean(part[:, at] ** 2))) for part in (before.values, after.values)]
         assert rms[1] < 0.25 * rms[0]
 
 
@@ -61,8 +61,8 @@ def test_a_channel_that_is_missing_in_a_run_is_no_obstacle(jig_borer_lumps, obse
         replace(found[1].observed, values=found[1].observed.values + empty * 0), empty
     )
     reference = ReferenceModel(jig_borer_lumps, found)
-    assert np.isnan(reference.used[1][:, 0]).all()
-    assert np.isfinite(reference.used[0]).all()
+    assert np.isnan(reference.used[1].values[:, 0]).all()
+    assert np.isfinite(reference.used[0].values).all()
     assert np.isfinite(reference.share)
 
 
