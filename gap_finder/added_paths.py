@@ -22,7 +22,7 @@ import numpy as np
 from gap_finder.in_run import machine_in_run, shown_per_kelvin
 from gap_finder.observations import Observations
 from plant_model.effects.stirred_film import share_of_motion
-from plant_model.integrate import Modes, phi
+from plant_model.integrate import Modes
 from plant_model.levels import conductances_at, levels_on
 from plant_model.machine import Machine
 from plant_model.nearby import Slopes, slopes_along
@@ -121,16 +121,6 @@ class _Stepped:
             course = np.concatenate([self.base, base.states[0]], axis=1)
             self.slopes = slopes_along(network, drive, course)
         self.shown = shown_per_kelvin(self.machine, effects, network, observed.channels)[0]
-        self._gains: dict[tuple[tuple[float, ...], float], tuple[FloatArray, ...]] = {}
-
-    def _gain(self, key: tuple[float, ...], step: float) -> tuple[FloatArray, ...]:
-        """Return the decay over a step, and the gains of the forcing at its start and end."""
-        place = (key, round(step, 9))
-        if place not in self._gains:
-            x = -self.modes[key].decay[0] * step
-            last = step * phi(2, x)
-            self._gains[place] = np.exp(x), step * phi(1, x) - last, last
-        return self._gains[place]
 
     def answers(self, paths: Sequence[AddedPath]) -> list[FloatArray]:
         """Return the weighted response to each path, (sizes, N)."""
@@ -198,7 +188,8 @@ class _Stepped:
                 flow = conductance * seen
                 shown = modes.to_state[0].T @ self.shown
                 before = key
-            keep, at_first, at_last = self._gain(key, step)
+            keep, steady, at_last = (weights[0] for weights in modes.weights(step))
+            at_first = steady - at_last
             now = share[:, k] * (first[:, k] + np.einsum("sn,sn->s", seen, state) - behind)
             started, pushed = state, flow * at_last
             state = keep * state - flow * (at_first * now[:, None])
