@@ -17,6 +17,7 @@ import numpy.typing as npt
 from gap_finder.observations import BIN_S, SHARP_S, Observations
 from gap_finder.periods import MOST_TRIED, quick, without_slow
 from gap_finder.reference import LAGS_MIN, LEAST_PREDICTED, lagged
+from measurement.faults.series import valid
 from plant_model.drive import Drive
 from plant_model.effect_names import switched_by
 from plant_model.effects.coolant_jacket import flows_of
@@ -126,18 +127,17 @@ def watched(machine: Machine, observed: Observations, part: str) -> Watched | No
     observed : Observations
     part : str
     """
-    frame, time = observed.run.frame, observed.run.time_s
+    run = observed.run
     for sensor in machine.sensors:
         column = column_of(machine, sensor.name)
-        if sensor.of != part or sensor.name not in observed.channels or column not in frame:
+        if sensor.of != part or sensor.name not in observed.channels or column not in run.frame:
             continue
-        values = frame[column].to_numpy(dtype=np.float64)
-        good = np.isfinite(values)
-        if good.sum() > 1:
-            which = np.floor((time[good] - time[good][0]) / SHARP_S)
+        rows, values = valid(run, column)
+        if len(rows) > 1:
+            time = run.time_s[rows]
+            which = np.floor((time - time[0]) / SHARP_S)
             _, first, counts = np.unique(which, return_index=True, return_counts=True)
-            mean = np.add.reduceat(values[good], first) / counts
-            return Watched(time[good][first], mean)
+            return Watched(time[first], np.add.reduceat(values, first) / counts)
     return None
 
 
@@ -185,7 +185,12 @@ def likely_switchings(
         Best first, at most `MOST_TRIED`; empty if no repeated change in the residuals follows any
         of them.
     """
-    compared = _Compared(observed, residuals, carried)
+    shown = np.concatenate(
+        [
+            quick(run, residual).reshape(len(run.time_s), -1)
+            for run, residual in zip(observed, residuals, strict=True)
+        ]
+    )
     switchings = []
     for part in parts:
         seen = [measured for run in observed if (measured := watched(machine, run, part))]
@@ -196,12 +201,12 @@ def likely_switchings(
         levels = [low + share * (high - low) for share in LEVELS]
         settings = [(on, band) for on, band in product(levels, DEAD_BANDS) if on - band > low]
         step = (high - low) * (LEVELS[1] - LEVELS[0])
-        for on, band in _apart(settings, compared.shares(seen, settings)):
+        for on, band in _apart(settings, _shares(observed, shown, carried, seen, settings)):
             finer = [
                 (on + a * step, band * b)
                 for a, b in product(np.linspace(-1.0, 1.0, 15), np.geomspace(0.7, 1.4, 11))
             ]
-            shares = compared.shares(seen, finer)
+            shares = _shares(observed, shown, carried, seen, finer)
             best = int(np.argmax(shares))
             if shares[best] >= LEAST_PREDICTED:
                 relays = tuple(Relay(run, *finer[best]) for run in seen)
@@ -245,62 +250,52 @@ def relay(
     return on
 
 
-class _Compared:
-    """Residuals of all runs, to be compared with relays; see `likely_switchings`."""
+def _shares(
+    observed: Sequence[Observations],
+    shown: FloatArray,
+    carried: Sequence[FloatArray],
+    seen: Sequence[Watched],
+    settings: Sequence[tuple[float, float]],
+) -> FloatArray:
+    """Return the share of the quick residuals that follows each relay; 0 if it rarely switches.
 
-    def __init__(
-        self,
-        observed: Sequence[Observations],
-        residuals: Sequence[FloatArray],
-        carried: Sequence[FloatArray],
-    ) -> None:
-        self._times, self._carried = [run.time_s for run in observed], carried
-        self._warms = ~observed[0].lengths
-        self._shown = np.concatenate(
-            [
-                quick(run, residual).reshape(len(run.time_s), -1)
-                for run, residual in zip(observed, residuals, strict=True)
-            ]
-        )
-        self._every = float(np.sum(self._shown**2))
-
-    def shares(
-        self, seen: Sequence[Watched], settings: Sequence[tuple[float, float]]
-    ) -> FloatArray:
-        """Return the share of the quick residuals that follows each relay; 0 if it rarely switches.
-
-        Parameters
-        ----------
-        seen : sequence of Watched
-            The part in every run.
-        settings : sequence of (float, float)
-            Levels and dead bands.
-        """
-        shares = np.zeros(len(settings))
-        on_above, dead_band = np.array(settings).reshape(-1, 2).T
-        states = [
-            measured.on_between(on_above, dead_band, _ends(time))
-            for time, measured in zip(self._times, seen, strict=True)
-        ]
-        relays = [on > 0.5 for on in states]
-        counts = np.array([np.sum(on[:, 1:] != on[:, :-1], axis=1) for on in relays])
-        often = (counts.sum(axis=0) >= SWITCHINGS) & (np.sum(counts > 0, axis=0) >= RUNS)
-        if not often.any() or self._every <= 0.0:
-            return shares
-        kept = np.concatenate(
-            [
-                _followed(time, heat * (1.0 - on[often]))
-                for time, on, heat in zip(self._times, states, self._carried, strict=True)
-            ],
-            axis=1,
-        )
-        basis = np.linalg.qr(kept)[0]
-        along = np.swapaxes(basis, 1, 2) @ self._shown
-        # Warmth while the relay is on may be its cause, but never its effect.
-        warmer = ((kept.sum(axis=2)[:, None] @ basis) @ along)[:, 0] < 0.0
-        sign = np.where(warmer | ~self._warms, 1.0, -1.0)
-        shares[often] = np.sum(np.sum(along**2, axis=1) * sign, axis=1) / self._every
+    Parameters
+    ----------
+    observed, carried
+        As in `likely_switchings`.
+    shown : array, shape (K of all runs, C)
+        Residuals without slow changes.
+    seen : sequence of Watched
+        The part in every run.
+    settings : sequence of (float, float)
+        Levels and dead bands.
+    """
+    shares, every = np.zeros(len(settings)), float(np.sum(shown**2))
+    times, warms = [run.time_s for run in observed], ~observed[0].lengths
+    on_above, dead_band = np.array(settings).reshape(-1, 2).T
+    states = [
+        measured.on_between(on_above, dead_band, _ends(time))
+        for time, measured in zip(times, seen, strict=True)
+    ]
+    relays = [on > 0.5 for on in states]
+    counts = np.array([np.sum(on[:, 1:] != on[:, :-1], axis=1) for on in relays])
+    often = (counts.sum(axis=0) >= SWITCHINGS) & (np.sum(counts > 0, axis=0) >= RUNS)
+    if not often.any() or every <= 0.0:
         return shares
+    kept = np.concatenate(
+        [
+            _followed(time, heat * (1.0 - on[often]))
+            for time, on, heat in zip(times, states, carried, strict=True)
+        ],
+        axis=1,
+    )
+    basis = np.linalg.qr(kept)[0]
+    along = np.swapaxes(basis, 1, 2) @ shown
+    # Warmth while the relay is on may be its cause, but never its effect.
+    warmer = ((kept.sum(axis=2)[:, None] @ basis) @ along)[:, 0] < 0.0
+    sign = np.where(warmer | ~warms, 1.0, -1.0)
+    shares[often] = np.sum(np.sum(along**2, axis=1) * sign, axis=1) / every
+    return shares
 
 
 def _ends(time_s: FloatArray) -> FloatArray:
