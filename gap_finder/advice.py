@@ -5,7 +5,7 @@ Unlike ``find-gap``, this tries and names no effects: it only reads the result o
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -41,6 +41,10 @@ class Advice:
     text: str
 
 
+Weighed = tuple[float, Advice]
+"""How bad a defect is, in a measure of its kind, and the advice."""
+
+
 def advice(
     machine: Machine, left: Sequence[RunResiduals], parameters: Sequence[ParameterEstimate]
 ) -> list[Advice]:
@@ -55,26 +59,23 @@ def advice(
     parameters : sequence of ParameterEstimate
         Its parameters before and after calibration.
     """
-    return [
-        *odd_runs(left),
-        *worse_than_none(left),
-        *not_moved(left),
-        *disagreeing(machine, [run.observed for run in left]),
-        *_far(parameters),
-    ]
+    found = (
+        odd_runs(left),
+        worse_than_none(left),
+        not_moved(left),
+        disagreeing(machine, [run.observed for run in left]),
+        _far(parameters),
+    )
+    worst_first = (sorted(kind, key=lambda pair: -pair[0])[:MOST_LINES] for kind in found)
+    return [line for kind in worst_first for _, line in kind]
 
 
-def _worst_first(ranked: Sequence[tuple[float, Advice]]) -> list[Advice]:
-    return [line for _, line in sorted(ranked, key=lambda pair: -pair[0])][:MOST_LINES]
-
-
-def odd_runs(left: Sequence[RunResiduals]) -> list[Advice]:
-    """Return the channels that one run contradicts: a sign, a unit or two columns may be wrong."""
+def odd_runs(left: Sequence[RunResiduals]) -> Iterator[Weighed]:
+    """Yield the channels that one run contradicts: a sign, a unit or two columns may be wrong."""
     if len(left) < 2:
-        return []
+        return
     observed = left[0].observed
     by_run = np.nan_to_num(np.sqrt([mean_squares([run.values]) for run in left]))
-    ranked = []
     for i, name in enumerate(observed.channels):
         *_, second, worst = np.argsort(by_run[:, i]).tolist()
         most, others = by_run[worst, i], by_run[second, i]
@@ -84,16 +85,14 @@ def odd_runs(left: Sequence[RunResiduals]) -> list[Advice]:
                 f"{name}: off by {most:.2g} {unit} in {run}, by at most {others:.2g} {unit} in the "
                 "others: check signs, units, columns and what happened in that run"
             )
-            ranked.append((most / others, Advice("odd_run", (name, run), text)))
-    return _worst_first(ranked)
+            yield most / others, Advice("odd_run", (name, run), text)
 
 
-def worse_than_none(left: Sequence[RunResiduals]) -> list[Advice]:
-    """Return the channels predicted worse than by their first reading, by more than the noise."""
+def worse_than_none(left: Sequence[RunResiduals]) -> Iterator[Weighed]:
+    """Yield the channels predicted worse than by their first reading, by more than the noise."""
     observed = left[0].observed
     parts = [run.values for run in left], [run.observed.moved for run in left]
     models, nones = (np.nan_to_num(np.sqrt(mean_squares(part))).tolist() for part in parts)
-    ranked = []
     for i, (name, model, none) in enumerate(zip(observed.channels, models, nones, strict=True)):
         if model > np.hypot(none, observed.noise[i]):
             unit = observed.unit_of(i)
@@ -101,14 +100,12 @@ def worse_than_none(left: Sequence[RunResiduals]) -> list[Advice]:
                 f"{name}: the model is off by {model:.2g} {unit}, holding the first reading by "
                 f"{none:.2g} {unit}: worse than no model"
             )
-            ranked.append((model / max(none, 1e-12), Advice("worse_than_no_model", (name,), text)))
-    return _worst_first(ranked)
+            yield model / max(none, 1e-12), Advice("worse_than_no_model", (name,), text)
 
 
-def not_moved(left: Sequence[RunResiduals]) -> list[Advice]:
-    """Return the displacements that move, but that the model moves by less than the noise."""
+def not_moved(left: Sequence[RunResiduals]) -> Iterator[Weighed]:
+    """Yield the displacements that move, but that the model moves by less than the noise."""
     observed = left[0].observed
-    ranked = []
     for i in np.flatnonzero(observed.lengths).tolist():
         measured = max(range_of(run.observed.values[:, i]) for run in left)
         model = max(range_of(run.observed.values[:, i] + run.values[:, i]) for run in left)
@@ -118,14 +115,12 @@ def not_moved(left: Sequence[RunResiduals]) -> list[Advice]:
                 f"{name}: moves by {measured:.2g} um, but nothing in the machine file moves it: no "
                 "part grows or bends in that direction"
             )
-            ranked.append((measured, Advice("not_moved", (name,), text)))
-    return _worst_first(ranked)
+            yield measured, Advice("not_moved", (name,), text)
 
 
-def disagreeing(machine: Machine, observed: Sequence[Observations]) -> list[Advice]:
-    """Return the parts whose thermometers differ by more than a constant and their tolerances."""
+def disagreeing(machine: Machine, observed: Sequence[Observations]) -> Iterator[Weighed]:
+    """Yield the parts whose thermometers differ by more than a constant and their tolerances."""
     names = observed[0].channels
-    ranked = []
     for node in machine.nodes:
         on_part = [sensor.name for sensor in machine.sensors if sensor.of == node.name]
         there = [name for name in on_part if name in names]
@@ -141,8 +136,7 @@ def disagreeing(machine: Machine, observed: Sequence[Observations]) -> list[Advi
                     f"{node.name}: {pair[0]} and {pair[1]} sit on this one lump but differ by "
                     f"{spread:.2g} K beyond a constant: it has two temperatures"
                 )
-                ranked.append((spread, Advice("sensors_disagree", pair, text)))
-    return _worst_first(ranked)
+                yield spread, Advice("sensors_disagree", pair, text)
 
 
 def unit_after(unit: str) -> str:
@@ -150,9 +144,8 @@ def unit_after(unit: str) -> str:
     return "" if unit == "1" else f" {unit}"
 
 
-def _far(parameters: Sequence[ParameterEstimate]) -> list[Advice]:
-    """Return the parameters that calibration moved out of their expected range."""
-    ranked = []
+def _far(parameters: Sequence[ParameterEstimate]) -> Iterator[Weighed]:
+    """Yield the parameters that calibration moved out of their expected range."""
     for estimate in parameters:
         if not estimate.is_far:
             continue
@@ -164,5 +157,4 @@ def _far(parameters: Sequence[ParameterEstimate]) -> list[Advice]:
             f"{'below' if value < prior else 'above'} {prior:.3g}{source}: "
             "check it, or whatever has a similar effect"
         )
-        ranked.append((deviations, Advice("far_from_usual", (name,), text)))
-    return _worst_first(ranked)
+        yield deviations, Advice("far_from_usual", (name,), text)
