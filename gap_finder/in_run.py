@@ -104,9 +104,6 @@ def start_responses(
     values = Values(in_run.parameters, given_in_run(parameters, observed) | own, bounded=False)
     effects = effects_in_force(in_run, values)
     lagging = [effect.key for effect in effects if _lags_from_start(effect)]
-    responses = np.zeros((values.sets, len(lagging), *observed.weights.shape))
-    if not lagging:
-        return responses, {}
     network = Network(in_run, values, effects)
     states = [network.state_slices()[key].start for key in lagging]
     rates = network.state_decay()[:, states, None]
@@ -114,7 +111,7 @@ def start_responses(
     since_s = observed.time_s - observed.run.time_s[0]
     behind_k = SWING_K * DAILY / np.hypot(rates, DAILY)
     settles = behind_k * -np.expm1(-rates * since_s)
-    responses += settles[..., None] * shown[:, network.node_count :][:, states, None]
+    responses = settles[..., None] * shown[:, network.node_count :][:, states, None]
     return responses, dict(zip(lagging, behind_k[0, :, 0].tolist(), strict=True))
 
 
