@@ -45,7 +45,8 @@ def five_lines(table: dict[str, Any]) -> list[str]:
     assert all(np.isfinite([gap["before"], gap["after"]]))
     return [
         _what(table),
-        f"Where the model is wrong: {worst or 'residuals are within tolerance'}."
+        f"Where the model {'was' if table['effects'] else 'is'} wrong: "
+        f"{worst or 'residuals are within tolerance'}."
         f"{_left_out(table['data_faults'])}",
         _rivals(table),
         f"Added: {_added(table) or 'nothing; the machine is calibrated'} -> {table['machine']}.",
@@ -184,7 +185,7 @@ def _left(table: Mapping[str, Any]) -> str:
     if not remaining["where"] or remaining["share"] < LEAST_PREDICTED:
         return "no input explains any of the remaining error in the same way in every run"
     where = "; ".join(f"{p['channel']} {p['regime']}" for p in remaining["where"][:2])
-    by = " or ".join(map(_source, remaining["predicted_by"][:2]))
+    by = " and ".join(map(_source, remaining["predicted_by"][:2]))
     share = f"{remaining['share']:.0%} of the remaining error can be predicted from the inputs"
     return f"{share}{f', by {by}' if by else ''}, mostly in {where}"
 

@@ -142,12 +142,12 @@ def _separated(keys: Sequence[str]) -> str:
         return "a second thermometer beside the one that is in question"
     if names & {"moves_axis", "fixture_warming", "column_bending", "slow_structure"}:
         return (
-            "a thermometer on each part in question, and a long stand in which the hall changes "
-            "and the spindle does not turn"
+            "a thermometer on each part in question that has none, and a long stand in which the "
+            "hall changes and the spindle does not turn"
         )
     if all(name in catalogue() for name in names):
         return "runs at other speeds, each held until the temperatures are steady, and a long stop"
-    return "a thermometer on each part in question"
+    return "a thermometer on each part in question that has none"
 
 
 def named(key: str, machine: Machine) -> dict[str, Any]:
