@@ -204,15 +204,15 @@ def _temperatures(runs: Sequence[Run]) -> Iterator[tuple[str, str]]:
 
     The coolest readings scatter about the hall's temperature; each is as declared, or wrong alone.
     """
-    coolest, whole = {}, True
+    coolest, whole = {}, []
     for name in runs[0].temperatures:
         values = np.concatenate([run.frame[name].dropna() for run in runs if name in run.frame])
         if values.size:
             coolest[name] = float(np.quantile(values, 0.02))  # no single reading decides
-            whole = whole and not (values % 1.0).any()
+            whole.append(not (values % 1.0).any())
     if not coolest:
         return
-    others = TEMPERATURES | TENTHS if whole else TEMPERATURES
+    others = TEMPERATURES | TENTHS if any(whole) else TEMPERATURES
     names, said = list(coolest), np.array(list(coolest.values()))
     read = np.array([said] + [scale * said + zero for _, scale, zero in others.values()])
     halls = np.unique(read.round(1))
@@ -226,6 +226,8 @@ def _temperatures(runs: Sequence[Run]) -> Iterator[tuple[str, str]]:
             # Thermometers of a machine that has not warmed differ by no more than this.
             near = np.exp(-np.abs(read - hall) / WARMS_K) / (2.0 * WARMS_K)
             scores = np.log(near + ASTRAY_PER_K) + odds
+            if any(whole):
+                scores[-1, ~np.array(whole)] = -math.inf
             total = scores.max(axis=0).sum() - 0.5 * ((hall - HALL_C.median) / HALL_C.spread) ** 2
             if total + prior > best:
                 best, chosen = total + prior, scores.argmax(axis=0)

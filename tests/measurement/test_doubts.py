@@ -32,6 +32,7 @@ def doubted(log: Callable[..., Imported]) -> Callable[..., dict[str, str]]:
         ([1, 2], 1.8, 32.0, "Fahrenheit"),
         ([0, 1, 2], 1.8, 32.0, "Fahrenheit"),
         ([0, 1, 2], 10.0, 0.0, "then its unit is 0.1 degC"),
+        ([1], 10.0, 0.0, "then its unit is 0.1 degC"),
         ([3], 1e-3, 0.0, "krpm"),
         ([4], 1e-3, 0.0, "millimetres taken for micrometres? then its unit is mm"),
     ],
@@ -39,7 +40,9 @@ def doubted(log: Callable[..., Imported]) -> Callable[..., dict[str, str]]:
 def test_columns_in_another_unit(columns, factor, offset, told, doubted):
     values = signals()
     values[:, columns] = values[:, columns] * factor + offset
-    found = doubted(values.round() if factor == 10.0 else values)
+    if factor == 10.0:
+        values[:, columns] = values[:, columns].round()
+    found = doubted(values)
     assert set(found) == set(NAMES[columns])
     assert all(told in text for text in found.values())
 
