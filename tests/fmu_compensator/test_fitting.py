@@ -181,6 +181,15 @@ def test_missing_rows_are_dropped_and_counted():
     assert table["provenance"]["runs"][0]["rows"] == len(gappy) - 20
 
 
+def test_displacements_read_every_second_row_are_said_once_and_no_fault():
+    rare = [changed(run, S5_um=run.frame["S5_um"].where(run.frame.index % 2 == 0)) for run in RUNS]
+    notes = fitted(rare, RIG, "mlr", points="T1,T4")["provenance"]["notes"]
+    rows = sum(len(run.frame) for run in RUNS)
+    read = sum(len(run.frame.iloc[::2]) for run in RUNS)
+    told = f"{read} of {rows} rows have all displacements: only these are learnt from"
+    assert [note for note in notes if "rows" in note] == [told]
+
+
 def test_frozen_displacement_is_not_learnt():
     reading = RUNS[0].frame["S5_um"].to_numpy().copy()
     reading[100:200] = reading[100]
