@@ -121,7 +121,8 @@ def fit_compensator(
     Runs marked as begun warm are left out, unless all are, and runs shorter than the shortest lag;
     notes say so.
     """
-    runs, unused = learnable(runs)
+    given = runs
+    runs, unused = learnable(given)
     if points is not None and not len(points):
         raise BadInput(
             "fit", "points", "'' is not allowed: grey, hierarchical, fuzzy, all, or names"
@@ -167,7 +168,7 @@ def fit_compensator(
             for run, kept in zip(runs, rows, strict=True)
         ],
         "notes": [
-            *doubt_lines(runs),
+            *doubt_lines(given),
             *prepared.notes,
             *_dropped(prepared, rows),
             *leap_notes(training),

@@ -117,6 +117,15 @@ def test_a_run_that_is_over_before_the_shortest_lag_teaches_nothing():
     assert refusal(fit_compensator, [two], RIG) == f"training runs: {alone}"
 
 
+def test_a_run_left_out_as_too_short_is_doubted_if_its_seconds_are_minutes():
+    frame = RUNS[1].frame
+    wrong = Run("b", frame.assign(time_s=frame["time_s"] / 60.0))
+    notes = fit_compensator([RUNS[0], wrong, RUNS[2]], RIG, judge=False)["provenance"]["notes"]
+    assert notes[0].startswith("doubtful: time_s")
+    assert notes[0].endswith("minutes taken for seconds? then its unit is min (in b)")
+    assert notes[-1].endswith("the model's shortest lag: b")
+
+
 def test_a_sensor_that_is_read_rarely_counts_by_straight_lines():
     # It is judged with its last reading held, as in a control: more is left than with every one.
     rare = [
