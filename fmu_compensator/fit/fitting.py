@@ -307,11 +307,15 @@ def as_json(value: Any) -> Any:
 
 
 def _dropped(prepared: Prepared, complete: Sequence[TrainingRun]) -> list[str]:
-    notes = []
+    notes, read, rows = [], 0, 0
     for run, kept in zip(prepared.runs, complete, strict=True):
-        used, rows = len(kept.time_s), int(run.usable.sum())
-        if used < rows:
-            notes.append(f"{run.name}: {used} of {rows} rows used, the rest lack a value")
+        measured = run.usable & np.isfinite(run.targets).all(axis=1)
+        used, known = len(kept.time_s), int(measured.sum())
+        if used < known:
+            notes.append(f"{run.name}: {used} of {known} rows used, the rest lack a temperature")
+        read, rows = read + known, rows + int(run.usable.sum())
+    if read < rows:  # a displacement is usually sampled less often on purpose
+        notes.append(f"{read} of {rows} rows have all displacements: only these are learnt from")
     return notes
 
 

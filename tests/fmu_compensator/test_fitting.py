@@ -186,7 +186,7 @@ def test_missing_rows_are_dropped_and_counted():
     gappy[10:30] = np.nan
     table = fitted([changed(RUNS[0], T1_degC=gappy), *RUNS[1:]], RIG, "mlr", points="T1,T4")
     rows = f"{len(gappy) - 20} of {len(gappy)}"
-    assert f"a: {rows} rows used, the rest lack a value" in table["provenance"]["notes"]
+    assert f"a: {rows} rows used, the rest lack a temperature" in table["provenance"]["notes"]
     assert table["provenance"]["runs"][0]["rows"] == len(gappy) - 20
 
 

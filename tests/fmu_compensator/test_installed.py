@@ -138,6 +138,6 @@ def test_a_run_without_one_complete_row_teaches_nothing():
         for runs in ([*RUNS, lacking[-1]], RUNS)
     )
     assert table["gaussian"] == without["gaussian"]
-    assert "new: 0 of 121 rows used, the rest lack a value" in table["provenance"]["notes"]
+    assert "new: 0 of 121 rows used, the rest lack a temperature" in table["provenance"]["notes"]
     with pytest.raises(BadInput, match="no row has all temperatures and displacements"):
         fit_compensator(lacking[:2], DIRECT_RIG, points=points, judge=False)
