@@ -6,11 +6,12 @@ from collections.abc import Iterator
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from measurement.faults.checks.base import Check
 from measurement.faults.fault import Fault, Kind
-from measurement.faults.series import FEWEST_SAMPLES
-from measurement.resampling import GAP_INTERVALS, recorded_steps
+from measurement.faults.series import FEWEST_SAMPLES, IntArray
+from measurement.resampling import GAP_INTERVALS
 from measurement.runs import Run
 
 
@@ -28,20 +29,25 @@ class Missing(Check):
     def in_run(self, run: Run) -> Iterator[Fault]:
         """Return the channels of a run with gaps that are not bridged."""
         for name in map(str, run.frame.columns[1:]):
-            missing = np.isnan(run.frame[name].to_numpy())
-            if not missing.any() or _are_bridged(run, ~missing):
-                continue
-            first, last = np.flatnonzero(missing)[[0, -1]].tolist()
-            text = f"{missing.mean():.1%} of the samples are missing"
-            yield Fault.between(run, name, "missing", first, last, text)
+            there = np.isfinite(run.frame[name].to_numpy())
+            missing = np.zeros(0) if there.all() else _not_bridged(run, there)
+            if missing.size:
+                text = f"{missing.size / len(there):.1%} of the samples are missing"
+                first, last = int(missing[0]), int(missing[-1])
+                yield Fault.between(run, name, "missing", first, last, text)
 
 
-def _are_bridged(run: Run, there: np.ndarray) -> bool:
-    """Return whether readings are close together wherever rows lack one."""
+def _not_bridged(run: Run, there: NDArray[np.bool_]) -> IntArray:
+    """Return the rows without a reading in gaps that are too long to be bridged."""
+    missing, time = np.flatnonzero(~there), run.time_s
     if there.sum() < FEWEST_SAMPLES:
-        return False
-    time = np.append(0.0, np.cumsum(recorded_steps(run.time_s)))  # `pauses` checks for its pauses
+        return missing
+    # In a pause of the record, which `pauses` reports, no channel lacks a reading.
+    steps = np.diff(time)
+    usual = np.median(steps)
+    time = time - np.r_[0.0, np.cumsum(np.where(steps > GAP_INTERVALS * usual, steps - usual, 0.0))]
     # From reading to reading, including the run's ends.
     rows = np.unique(np.r_[0, np.flatnonzero(there), len(time) - 1])
-    gaps = np.diff(time[rows])[(np.diff(rows) > 1) | ~there[rows[:-1]] | ~there[rows[1:]]]
-    return bool(gaps.max(initial=0.0) <= GAP_INTERVALS * np.median(np.diff(time[there])))
+    open_ = np.diff(time[rows]) > GAP_INTERVALS * np.median(np.diff(time[there]))
+    before = np.searchsorted(rows, missing, side="right") - 1
+    return np.asarray(missing[open_[np.minimum(before, len(open_) - 1)]])

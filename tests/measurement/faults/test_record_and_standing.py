@@ -88,6 +88,20 @@ def test_gaps_that_are_not_bridged_are_said():
     assert found(warm_up(T1_degC=math.nan)) == [("missing", "T1_degC")]
 
 
+def test_only_holes_in_a_channel_that_is_read_rarely_are_missing():
+    every_second = np.where(np.arange(MINUTES) % 2 == 0, warm_up()["S1_um"], math.nan)
+    later = TIME + np.where(np.arange(MINUTES) >= 100, 3600.0, 0.0)
+    paused = TIME + np.where(np.arange(MINUTES) >= 101, 3600.0, 0.0)
+    for time in (later, paused):
+        assert found(warm_up(time_s=time, S1_um=every_second)) == [("pause", "time_s")]
+    failed = np.where(np.arange(MINUTES) == 100, math.nan, warm_up()["T1_degC"])
+    assert found(warm_up(time_s=later, T1_degC=failed)) == [("pause", "time_s")]
+    every_second[100:130] = math.nan
+    (finding,) = find_faults([Run("r", warm_up(S1_um=every_second))])
+    assert (finding.start_s, finding.end_s) == (99 * 60.0, 129 * 60.0)
+    assert finding.text == "10.3% of the samples are missing"
+
+
 def test_pauses_of_the_record_are_counted():
     time = TIME + np.where(np.arange(MINUTES) >= 100, 600.0, 0.0)
     time += np.where(np.arange(MINUTES) >= 200, 1200.0, 0.0)
