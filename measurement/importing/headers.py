@@ -78,6 +78,9 @@ def _heading(text: str, second: str) -> Heading:
         match = pattern.match(text)
         if pattern is _QUOTIENT and match and any(map(conversion_of, (text, match["name"]))):
             continue  # "mm/min" is a unit, and "m/s" is not a name and a unit
+        word = _LAST_WORD.match(text)
+        if pattern is _QUOTIENT and match and word and conversion_of(word["unit"]):
+            continue  # "speed_1/s" is in 1/s, and no "speed_1" in s
         # "Temp C" and "Temp K" have a unit; "Spindle 1" and "Bearing s" have none.
         if match and _is_surely_a_unit(match["unit"], pattern is not _LAST_WORD):
             return Heading(text, match["name"], match["unit"], match["unit"])
@@ -95,8 +98,8 @@ def headings(texts: Sequence[str], seconds: Sequence[str]) -> list[Heading]:
     >>> headings(["Temp. Lager vorn [°C]"], [""])
     [Heading(text='Temp. Lager vorn [°C]', name='Temp. Lager vorn', unit='°C', said='°C')]
     >>> texts = ["T1", "disp_z_um", "Spindle speed rpm", "T2, K", "t/s", "v/mm/min", "mm/min"]
-    >>> [entry.unit for entry in headings(texts, ["(degC)", *6 * [""]])]
-    ['degC', 'um', 'rpm', 'K', 's', 'mm/min', '']
+    >>> [entry.unit for entry in headings([*texts, "n_1/s"], ["(degC)", *7 * [""]])]
+    ['degC', 'um', 'rpm', 'K', 's', 'mm/min', '', '1/s']
     >>> [entry.unit for entry in headings(["front_C", "rear_C", "z_um"], ["", "", ""])]
     ['C', 'C', 'um']
     >>> [entry.unit for entry in headings(["Sensor B", "Sensor C"], ["", ""])]
