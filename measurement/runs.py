@@ -199,11 +199,14 @@ def read_run(path: str | Path) -> Run:
     """
     path = Path(path)
     data = read_bytes(path)
-    text = _decoded(data, path)
-    frame = _fast_frame(text, path)
-    if frame is None:
-        frame = _slow_frame(text, path)
-    return Run(path.stem, frame, path, hashlib.sha256(data).hexdigest())
+    try:
+        text = _decoded(data, path)
+        frame = _fast_frame(text, path)
+        if frame is None:
+            frame = _slow_frame(text, path)
+        return Run(path.stem, frame, path, hashlib.sha256(data).hexdigest())
+    except BadInput as error:
+        raise _with_way_out(error, path) from None
 
 
 def write_run(run: Run | pd.DataFrame, path: str | Path) -> Path:
@@ -234,6 +237,18 @@ def write_run(run: Run | pd.DataFrame, path: str | Path) -> Path:
 def run_text(run: Run) -> str:
     """Return the text of a run file."""
     return str(run.frame.to_csv(index=False, lineterminator="\n"))
+
+
+def _with_way_out(refusal: BadInput, path: Path) -> BadInput:
+    """Return a refusal that names the importer if that does read the file."""
+    from measurement.importing.log import import_files  # which makes runs
+
+    try:
+        import_files([path])
+    except BadInput:
+        return refusal
+    told = f"{refusal.problem}; spindle-drift import reads this file"
+    return BadInput(refusal.source, refusal.place, told)
 
 
 def _grid(start: float, end: float, step: float) -> FloatArray:

@@ -32,7 +32,8 @@ class Conversion:
     def __call__(self, values: FloatArray) -> FloatArray:
         """Return values in the run file's unit."""
         # Rounded, so that 294.15 K is 21 degC and no digits are added to the measured ones.
-        return np.asarray(np.round(values * self.factor + self.offset, 9))
+        with np.errstate(over="ignore"):  # what is so large is out of every range
+            return np.asarray(np.round(values * self.factor + self.offset, 9))
 
 
 _SPELLINGS: tuple[tuple[Conversion, str], ...] = (

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from measurement import runs
 from measurement.errors import BadInput
+from measurement.importing.log import import_files
 from measurement.runs import Run, read_run, write_run
 from tests.refusing import refusal
 
@@ -95,6 +96,34 @@ def test_every_mistake_is_named_with_its_place(tmp_path, content, expected):
     path = tmp_path / "run.csv"
     path.write_bytes(content.encode() if isinstance(content, str) else content)
     assert refusal(read_run, path).startswith(f"{path}: {expected}")
+
+
+ROWS = "time_s,speed_rpm,T1_degC,S1_um\n0,1000,20.5,0\n10,1000,20.7,1.25\n20,0,20.9,-0.3\n"
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        ROWS.replace(",", ";").replace(".", ","),
+        ROWS.replace("time_s", "Time [s]"),
+        ROWS.replace("\n", ",\n"),
+        ROWS.encode("utf-16"),
+        ROWS.replace("speed_rpm", "speed_1/s"),
+        ROWS.replace("T1_degC", "T1 oil degC"),
+        ROWS.replace("\n20,", "\n10,"),
+        ROWS + "30,0,21.0,0.1\n40,0,21.1,0.2\n50,0",
+        ROWS.replace("20.7", "-999"),
+    ],
+)
+def test_a_refusal_names_the_importer_only_if_that_reads_the_file(tmp_path, content):
+    path = tmp_path / "run.csv"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    assert refusal(read_run, path).endswith("; spindle-drift import reads this file")
+    (run,) = import_files([path]).runs
+    assert len(run.frame.columns) == 4
+    assert run.of_unit("rpm") == ["speed_rpm"]
+    path.write_text("time_s,a_um,a_um\n0,1,2\n1,2,3\n")
+    assert refusal(read_run, path).endswith("'a_um' is also column 2")
 
 
 NUMBERS = st.floats(-60, 400) | st.just(math.nan)
