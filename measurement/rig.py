@@ -386,5 +386,6 @@ def _has(frame: pd.DataFrame) -> str:
         return f" (its displacement columns: {listed})"
     lengths = [str(name) for name in frame.columns if str(name).endswith("_mm")]
     drifts = [name for name in lengths if axis_of(name.removesuffix("_mm"))]
-    in_mm = f"; a drift must be in um, not mm: {', '.join(drifts)}" if drifts else ""
+    told = "a drift must be in um, not mm (spindle-drift import converts drifts)"
+    in_mm = f"; {told}: {', '.join(drifts)}" if drifts else ""
     return f" (it has no displacement column{in_mm})"

@@ -230,7 +230,8 @@ def _in_mm(runs: Sequence[Run], rig: Rig | None) -> list[str]:
     there = {name for run in runs for name in run.frame}
     named = [f"{name.removesuffix('_um')}_mm" for name in (rig.columns if rig else [])]
     lengths = [name for name in named if name in there]
-    return [f"a drift must be in um, not mm: {', '.join(lengths)}"] if lengths else []
+    told = "a drift must be in um, not mm (spindle-drift import converts drifts)"
+    return [f"{told}: {', '.join(lengths)}"] if lengths else []
 
 
 def _worth_saying(

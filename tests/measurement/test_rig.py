@@ -164,7 +164,10 @@ def test_the_default_rig_is_the_machines_where_it_fits_and_else_by_name():
     [
         ({"S1_um": [0.0]}, "no displacement column names its axis .*S1_um"),
         ({"T1_degC": [0.0]}, "it has no displacement column"),
-        ({"z_mm": [0.0], "tool_mm": [0.0]}, r"a drift must be in um, not mm: z_mm\)"),
+        (
+            {"z_mm": [0.0], "tool_mm": [0.0]},
+            r"not mm \(spindle-drift import converts drifts\): z_mm\)",
+        ),
         ({"a_x_um": [0.0], "b_x_um": [0.0]}, "columns a_x_um and b_x_um both stand for axis X"),
     ],
 )

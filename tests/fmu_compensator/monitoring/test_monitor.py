@@ -214,7 +214,9 @@ def test_a_drift_in_millimetres_is_told_and_not_just_missing():
     frame = NEW[0].frame.rename(columns=lambda name: name.replace("_um", "_mm"))
     report = monitor(fitted(judge=False), [Run("x", frame)], RIG)
     assert report.verdict == NOT_MEASURED
-    assert report.notes[0].startswith("a drift must be in um, not mm: ")
+    assert report.notes[0].startswith(
+        "a drift must be in um, not mm (spindle-drift import converts drifts): "
+    )
 
 
 def test_it_says_where_the_drift_counts_from(model):
