@@ -166,6 +166,8 @@ class Searching:
         tried: dict[str, tuple[Hypothesis, ...]] = {}
         rivals: tuple[tuple[Hypothesis, ...], ...] = ()
         settled: set[frozenset[str]] = set()
+        if not self._search.most:  # the list takes longer than all before it
+            return SearchResult(best, best, rivals, ())
         first = listed = self._listed(best, sensitivities)
         while len(best.additions) < self._search.most:
             step = self._forward(best, sensitivities, listed.without(best.keys))
