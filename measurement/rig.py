@@ -10,6 +10,7 @@ Source of the five-point equations: methods of the spindle studies, after ISO 23
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -386,6 +387,11 @@ def _has(frame: pd.DataFrame) -> str:
         return f" (its displacement columns: {listed})"
     lengths = [str(name) for name in frame.columns if str(name).endswith("_mm")]
     drifts = [name for name in lengths if axis_of(name.removesuffix("_mm"))]
+    wrong_unit = f"; {not_in_mm(drifts)}" if drifts else ""
+    return f" (it has no displacement column{wrong_unit})"
+
+
+def not_in_mm(drifts: Sequence[str]) -> str:
+    """Return what to say of columns that hold drifts in mm."""
     told = "a drift must be in um, not mm (spindle-drift import converts drifts)"
-    in_mm = f"; {told}: {', '.join(drifts)}" if drifts else ""
-    return f" (it has no displacement column{in_mm})"
+    return f"{told}: {', '.join(drifts)}"

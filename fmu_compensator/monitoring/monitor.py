@@ -29,7 +29,7 @@ from measurement.doubts import doubt_lines
 from measurement.faults import GROSS, LEVELS, Fault, cleaned, find_faults
 from measurement.faults.series import FEWEST_SAMPLES
 from measurement.resampling import WRONG
-from measurement.rig import AXES, Rig, rig_from_table
+from measurement.rig import AXES, Rig, not_in_mm, rig_from_table
 from measurement.runs import Run
 from measurement.warm import named_warm
 
@@ -230,8 +230,7 @@ def _in_mm(runs: Sequence[Run], rig: Rig | None) -> list[str]:
     there = {name for run in runs for name in run.frame}
     named = [f"{name.removesuffix('_um')}_mm" for name in (rig.columns if rig else [])]
     lengths = [name for name in named if name in there]
-    told = "a drift must be in um, not mm (spindle-drift import converts drifts)"
-    return [f"{told}: {', '.join(lengths)}"] if lengths else []
+    return [not_in_mm(lengths)] if lengths else []
 
 
 def _worth_saying(
