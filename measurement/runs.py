@@ -42,8 +42,11 @@ _NUMBER = re.compile(
 # From 3.1 on pandas reads numbers to the last digit by default, and warns if asked to.
 _PANDAS = tuple(int(part) for part in pd.__version__.split(".")[:2])
 _EXACT: dict[str, Any] = {} if _PANDAS >= (3, 1) else {"float_precision": "round_trip"}
-_FIRST_ROW = 2
+FIRST_ROW = 2
 """The line number of the first data row, given by the run file: the header is line 1."""
+
+HOUR_S = 3600.0
+"""By this much clocks are set in spring and autumn [s]."""
 
 LONGEST_S = 1e8
 """Longest run or scenario [s], three years: beyond, a clock has leapt. Set on no data."""
@@ -289,7 +292,7 @@ def _fast_frame(text: str, path: Path) -> pd.DataFrame | None:
     if not body:
         raise BadInput(path, *NO_ROWS)
     commas = len(names) - 1
-    for row, line in enumerate(body.split("\n"), _FIRST_ROW):
+    for row, line in enumerate(body.split("\n"), FIRST_ROW):
         if line.count(",") != commas:
             _check_width(line.count(",") + 1 if line else 0, len(names), row, path)
     try:
@@ -390,14 +393,14 @@ def _check_values(frame: pd.DataFrame, source: str | Path) -> None:
         word = f"is outside {unit.low:g}..{unit.high:g} {unit.suffix}"
         if math.isinf(value):
             word = "is infinite; a finite number, an empty cell or NaN is allowed"
-        place = f"row {row + _FIRST_ROW}, column {frame.columns[at]}"
+        place = f"row {row + FIRST_ROW}, column {frame.columns[at]}"
         raise BadInput(source, place, f"{value:g} {word}")
     _check_time(values[:, 0], source)
 
 
 def _check_time(time: FloatArray, source: str | Path) -> None:
     def refused(at: int, problem: str) -> BadInput:
-        return BadInput(source, f"row {at + _FIRST_ROW}, column {TIME}", problem)
+        return BadInput(source, f"row {at + FIRST_ROW}, column {TIME}", problem)
 
     missing = np.flatnonzero(np.isnan(time))
     if missing.size:
@@ -407,7 +410,10 @@ def _check_time(time: FloatArray, source: str | Path) -> None:
     if back.size:
         at = int(back[0]) + 1
         problem = f"{float(time[at])!r} is not after {float(time[at - 1])!r}, the previous row"
-        raise refused(at, f"{problem}; time must grow from row to row")
+        problem += "; time must grow from row to row"
+        if round(steps[at - 1] / HOUR_S) == -1:
+            problem += f"; if the clock was set back by an hour, add {HOUR_S:g} s from there on"
+        raise refused(at, problem)
     if time[-1] - time[0] > LONGEST_S:
         at = int(np.argmax(steps)) + 1
         problem = f"{time[at]:g} after {time[at - 1]:g}, the previous row, is too late"

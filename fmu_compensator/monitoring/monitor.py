@@ -38,7 +38,7 @@ DOUBTFUL = "doubtful"
 FITS, LEARNT, SENSOR, CHANGED = "fits", "learnt", "sensor", "changed"
 OUTSIDE, UNUSUAL, NOT_MEASURED = "outside", "unusual_runs", "not_measured"
 VERDICTS = {
-    DOUBTFUL: "a unit, a sign or a place in these runs may be wrong",
+    DOUBTFUL: "a unit, a clock, a sign or a place in these runs may be wrong",
     CHANGED: "the machine no longer drifts as it did in training",
     OUTSIDE: "new conditions: the runs are outside training",
     SENSOR: "a thermometer is broken, or disagrees with all others",

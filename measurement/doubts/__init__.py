@@ -2,7 +2,7 @@
 
 Each doubt compares the likelihood of the numbers as declared with that under one of the usual
 mistakes. `readings` checks units, `places` swapped thermometers, `signs` displacements with the
-opposite sign. Nothing is changed.
+opposite sign, `clock` an hour that is missing. Nothing is changed.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from measurement.doubts.clock import put_forward
 from measurement.doubts.places import swapped
 from measurement.doubts.readings import unlikely_units
 from measurement.doubts.signs import doubted_signs
@@ -30,7 +31,8 @@ def doubts(runs: Sequence[Run]) -> list[Doubt]:
     if not runs:
         return []
     warm = [warming(run) for run in runs]
-    pairs = [*unlikely_units(runs, warm), *swapped(runs), *doubted_signs(runs, warm)]
+    units, signs = unlikely_units(runs, warm), doubted_signs(runs, warm)
+    pairs = [*units, *put_forward(runs), *swapped(runs), *signs]
     return [Doubt(column, text) for column, text in pairs]
 
 

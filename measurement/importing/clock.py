@@ -31,6 +31,7 @@ from measurement.importing.stamps import (
 )
 from measurement.importing.values import is_numeric, numbers_of, read_cells
 from measurement.resampling import FloatArray
+from measurement.runs import HOUR_S
 
 ZEROS_S = {"d": (SINCE_1900_S,), "0.1 us": (SINCE_1601_S,)} | dict.fromkeys(
     ("s", "ms", "us", "ns"), (0.0, SINCE_1904_S)
@@ -246,10 +247,13 @@ def _ordered(sheet: Sheet, at: int, time: FloatArray, *, dated: bool) -> tuple[F
     if back.size:
         row = int(back[0]) + 1
         problem = f"{_told(time[row], dated)} is before {_told(time[row - 1], dated)}, the last row"
-        if dated and round(steps[row - 1] / 3600.0) == -1:
-            problem += "; if clocks were set back by an hour, --timezone Europe/Berlin mends it"
         if not dated:
             problem += "; if the recorder began anew, make two files of it"
+        if round(steps[row - 1] / HOUR_S) == -1:
+            cure = (
+                "--timezone Europe/Berlin mends it" if dated else f"add {HOUR_S:g} s from there on"
+            )
+            problem += f"; if clocks were set back by an hour, {cure}"
         raise refuse(row, problem)
     same = np.flatnonzero(steps == 0.0) + 1
     if not same.size:

@@ -11,12 +11,13 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from measurement.doubts.clock import rows_after
 from measurement.errors import BadInput
 from measurement.importing.joining import Log, padded
 from measurement.importing.mapping import Mapping
 from measurement.importing.stamps import DAY_S
 from measurement.resampling import WARMS_K, FloatArray
-from measurement.runs import TIME, Run
+from measurement.runs import HOUR_S, TIME, Run
 from measurement.warm import WARM_START
 
 FEWEST_PIECE_ROWS = 2
@@ -81,6 +82,12 @@ def split(log: Log, mapping: Mapping) -> tuple[list[Piece], list[str]]:
         for cut in cuts
         if log.absolute and not mapping.time.timezone and _is_put_forward(time, cut)
     ]
+    notes += [
+        f"{log.name}: the pause after {time[cut - 1]:g} s may be no pause: no temperature moves in "
+        f"it. If the clock was put forward by an hour, subtract {HOUR_S:g} s from there on"
+        for cut in rows_after(Run(log.name, log.frame))
+        if cut in cuts and not log.absolute
+    ]
     kept = [part for part in parts if len(part) >= FEWEST_PIECE_ROWS]
     if not kept:
         raise BadInput(log.name, "", f"has no run of {FEWEST_PIECE_ROWS} rows or more")
@@ -128,7 +135,7 @@ def _is_put_forward(time: FloatArray, row: int) -> bool:
     lost = any(
         hour.tz_localize(zone, nonexistent="NaT", ambiguous=True) is pd.NaT for zone in zones
     )
-    return lost and abs(time[row] - time[row - 1] - step - 3600.0) <= step
+    return lost and abs(time[row] - time[row - 1] - step - HOUR_S) <= step
 
 
 def _names(log: Log, starts: Sequence[float]) -> list[str]:

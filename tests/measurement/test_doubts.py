@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from measurement.doubts import doubt_lines, doubts
+from measurement.doubts.clock import rows_after
 from measurement.doubts.places import swapped
 from measurement.doubts.signs import flipped
 from measurement.importing.log import Imported
@@ -105,6 +106,40 @@ def test_a_machine_that_warmed_while_nothing_was_recorded():
     frame.loc[60:, columns] += 10.0
     frame.loc[60:, "time_s"] += 3.0 * 86400.0
     assert doubts([Run("weekend", frame)]) == []
+
+
+def test_a_clock_put_forward_by_an_hour_is_doubted_and_a_pause_is_not():
+    frame = run_of_day(1).frame
+    leapt = frame.assign(time_s=frame["time_s"] + 3600.0 * (frame.index >= 70))
+    ((column, text),) = doubts([Run("night", leapt), Run("day", frame)])
+    assert column == "time_s"
+    assert "at row 72 of night: clock put forward?" in text
+    assert doubts([Run("pause", frame.drop(index=range(70, 130)))]) == []
+    cold = [name for name in frame if name.endswith("_degC")]
+    assert doubts([Run("rest", leapt.assign(**dict.fromkeys(cold, 20.0)))]) == []
+
+
+@pytest.mark.parametrize("step_s", [60.0, 3600.0, 7200.0, 9000.0])
+def test_rows_that_are_hours_apart_are_no_clock_put_forward(step_s):
+    frame = run_of_day(1).frame
+    assert rows_after(Run("slow", frame.assign(time_s=step_s * frame.index).drop(index=70))) == []
+
+
+@pytest.mark.long
+@pytest.mark.real_data
+def test_clocks_of_the_measured_lathe_put_forward(lathe_runs):
+    found = told = 0
+    for run in map(read_run, lathe_runs):
+        time = run.time_s
+        for tenth in range(1, 10):
+            row = len(time) * tenth // 10
+            clock = time + 3600.0 * (np.arange(len(time)) >= row)
+            found += rows_after(Run(run.name, run.frame.assign(time_s=clock))) == [row]
+            end = int(
+                np.searchsorted(time, time[row - 1] + 3600.0 + 0.9 * np.median(np.diff(time)))
+            )
+            told += rows_after(Run(run.name, run.frame.drop(index=range(row, end)))) != []
+    assert (found, told) == (235, 0)  # what clock.py says
 
 
 def test_one_row_says_nothing():

@@ -81,6 +81,11 @@ def test_harmless_differences_of_writing_change_nothing(tmp_path, variant):
         ("time_s,a_um\n1,inf\n", "row 2, column a_um: inf is infinite"),
         ("time_s,a_um\n1,1e999\n", "row 2, column a_um: inf is infinite"),
         ("time_s,a_um\n2,2\n1,2\n", "row 3, column time_s: 1.0 is not after 2.0"),
+        (
+            "time_s,a_um\n4000,2\n460,2\n",
+            "row 3, column time_s: 460.0 is not after 4000.0, the previous row; time must grow "
+            "from row to row; if the clock was set back by an hour, add 3600 s from there on",
+        ),
         ("time_s,a_um\n2,2\n3,2\n2e8,2\n", "row 4, column time_s: 2e+08 after 3, the previous row"),
         ("time_s,a_um\n1,2\n,2\n", "row 3, column time_s: is missing"),
         ("time_s\n1\n\n3\n", "row 3, column time_s: is missing"),

@@ -375,6 +375,12 @@ def test_clocks_set_back_or_put_forward_are_undone_with_a_zone(day, log):
         assert "the pause from 2026-03-29 01:55:00 may be no pause" in note
 
 
+def test_elapsed_time_put_forward_by_an_hour_is_noted(log):
+    clock = [f"{60 * n + 3600 * (n >= 15)}" for n in range(40)]
+    (note,) = log(table(clock, clock="Zeit [s]")).notes
+    assert "the pause after 840 s may be no pause" in note
+
+
 def test_with_a_zone_runs_are_named_and_cut_by_the_clock_on_the_wall(log):
     local = [pd.Timestamp("2026-03-01 22:00") + pd.Timedelta(minutes=10 * n) for n in range(40)]
     written = [at.strftime(LOCAL) for at in local]

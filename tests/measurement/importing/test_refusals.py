@@ -48,6 +48,11 @@ CASES = [
     (changed(1, " [s]", ""), "column Zeit: no unit: say it, as in --unit"),
     (changed(1, "[s]", "[furlong]"), "'furlong' is no unit of time"),
     (changed(6, "240;", ";"), "row 6, column Zeit [s]: is missing"),
+    (
+        table([f"{8000 + 60 * n - (3600 if n > 2 else 0)}" for n in range(9)], clock="Zeit [s]"),
+        "row 5, column Zeit [s]: 4580 s is before 8120 s, the last row; if the recorder began "
+        "anew, make two files of it; if clocks were set back by an hour, add 3600 s from there on",
+    ),
     (changed(6, "240;", "100;"), "row 6, column Zeit [s]: 100 s is before 180 s"),
     (table(TWICE), "row 41, column Zeit: has the same time as the previous row, 2026-03-02 10:25"),
     (changed(6, "07:19:00", "06:19:00", LOCAL), "--timezone Europe/Berlin mends it"),
