@@ -100,7 +100,7 @@ def drive(
         If a thermometer that the model uses is missing.
     """
     drift = _drift(model, left, rig, tool_length_mm)
-    rows = _rows_of(run.time_s, drift)
+    rows = rows_used(run.time_s, drift)
     time_s = run.time_s[rows]
     probes = _probes(model, left, rig, rows, probe_every_s)
     readings, speed = inputs_of(model, run)
@@ -275,8 +275,16 @@ def late_lines(model: Model, runs: Iterable[Run], rig: Rig | None) -> list[str]:
     return lines
 
 
-def _rows_of(time_s: Array, drift: Array) -> list[int]:
-    """Return the rows to use: those of `grid_rows`, and all measured ones if these are rare."""
+def rows_used(time_s: Array, drift: Array) -> list[int]:
+    """Return the rows to use: those of `grid_rows`, and all measured ones if these are rare.
+
+    Parameters
+    ----------
+    time_s : array (n,)
+        [s].
+    drift : array (n, axes)
+        NaN if not measured [um].
+    """
     rows, measured = grid_rows(time_s), np.flatnonzero(np.isfinite(drift).any(axis=1))
     if len(measured) < 2 or np.median(np.diff(time_s[measured])) < GRID_S:
         return rows

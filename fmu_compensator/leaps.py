@@ -6,9 +6,13 @@ compensator leaves is nearly still.
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Iterable
 
-from fmu_compensator.driving import Driven
+import numpy as np
+import pandas as pd
+
+from fmu_compensator.driving import Driven, rows_used
+from fmu_compensator.fit.training import Array
 from measurement.faults.leaping import BESIDE, leap_odds
 from measurement.faults.series import FEWEST_SAMPLES, LASTS
 from measurement.faults.switches import near_switch
@@ -33,11 +37,43 @@ def leaps_of(run: Run, driven: Driven) -> dict[str, str]:
     dict of str to str
         By axis.
     """
-    near = near_switch(run)[np.searchsorted(run.time_s, driven.time_s)]
+    return _leaps(run, driven.time_s, driven.error, driven.half_width)
+
+
+def leap_lines(found: Iterable[tuple[str, Iterable[str]]]) -> list[str]:
+    """Return a line for each leap of the remaining drift.
+
+    Parameters
+    ----------
+    found : iterable of (str, iterable of str)
+        Runs, each with its leaps in words.
+    """
+    return [
+        f"{name}: {leap}; if a displacement sensor slipped, leave this run out"
+        for name, leaps in found
+        for leap in leaps
+    ]
+
+
+def leap_lines_of(run: Run, frame: pd.DataFrame) -> list[str]:
+    """Return the same for ``drift_X_um``, ``error_X_um``, ``dX_uncertainty_um`` ... of a run."""
+    drift, error, width = (
+        frame.reindex(columns=[name.format(axis) for axis in AXES]).to_numpy(float)
+        for name in ("drift_{}_um", "error_{}_um", "d{}_uncertainty_um")
+    )
+    rows = rows_used(run.time_s, drift)
+    width = np.where(width >= 0.0, width, np.nan)  # -1: not known
+    return leap_lines(
+        [(run.name, _leaps(run, run.time_s[rows], error[rows], width[rows]).values())]
+    )
+
+
+def _leaps(run: Run, time_s: Array, error: Array, half_width: Array) -> dict[str, str]:
+    near = near_switch(run)[np.searchsorted(run.time_s, time_s)]
     found: dict[str, str] = {}
     for place, axis in enumerate(AXES):
-        rows = np.flatnonzero(np.isfinite(driven.error[:, place]))
-        left, width = driven.error[rows, place], driven.half_width[rows, place]
+        rows = np.flatnonzero(np.isfinite(error[:, place]))
+        left, width = error[rows, place], half_width[rows, place]
         if len(rows) < 2 * FEWEST_SAMPLES:
             continue
         moves = np.diff(left)
@@ -46,7 +82,7 @@ def leaps_of(run: Run, driven: Driven) -> dict[str, str]:
         lasting = [k for k in np.flatnonzero(large).tolist() if _lasts(left, k)]
         if lasting:
             k = max(lasting, key=lambda k: abs(moves[k]))
-            minutes = driven.time_s[rows[k + 1]] / 60.0
+            minutes = time_s[rows[k + 1]] / 60.0
             found[axis] = f"{axis} leaps by {moves[k]:+.1f} um at {minutes:.0f} min and stays there"
     return found
 

@@ -16,6 +16,7 @@ from tqdm import tqdm
 from fmu_compensator.driving import late_lines
 from fmu_compensator.fit.advice import advice
 from fmu_compensator.fit.promise import FEWEST_JUDGED_ROWS
+from fmu_compensator.leaps import leap_lines_of
 from fmu_compensator.monitoring.sensors import WORTH_SHARE
 from fmu_compensator.runtime.compensator import AT_ZERO, WAITING
 from fmu_compensator.runtime.modelfile import Model
@@ -242,6 +243,7 @@ def _notes(replays: Sequence[Replay]) -> list[str]:
             notes.append(f"{entry.run.name}: no row has a sound displacement to judge {axes} by.")
     unprobed = [entry for entry in replays if entry.probes is None]
     notes += sign_lines((entry.run.name, opposite_columns(entry.frame)) for entry in unprobed)
+    notes += [line for entry in unprobed for line in leap_lines_of(entry.run, entry.frame)]
     notes += [note for entry in replays for note in _without_offsets(entry)]
     notes += [_probes(entry) for entry in replays if entry.probes is not None]
     faults = [fault for entry in replays for fault in entry.faults]

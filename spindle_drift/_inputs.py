@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias, Union
 
 import pandas as pd
 
+from fmu_compensator.leaps import leap_lines_of
 from fmu_compensator.signs import opposite_columns, sign_lines
 from measurement.doubts import doubts, together
 from measurement.errors import BadInput
@@ -54,7 +55,7 @@ def as_runs(given: RunLike | Sequence[RunLike]) -> list[Run]:
 
 
 class DoubtfulData(UserWarning):
-    """The numbers of a run contradict a unit, the clock, a thermometer's place or a sign."""
+    """A run contradicts a unit, the clock, a thermometer's place or a sign, or its drift leaps."""
 
 
 def warn_of_doubts(runs: Sequence[Run]) -> None:
@@ -64,7 +65,8 @@ def warn_of_doubts(runs: Sequence[Run]) -> None:
         warnings.warn(f"{names}: {run_doubt.column} {run_doubt.text}", DoubtfulData, stacklevel=4)
 
 
-def warn_of_signs(run: Run, judged: pd.DataFrame) -> None:
-    """Warn the caller of a function of this package about drift opposite to what was learnt."""
-    for line in sign_lines([(run.name, opposite_columns(judged))]):
+def warn_of_drift(run: Run, judged: pd.DataFrame) -> None:
+    """Warn the caller of a function of this package about opposite drift, and about leaps."""
+    signs = sign_lines([(run.name, opposite_columns(judged))])
+    for line in [*signs, *leap_lines_of(run, judged)]:
         warnings.warn(line, DoubtfulData, stacklevel=4)

@@ -33,7 +33,7 @@ from spindle_drift._inputs import (
     as_run,
     as_runs,
     warn_of_doubts,
-    warn_of_signs,
+    warn_of_drift,
 )
 from spindle_drift._plots import plot_judged
 from spindle_drift._refusals import refuse_options, refusing, refusing_methods
@@ -228,7 +228,7 @@ class Compensator:
             columns[f"error_{axis}_um"] = errors[f"drift_{axis}_um"]
             columns[f"d{axis}_uncertainty_um"] = sent[f"d{axis}_uncertainty_um"]
         judged = pd.DataFrame(columns)
-        warn_of_signs(recorded, judged)
+        warn_of_drift(recorded, judged)
         return judged
 
     def plot(

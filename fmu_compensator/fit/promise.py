@@ -19,7 +19,7 @@ from fmu_compensator.driving import Driven, drive
 from fmu_compensator.fit.conditions import LIKE, THIRDS, UNLIKE, Fold
 from fmu_compensator.fit.gaussian import DEGREES
 from fmu_compensator.fit.installed import RMS_OF_HALF_WIDTH
-from fmu_compensator.leaps import leaps_of
+from fmu_compensator.leaps import leap_lines, leaps_of
 from fmu_compensator.runtime.compensator import UNTRAINED
 from fmu_compensator.runtime.modelfile import Model
 from fmu_compensator.signs import opposite_axes
@@ -134,11 +134,7 @@ def judge_runs(
 
 def leap_notes(records: Iterable[RunLeft]) -> list[str]:
     """Return a line for each leap of the remaining drift."""
-    return [
-        f"{record.run}: {leap}; if a displacement sensor slipped, leave this run out"
-        for record in records
-        for leap in record.leaps
-    ]
+    return leap_lines((record.run, record.leaps) for record in records)
 
 
 def by_axis(records: Sequence[RunLeft]) -> dict[str, dict[str, float]]:

@@ -20,6 +20,8 @@ from scenarios.cli import main
 from scenarios.fmu_files import build_compensator
 from scenarios.probing import Probing
 from scenarios.replay import Replay, model_of, replay, rig_of_model
+from spindle_drift._inputs import DoubtfulData
+from spindle_drift.compensators import Compensator
 from tests.scenarios.conftest import written
 
 DIRECT = {"kind": "direct", "axes": {"disp_x": {"axis": "X", "sign": -1}, "growth": {"axis": "Z"}}}
@@ -225,6 +227,18 @@ def test_a_displacement_flipped_since_training_is_doubted_and_no_other(
     assert doubt in said
     assert said.count("opposite sign of what") == 1
     assert "\nWorse than without compensation: tuesday (Z).\n" in said
+
+
+def test_a_displacement_sensor_that_slips_is_told(direct_model, tmp_path, prints):
+    run = warming("slipped", 9)
+    growth = run.frame["growth_um"] + 15.0 * (run.time_s > 4000.0)
+    slipped = run.frame.assign(growth_um=growth, speed_rpm=2000.0)
+    with pytest.warns(DoubtfulData, match="run: Z leaps by .* and stays there"):
+        Compensator.load(direct_model).judge(slipped)
+    paths = written(tmp_path, Run("slipped", slipped), warming("sound", 8))
+    said = prints(["replay", str(direct_model), *paths, "--out", str(tmp_path / "out")])
+    assert "slipped: Z leaps by " in said
+    assert said.count("and stays there; if a displacement sensor slipped") == 1
 
 
 def test_a_compensator_that_never_starts_says_why(direct_model, tmp_path, prints):
