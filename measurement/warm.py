@@ -43,7 +43,8 @@ def cold_starts(runs: Sequence[Run]) -> tuple[list[Run], str]:
         return cold, ""
     if not cold:
         return list(runs), "all runs began warm: what they teach holds for warm restarts"
-    return cold, f"left out, since the machine was warm when they began: {warm}"
+    note = f"left out, since the machine was warm when they began: {warm}"
+    return cold, f"{note}; use them by themselves, or without the column {WARM_START}"
 
 
 def named_warm(runs: Sequence[Run]) -> str:

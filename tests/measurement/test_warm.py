@@ -15,7 +15,10 @@ def test_warm_restarts_are_left_out_where_others_are_there():
     runs = [run("a", 1.0), run("b", None), run("c", 0.0), run("d", 1.0)]
     kept, note = cold_starts(runs)
     assert [one.name for one in kept] == ["b", "c"]
-    assert note == "left out, since the machine was warm when they began: a, d"
+    assert note == (
+        "left out, since the machine was warm when they began: a, d; use them by themselves, or "
+        "without the column warm_start_1"
+    )
     assert cold_starts(kept) == (kept, "")
     kept, note = cold_starts([runs[0], runs[3]])
     assert [one.name for one in kept] == ["a", "d"]
