@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from fmu_compensator.fit.error_models.gaussian import NoMean
 from measurement.runs import Run
 from scenarios.cli import main
 from tests.fmu_compensator.conftest import make_run
@@ -32,6 +33,7 @@ def test_compare_prints_a_ranking_and_writes_page_and_figures(runs, tmp_path, ca
     ranked = [line.split()[0] for line in text.splitlines() if line[:2].strip().isdigit()]
     assert ranked == ["1", "2", "3"]
     assert "Persistence (last measured), one step ahead" in text
+    assert f"`fit` installs {NoMean.title}, wherever it ranks, unless --model" in text
     names = {path.name for path in out.iterdir()}
     assert names == {
         "comparison.json", "report.html", "ranking.png", "unseen_1.png", "convergence.png",
