@@ -17,7 +17,7 @@ from fmu_compensator.driving import late_lines
 from fmu_compensator.fit.advice import advice
 from fmu_compensator.fit.promise import FEWEST_JUDGED_ROWS
 from fmu_compensator.leaps import leap_lines_of
-from fmu_compensator.monitoring.sensors import WORTH_SHARE
+from fmu_compensator.monitoring.sensors import WORTH_SHARE, Agreement, swap_lines
 from fmu_compensator.runtime.compensator import AT_ZERO, WAITING
 from fmu_compensator.runtime.modelfile import Model
 from fmu_compensator.signs import opposite_columns, sign_lines
@@ -140,6 +140,8 @@ def run_replay(
     if len(groups) > 1:
         groups.insert(0, overall(groups, ALL))
     left = cleaned(recorded, find_faults(recorded), GROSS)
+    agreement = Agreement(model)
+    notes += swap_lines((run.name, agreement.swapped(run)) for run in left)
     notes += advice(model, recorded, left, rig, length, probes=probing is None)
     with results_folder(out) as folder:
         for entry, name in zip(replays, names, strict=True):

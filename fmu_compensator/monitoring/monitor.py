@@ -21,7 +21,7 @@ from fmu_compensator.fit.data import first_of, refuse_repeated
 from fmu_compensator.fit.run_conditions import Condition, conditions_of
 from fmu_compensator.leaps import leaps_of
 from fmu_compensator.monitoring.drift import AxisError, Gain, axis_errors, gain_of, misses_of
-from fmu_compensator.monitoring.sensors import WORTH_SHARE, Agreement, Astray
+from fmu_compensator.monitoring.sensors import WORTH_SHARE, Agreement, Astray, swap_lines
 from fmu_compensator.runtime.compensator import HOLDING, SPARED, UNTRAINED
 from fmu_compensator.runtime.modelfile import Model
 from fmu_compensator.signs import opposite_axes, sign_lines
@@ -196,16 +196,18 @@ def monitor(
     agreement, misses = Agreement(model), misses_of(figures)
     faults = find_faults(runs)
     promised = model.new_gaussian().coverage
-    reports, opposite = [], []
+    reports, opposite, swapped = [], [], []
     for place, run in enumerate(runs):
         left = cleaned([run], find_faults([run]), GROSS)[0]  # independent of the other runs
         driven = drive(model, run, left, rig, length)
         here = [fault for fault in faults if fault.place == place]
+        pair = agreement.swapped(left)
+        swapped.append((run.name, pair))
         report = _run_report(
             run,
             driven,
             _worth_saying(here, run, used, model.input_form),
-            agreement.of(left),
+            None if pair else agreement.of(left),
             conditions_of(run, used, figures.get("conditions") or ()),
             axis_errors(driven, misses, promised),
             [sensor.name for sensor in model.sensors],
@@ -216,7 +218,7 @@ def monitor(
         reports.append(report)
         opposite.append((run.name, opposite_axes(driven.drift, driven.error)))
         on_run(run)
-    doubted += sign_lines(opposite)
+    doubted += [*sign_lines(opposite), *swap_lines(swapped)]
     return replace(
         _report(reports, doubted=bool(doubted)),
         promised=promised,

@@ -10,7 +10,7 @@ import pytest
 from scipy.special import stdtrit
 
 from fmu_compensator.runtime.modelfile import load_model
-from measurement.runs import Run, write_run
+from measurement.runs import Run, read_run, write_run
 from measurement.warm import WARM_START
 from scenarios.cli import main
 from tests.fmu_compensator.conftest import make_run
@@ -110,3 +110,15 @@ def test_a_run_that_is_too_short_is_drawn_too(compensator, new_run, tmp_path):
     out = tmp_path / "watched"
     assert main(["monitor", str(compensator), str(short), "--out", str(out)]) == 0
     assert json.loads((out / "monitor.json").read_text())["runs"][0]["verdict"] == "too_short"
+
+
+def test_swapped_thermometers_of_one_run_are_doubted_by_monitor_and_replay(
+    compensator, new_run, tmp_path, prints
+):
+    frame = read_run(new_run).frame
+    swapped = frame.assign(T1_degC=frame["T4_degC"], T4_degC=frame["T1_degC"])
+    path = write_run(swapped, tmp_path / "swapped.csv")
+    doubt = "T1 behaves like T4 in training, and that one like it, in swapped: swapped there?"
+    for command in (["monitor"], ["replay", "--out", str(tmp_path / "out")]):
+        name, *options = command
+        assert doubt in prints([name, str(compensator), str(path), *options])

@@ -164,6 +164,18 @@ def test_a_run_given_twice_is_refused(model):
         monitor(model, [NEW[0], Run("again", NEW[0].frame)])
 
 
+def test_two_swapped_thermometers_of_a_single_run_are_doubted_and_nothing_is_learnt(model):
+    frame = NEW[0].frame
+    swapped = changed(NEW[0], T1_degC=frame["T4_degC"], T4_degC=frame["T1_degC"])
+    report = monitor(model, [swapped])
+    (note,) = (note for note in report.notes if note.startswith("doubtful"))
+    assert note.endswith(
+        "T1 behaves like T4 in training, and that one like it, in new0: swapped there?"
+    )
+    assert "update" not in report.advice
+    assert report.runs[0].verdict != SENSOR
+
+
 def test_other_conditions_are_outside(model):
     report = monitor(model, [unmeasured(warmed_from_outside(NEW[0]))])
     assert report.verdict == OUTSIDE
