@@ -128,7 +128,7 @@ def inputs_of(model: Model, run: Run) -> tuple[Array, Array]:
     Raises
     ------
     BadInput
-        If a thermometer that the model uses is missing.
+        If a thermometer or a speed that the model uses is missing.
     """
     refuse_lacking(model, run)
     nothing = np.full(len(run.time_s), np.nan)
@@ -142,7 +142,7 @@ def inputs_of(model: Model, run: Run) -> tuple[Array, Array]:
 
 
 def refuse_lacking(model: Model, run: Run) -> None:
-    """Refuse a run without a thermometer that a compensator uses.
+    """Refuse a run without a thermometer or a speed that a compensator uses.
 
     Parameters
     ----------
@@ -156,6 +156,9 @@ def refuse_lacking(model: Model, run: Run) -> None:
     """
     used = [model.sensors[index].name for index in model.chosen]
     lost = next((name for name in used if f"{name}_degC" not in run.frame), None)
+    if lost is None and model.uses_speed and "speed_rpm" not in run.frame:
+        problem = "is missing, and the compensator uses it: fit one without (fit --no-speed)"
+        raise BadInput(run.path or run.name, "column speed_rpm", problem)
     if lost is not None:
         there = ", ".join(run.temperatures) or "none"
         problem = (

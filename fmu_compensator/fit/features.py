@@ -1,4 +1,4 @@
-"""What the Gaussian model learns a run from: rows of its rises, their lags and its drift."""
+"""What the Gaussian model learns a run from: rows of its inputs, their lags and its drift."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fmu_compensator.fit.error_models.options import FEWEST_ROWS
 from fmu_compensator.fit.training import Array, TrainingRun
+from fmu_compensator.runtime.gaussian import FASTEST, SPEEDS
 from measurement.errors import BadInput
 from measurement.runs import Run
 from measurement.warm import cold_starts
@@ -33,7 +34,7 @@ class Sample:
     hours : array (n,)
         Time since the start of the walk [h].
     features : array (n, p)
-        Rises and their lags [K].
+        Inputs and their lags [K].
     targets : array (n, m)
         [um, urad]
     mean : array (n, m)
@@ -79,28 +80,66 @@ def learnable(runs: Sequence[Run]) -> tuple[list[Run], list[str]]:
     return [run for run in cold if run not in brief], notes
 
 
-def rises_and_lags(time_s: Array, rises: Array) -> Array:
-    """Return the features of a run, shape (n, k * (1 + lags)): rises, then lag by lag [K].
+def speed_unit(runs: Sequence[TrainingRun]) -> float | None:
+    """Return the speed that counts like a rise of 1 K: the root mean square over some runs [rpm].
+
+    None if a run has no speed, or the spindle never turns.
+    """
+    speeds = [run.held_speed for run in runs if np.isfinite(run.speed).any()]
+    if not speeds or len(speeds) < len(runs):
+        return None
+    return float(np.sqrt(np.mean([np.mean(speed**2) for speed in speeds]))) or None
+
+
+def with_speed(run: TrainingRun, rises: Array, unit_rpm: float | None) -> Array:
+    """Return the inputs of the Gaussian: rises, speed over *unit_rpm* and its square [K].
+
+    Parameters
+    ----------
+    run : TrainingRun
+    rises : array (n, k)
+        Of its thermometers [K].
+    unit_rpm : float or None
+        The speed that counts like 1 K [rpm]; None: speed is not used.
+
+    Returns
+    -------
+    array (n, k + 2), or (n, k) without speed
+    """
+    if unit_rpm is None:
+        return rises
+    turning = np.minimum(run.held_speed / unit_rpm, FASTEST)
+    return np.column_stack([rises, turning, turning**2])
+
+
+def rise_features(thermometers: int) -> NDArray[np.bool_]:
+    """Return which features are rises and their lags, if the speed is an input, shape (p,)."""
+    of_rise = np.arange(thermometers + SPEEDS) < thermometers
+    return np.tile(of_rise, 1 + len(LAGS_S))
+
+
+def with_lags(time_s: Array, inputs: Array) -> Array:
+    """Return the features of a run, shape (n, k * (1 + lags)): inputs, then lag by lag [K].
 
     Parameters
     ----------
     time_s : array (n,)
         Increasing [s].
-    rises : array (n, k)
-        Rises above the first reading or above fixed temperatures [K]. The lags start at zero;
-        between rows a rise moves evenly.
+    inputs : array (n, k)
+        Rises above the first reading or above fixed temperatures, and speed [K]. The lags start at
+        zero; between rows an input moves evenly.
     """
-    lagged = np.zeros((len(rises), len(LAGS_S), rises.shape[1]))
-    state = np.zeros((len(LAGS_S), rises.shape[1]))
+    lagged = np.zeros((len(inputs), len(LAGS_S), inputs.shape[1]))
+    state = np.zeros((len(LAGS_S), inputs.shape[1]))
     # As at run time: `share` and `behind` of every step and lag.
     steps, tau = np.diff(time_s)[:, None, None], np.array(LAGS_S)[:, None]
     parts = -np.expm1(-steps / tau)
     late = tau / steps - (1.0 - parts) / parts
-    seen = rises[1:, None] - late * np.diff(rises, axis=0)[:, None]
-    for row, (part, rise) in enumerate(zip(parts, seen, strict=True), start=1):
-        state = state + part * (rise - state)
+    seen = inputs[1:, None] - late * np.diff(inputs, axis=0)[:, None]
+    for row, (part, value) in enumerate(zip(parts, seen, strict=True), start=1):
+        state = state + part * (value - state)
         lagged[row] = state
-    return np.hstack([rises, lagged.reshape(len(rises), len(LAGS_S) * rises.shape[1])])
+    return np.hstack([inputs, lagged.reshape(len(inputs), len(LAGS_S) * inputs.shape[1])])
 
 
 def spread_rows(hours: Array, known: NDArray[np.bool_]) -> NDArray[np.int_]:
@@ -114,7 +153,7 @@ def spread_rows(hours: Array, known: NDArray[np.bool_]) -> NDArray[np.int_]:
 
 
 def sample_of(
-    run: TrainingRun, rises: Array, targets: Array, mean: Array, settled_h: float = 0.0
+    run: TrainingRun, inputs: Array, targets: Array, mean: Array, settled_h: float = 0.0
 ) -> Sample:
     """Return the rows of a run to learn the weights from.
 
@@ -122,8 +161,8 @@ def sample_of(
     ----------
     run : TrainingRun
         Its rows with complete inputs.
-    rises : array (n, k)
-        Of its thermometers [K].
+    inputs : array (n, k)
+        As `with_speed` returns them [K].
     targets, mean : array (n, m)
         Measured targets (NaN: not measured) and the mean function's prediction [um, urad].
     settled_h : float
@@ -131,7 +170,7 @@ def sample_of(
     """
     hours = (run.time_s - run.time_s[0]) / 3600.0 if len(run.time_s) else run.time_s
     known = np.asarray(np.isfinite(targets + mean).all(axis=1))
-    features = rises_and_lags(run.time_s, rises)
+    features = with_lags(run.time_s, inputs)
     first = int(known.argmax())
     if not settled_h and first:
         # Drift counts from the first reading, and so does everything that explains it.

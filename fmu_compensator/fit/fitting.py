@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from fmu_compensator.fit.conditions import Fold, folds_of
-from fmu_compensator.fit.data import Prepared, left_out, prepare
+from fmu_compensator.fit.data import Prepared, first_of, left_out, prepare
 from fmu_compensator.fit.features import learnable
 from fmu_compensator.fit.installed import Installed
 from fmu_compensator.fit.promise import RunLeft, by_axis, judge_runs, leap_notes, promise
@@ -49,6 +49,7 @@ def fit_compensator(
     geometry_form: str = "rigid",
     tool_length_mm: tuple[float, float] | None = None,
     limits: Mapping[str, float] | None = None,
+    use_speed: bool = True,
     leave_out_frozen: bool = True,
     name: str | None = None,
     title: str | None = None,
@@ -88,6 +89,9 @@ def fit_compensator(
     limits : mapping of str to float, optional
         ``offset_um``, ``slew_um_per_s``, ``hold_s``, ``recover_s``, ``share`` to replace the
         defaults.
+    use_speed : bool
+        Use the spindle speed as an input of the Gaussian if every run has it. The compensator then
+        needs it.
     leave_out_frozen : bool
         Leave out rows in which a displacement is frozen or saturated.
     name : str, optional
@@ -132,7 +136,12 @@ def fit_compensator(
         name = next(iter(model_options))
         raise BadInput("fit", name, "an option needs a model to belong to: name one (--model)")
     recipe = Recipe(
-        model or USUAL_MODEL, points or "", input_form or "", dict(grey or {}), model_options
+        model or USUAL_MODEL,
+        points or "",
+        input_form or "",
+        dict(grey or {}),
+        model_options,
+        use_speed,
     )
     runs = looked_over(runs)
     prepared = prepare(
@@ -159,8 +168,9 @@ def fit_compensator(
     named = recipe.points if isinstance(recipe.points, str) else list(recipe.points)
     options = {"points": named, "input_form": recipe.input_form, **recipe.grey, **model_options}
     table["name"] = name or f"{recipe.kind}_compensator"
-    count = f"{len(installed.chosen)} temperatures, fitted to {counted(len(runs), 'run')}"
-    table["title"] = title or f"{recipe.kind} on {count}"
+    inputs = f"{len(installed.chosen)} temperatures{' and speed' * bool(installed.unit_rpm)}"
+    fitted_to = f"fitted to {counted(len(runs), 'run')}"
+    table["title"] = title or f"{recipe.kind} on {inputs}, {fitted_to}"
     table["created"] = created
     table["provenance"] = {
         "runs": [
@@ -171,6 +181,7 @@ def fit_compensator(
             *doubt_lines(given),
             *prepared.notes,
             *_dropped(prepared, rows),
+            *_speedless(prepared, installed),
             *leap_notes(training),
             *installed.fitted.notes,
             *(_beyond(prepared, rig) if geometry_form == "pure_rotation" else ()),
@@ -317,6 +328,14 @@ def _dropped(prepared: Prepared, complete: Sequence[TrainingRun]) -> list[str]:
     if read < rows:  # a displacement is usually sampled less often on purpose
         notes.append(f"{read} of {rows} rows have all displacements: only these are learnt from")
     return notes
+
+
+def _speedless(prepared: Prepared, installed: Installed) -> list[str]:
+    """Return a note if a run without speed keeps the others' speed from being used."""
+    lost = [run.name for run in prepared.runs if not np.isfinite(run.speed).any()]
+    if not installed.recipe.speed or not 0 < len(lost) < len(prepared.runs):
+        return []
+    return [f"the spindle speed is not used: {first_of(lost)} has none"]
 
 
 def _beyond(prepared: Prepared, rig: Rig) -> list[str]:

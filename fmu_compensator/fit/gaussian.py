@@ -18,6 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
 
@@ -42,6 +43,8 @@ LOST = 0.05
 """Share of the variance by which the omitted directions of the weights may widen an interval [1]:
 omitting them keeps the file and a step small, and never makes intervals narrower. Set on no
 data."""
+FINITE = (-20.0, 20.0)
+"""Logarithms of scales beyond which a covariance of doubles is not positive definite."""
 ROUNDS = 6
 """Alternations between sizes of runs and scales: set on the lathe's runs, where the fourth no
 longer changes a displayed digit."""
@@ -149,6 +152,22 @@ class Gaussian:
             model, likely = evidence.model(logs), evidence.likely_share(logs)
             sizes = np.array([model.size_of(sample) for sample in samples])
         return model
+
+    def averaged(self, other: Gaussian, shared: NDArray[np.bool_]) -> Gaussian:
+        """Return the average of two models: of their predictions, shares and noise; as sure of what
+        the weights do as this one.
+
+        Parameters
+        ----------
+        other : Gaussian
+            A model of some of the features.
+        shared : array of bool, shape (p,)
+            Which these are; the other's weights of the rest are zero.
+        """
+        weights = self.weights / 2.0
+        weights[shared] += other.weights / 2.0
+        share, spread = (self.share + other.share) / 2.0, (self.spread + other.spread) / 2.0
+        return replace(self, weights=weights, share=share, spread=spread)
 
     def missed(self, sample: Sample) -> Array:
         """Return the residuals of mean function and weights, shape (n, m)."""
@@ -261,9 +280,11 @@ class _Evidence:
 
     def best(self, start: Array) -> Array:
         """Return the most likely logarithms of walk and scales, shape (2 + lags,)."""
+        # A first step along the gradient would be as long as there are rows: bounds stop it.
+        near = minimize(self.cost, start, jac=True, method="L-BFGS-B", bounds=[FINITE] * len(start))
         # To the last digits, so that the file is the same on every machine.
         exact = {"gtol": 1e-6}
-        return np.asarray(minimize(self.cost, start, jac=True, method="BFGS", options=exact).x)
+        return np.asarray(minimize(self.cost, near.x, jac=True, method="BFGS", options=exact).x)
 
     def posterior(self, logs: Array) -> _Posterior:
         """Return what the rows say about the weights with this walk and these scales."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -14,7 +14,15 @@ from scipy.special import stdtrit
 from fmu_compensator.fit.conditions import FOLDS
 from fmu_compensator.fit.data import Prepared, PreparedRun, first_valid
 from fmu_compensator.fit.error_models.base import FittedModel
-from fmu_compensator.fit.features import LAGS_S, Sample, rises_and_lags, sample_of
+from fmu_compensator.fit.features import (
+    LAGS_S,
+    Sample,
+    rise_features,
+    sample_of,
+    speed_unit,
+    with_lags,
+    with_speed,
+)
 from fmu_compensator.fit.gaussian import DEGREES, Gaussian, by_feature, directions
 from fmu_compensator.fit.recipe import Recipe
 from fmu_compensator.fit.training import GRID_S, Array, TrainingRun
@@ -70,6 +78,8 @@ class Installed:
         The drift at the reference [um, urad].
     settled_h : float
         Time that the random walk has run at the start of a run [h].
+    unit_rpm : float or None
+        The speed that counts like a rise of 1 K [rpm]; None: speed is not used.
     """
 
     recipe: Recipe
@@ -81,6 +91,7 @@ class Installed:
     usual: Array | None
     constant: Array
     settled_h: float
+    unit_rpm: float | None
 
     @classmethod
     def fit(
@@ -121,16 +132,18 @@ class Installed:
             by_others = [recipe.fit(prepared, _from_start(others), chosen) for others in parts]
         means = [by_others[at % FOLDS].predict(run) for at, run in enumerate(rows)]
         usual, settled_h = None, 0.0
+        unit_rpm = speed_unit(rows) if recipe.speed else None
         level = level_of_mean = np.zeros(len(prepared.targets))
         if recipe.input_form == "absolute":
             usual = np.mean(np.vstack([run.inputs for run in rows]), axis=0)
             level = np.nanmean(np.vstack([run.targets for run in rows]), axis=0)
             level_of_mean = np.nanmean(np.vstack(means), axis=0)
+            unit_rpm = None  # the drift at the reference holds at no particular speed
             settled_h = max(float(np.ptp(run.time_s)) for run in rows) / 3600.0
         samples = [
             sample_of(
                 row,
-                rises_of(run, row, chosen, usual),
+                with_speed(row, rises_of(run, row, chosen, usual), unit_rpm),
                 row.targets - level,
                 mean - level_of_mean,
                 settled_h,
@@ -140,6 +153,12 @@ class Installed:
         # A model that uses measurements itself continues from them: it has full weight.
         whole = np.ones(len(level)) if fitted.uses_measured else None
         gaussian = Gaussian.fit(samples, whole)
+        if unit_rpm is not None:
+            # Averaged, because either travels worse: rises alone miss what no thermometer sees,
+            # and what the speed tells holds on this machine only as it was.
+            of_rises = rise_features(len(chosen))
+            blind = [replace(one, features=one.features[:, of_rises]) for one in samples]
+            gaussian = gaussian.averaged(Gaussian.fit(blind, whole), of_rises)
         return cls(
             recipe,
             chosen,
@@ -150,13 +169,14 @@ class Installed:
             usual,
             level - gaussian.share * level_of_mean,
             settled_h,
+            unit_rpm,
         )
 
     def predict(self, run: PreparedRun) -> Predicted:
         """Return the prediction for a run's rows with complete inputs."""
         rows = run.history(self.chosen)
         rises = rises_of(run, rows, self.chosen, self.usual)
-        features = rises_and_lags(rows.time_s, rises)
+        features = self._features(rows, rises)
         mean = self.fitted.predict(rows)
         hours = self.settled_h + (rows.time_s - rows.time_s[:1]) / 3600.0
         along = features @ self.seen.T
@@ -169,7 +189,10 @@ class Installed:
 
     def values(self, rows: TrainingRun, rises: Array) -> Array:
         """Return the prediction for rows with complete inputs, shape (n, m) [um, urad]."""
-        return self._on(self.fitted.predict(rows), rises_and_lags(rows.time_s, rises))
+        return self._on(self.fitted.predict(rows), self._features(rows, rises))
+
+    def _features(self, rows: TrainingRun, rises: Array) -> Array:
+        return with_lags(rows.time_s, with_speed(rows, rises, self.unit_rpm))
 
     def _on(self, mean: Array, features: Array) -> Array:
         return self.gaussian.share * mean + self.constant + features @ self.gaussian.weights
@@ -185,6 +208,7 @@ class Installed:
         return {
             "reference": OF_START if self.usual is None else OF_FIXED,
             **({} if self.usual is None else {"usual": listed(self.usual)}),
+            **({} if self.unit_rpm is None else {"speed_rpm": listed(self.unit_rpm, digits=12)}),
             "constant": listed(self.constant),
             "mean_share": listed(model.share),
             "settled_h": self.settled_h,

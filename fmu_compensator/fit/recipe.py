@@ -32,6 +32,8 @@ class Recipe:
         Options of `choose_points`.
     options : mapping
         Options of the error model.
+    speed : bool
+        Whether the spindle speed is an input of the Gaussian, if every run has it.
 
     Raises
     ------
@@ -44,6 +46,7 @@ class Recipe:
     input_form: str = ""
     grey: Mapping[str, Any] = field(default_factory=dict)
     options: Mapping[str, Any] = field(default_factory=dict)
+    speed: bool = True
 
     def __post_init__(self) -> None:
         """Check the names and fill in the defaults."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from measurement.resampling import recorded_steps
@@ -48,6 +49,12 @@ class TrainingRun:
     def known(self) -> NDArray[np.bool_]:
         """Whether each row has all targets."""
         return np.asarray(np.isfinite(self.targets).all(axis=1))
+
+    @property
+    def held_speed(self) -> Array:
+        """The speed that held until each row, without its sign: 0 before the first known [rpm]."""
+        speeds = pd.Series(np.where(np.isfinite(self.speed), np.abs(self.speed), np.nan))
+        return np.asarray(speeds.shift().ffill().fillna(0.0), dtype=np.float64)
 
     def at(self, rows: NDArray[np.bool_]) -> TrainingRun:
         """Return the same run with some of its rows.

@@ -12,7 +12,7 @@ import numpy as np
 from fmu_compensator.driving import learnt_as
 from fmu_compensator.fit.data import Prepared, PreparedRun, left_out, prepare
 from fmu_compensator.fit.error_models.base import predicted
-from fmu_compensator.fit.features import Sample, sample_of
+from fmu_compensator.fit.features import Sample, sample_of, with_speed
 from fmu_compensator.fit.gaussian import Gaussian, by_feature, directions
 from fmu_compensator.fit.installed import listed, rises_of
 from fmu_compensator.fit.promise import (
@@ -127,7 +127,8 @@ def _check_new(model: Model, runs: Sequence[Run], rig: Rig) -> None:
             problem = f"is already in the compensator, as {name}"
             raise BadInput(run.path or run.name, "", problem)
         used = [f"{model.sensors[index].name}_degC" for index in model.chosen]
-        lost = next((name for name in [*used, *rig.columns] if name not in run.frame), None)
+        needed = [*used, *["speed_rpm"] * model.uses_speed, *rig.columns]
+        lost = next((name for name in needed if name not in run.frame), None)
         if lost is not None:
             problem = "is missing, and the compensator was fitted with it"
             raise BadInput(run.path or run.name, f"column {lost}", problem)
@@ -214,7 +215,8 @@ def sample_of_run(model: Model, run: PreparedRun, chosen: Sequence[int]) -> Samp
     targets = rows.targets - np.array(table["constant"])
     usual = np.array(table["usual"]) if "usual" in table else None
     rises, mean = rises_of(run, rows, chosen, usual), predicted(model.new_error_model(), rows)
-    return sample_of(rows, rises, targets, mean, table["settled_h"])
+    inputs = with_speed(rows, rises, table.get("speed_rpm"))
+    return sample_of(rows, inputs, targets, mean, table["settled_h"])
 
 
 def gaussian_of(table: Mapping[str, Any]) -> Gaussian:

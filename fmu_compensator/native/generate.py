@@ -236,7 +236,8 @@ def _gaussian(table: Mapping[str, Any], tree: _Tree) -> str:
     }
     width = len(table["weights"][0])
     inputs = width // len(table["scale"])
-    values |= {"lags": len(table["lags_s"]), "width": width}
+    values |= {"lags": len(table["lags_s"]), "width": width, "inputs": inputs}
+    values["speed_rpm"] = float(table.get("speed_rpm", 0.0))
     rows = {
         "usual": table["usual"] if table["reference"] == OF_FIXED else [],
         "lags_s": table["lags_s"],

@@ -56,7 +56,7 @@ class Output(NamedTuple):
         too fast, 4 stale.
     status_sensor : int
         1-based index of the sensor to blame, 0 for none. Outside training: the sensor that
-        contributes most; the text names up to three.
+        contributes most, 0 if it is the speed; the text names up to three.
     status_text : str
         One line for people. While the offsets are valid it names those at their limit.
     """
@@ -172,6 +172,8 @@ class RunningCompensator:
         elapsed = self._elapsed(time_s, step_s)
         readings = [temperatures[index] for index in self.model.chosen]
         fault = self._look(readings, elapsed, tool_length)
+        if fault is None and self._lacks_speed(speed):
+            fault = Fault(MISSING, 0, "speed is missing")
         # Lags and walk begin with the first complete sample, as in training.
         if self._started:
             self._prediction.wait(elapsed)
@@ -188,6 +190,10 @@ class RunningCompensator:
             return self._output(False, WAITING, fault)
         self._follow(fault, elapsed)
         return self._move(step_s)
+
+    def _lacks_speed(self, speed: float) -> bool:
+        """Whether a speed that the model needs is not known yet; later the last known one holds."""
+        return not self._started and self._prediction.gaussian.uses_speed and not isfinite(speed)
 
     def _elapsed(self, time_s: float, step_s: float) -> float:
         """Return the time since the previous sample [s]; the step's length if that is unknown."""
@@ -325,11 +331,13 @@ class RunningCompensator:
     def _new(self) -> Fault:
         """Return the inputs that contribute most to the uncertainty from new conditions."""
         gaussian = self._prediction.gaussian
-        places = [self.model.chosen[place] for place in gaussian.culprits()]
-        names = ", ".join(self.model.sensors[index].name for index in places)
+        sensors = [(index + 1, self.model.sensors[index].name) for index in self.model.chosen]
+        numbered = [*sensors, (0, "speed")]
+        culprits = [numbered[place] for place in gaussian.culprits()]
+        names = ", ".join(name for _, name in culprits)
         part = 100.0 * gaussian.novelty / (gaussian.novelty + gaussian.usual_variance)
         text = f"conditions outside training make {part:.0f} % of the uncertainty: {names}"
-        return Fault(0, places[0] + 1, text)
+        return Fault(0, culprits[0][0], text)
 
     def _output(self, valid: bool, status: int, reason: Fault | None) -> Output:
         text = STATUS_TEXTS[status if status < HOLDING else status - status % 10]

@@ -136,6 +136,7 @@ def variables(model: Model) -> list[Variable]:
     limit = f"the bundled file stays within {model.limits.offset_um:g} um"
     sent = f"axis: the drift of the tool tip with the opposite sign; {limit}"
     start = model.limits.judged_tool()
+    needed = ", used by the bundled file" if model.uses_speed else ""
     units = {target: "urad" if target in ("yaw", "pitch") else "um" for target in model.targets}
     shown = f"drift since the start; counts while {MEASURED} is true"
     return [
@@ -143,7 +144,7 @@ def variables(model: Model) -> list[Variable]:
             _input(sensor.name, said(sensor.name), "degC", -60.0, 400.0, 20.0, START_DEGC)
             for sensor in model.sensors
         ),
-        _input("speed", "Spindle speed; NaN: not known", "rpm", -1e6, 1e6, 1e4),
+        _input("speed", f"Spindle speed{needed}; NaN: not known", "rpm", -1e6, 1e6, 1e4),
         _input("tool_length", tool, "mm", -LONGEST_TOOL_MM, LONGEST_TOOL_MM, USUAL_TOOL_MM, start),
         *(
             _input(f"{MEASURED}_{target}", f"Measured {target}, {shown}", unit, -1e6, 1e6, 10.0)

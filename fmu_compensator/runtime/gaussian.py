@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import sqrt
+from math import nan, sqrt
 from operator import add, mul, sub
 
 from fmu_compensator.runtime.fields import LARGEST, Fields
-from fmu_compensator.runtime.lags import behind, checked_state, share, taus
+from fmu_compensator.runtime.lags import behind, checked_state, known_speed, share, taus
 from fmu_compensator.runtime.sums import summed, written_out
 
 MOST_PROBES = 8
@@ -21,6 +21,11 @@ spindle's few pieces gain and lose."""
 NAMED = 3
 """Number of sensors that a status text names: in addition to the newest broken one, or those that
 make inputs new. Set on no data; odd, so that the C outputs have no gaps."""
+FASTEST = 10.0
+"""No spindle turns faster than this many times the usual speed of its training [1]: a fault of the
+signal counts as this. Set on no data."""
+SPEEDS = 2
+"""Inputs that the speed makes: itself and its square [1]: given by the model."""
 OF_START, OF_FIXED = "start", "fixed"
 
 
@@ -31,11 +36,12 @@ class Gaussian:
         y = a m + W x + b, \qquad
         \mathrm{var}(y) = \Sigma\,(1 + \rho^2 t + \sum_k g_k |x_k|^2 - \sum_i (d_i \cdot x^+)^2)
 
-    m is the error model's prediction, a its share of each target, x the rises and their first-order
-    lags, b a random walk since the start, and x+ = (x, 1) with b's place last. Rows d from training
-    end in 0. A measurement adds one row and updates W and b as a Kalman filter does. The novelty
-    is the variance due to the weights: g_k |x_k|^2 of the rises and of each lag, less what training
-    determined. Inputs are new if it is the larger part of the variance.
+    m is the error model's prediction, a its share of each target, x the inputs and their
+    first-order lags: the rises and, if every training run had it, the speed until now and its
+    square. b is a random walk since the start, and x+ = (x, 1) with b's place last. Rows d from
+    training end in 0. A measurement adds one row and updates W and b as a Kalman filter does. The
+    novelty is the variance due to the weights: g_k |x_k|^2 of the inputs and of each lag, less what
+    training determined. Inputs are new if it is the larger part of the variance.
 
     Parameters
     ----------
@@ -52,8 +58,8 @@ class Gaussian:
     lags_s : list of float
         Time constants [s].
     weights : list of list of float, a row per target
-        W: rises, then lag by lag [um/K, urad/K].
-    scale : list of float, one for the rises and one per lag
+        W: inputs, then lag by lag [um/K, urad/K].
+    scale : list of float, one for the inputs and one per lag
         g [1/K^2].
     seen : list of list of float
         d from training [1/K].
@@ -65,6 +71,8 @@ class Gaussian:
         Half width of the interval in standard deviations [1].
     coverage : float
         Share of unseen drift that the interval should contain [1].
+    speed_rpm : float or None
+        The speed that counts like a rise of 1 K [rpm]; None: speed is not used.
     """
 
     def __init__(
@@ -82,12 +90,13 @@ class Gaussian:
         noise: list[list[float]],
         deviations: float,
         coverage: float,
+        speed_rpm: float | None = None,
     ) -> None:
         self.fixed = reference == OF_FIXED
         self.usual, self.noise, self.mean_share = usual, noise, mean_share
         self.spread = [sqrt(summed(map(mul, row, row))) for row in noise]  # of each target
         self.deviations, self.coverage = deviations, coverage
-        self._constant, self._settled_h = constant, settled_h
+        self._constant, self._settled_h, self._unit_rpm = constant, settled_h, speed_rpm
         self._lags_s, self._learnt, self._seen = lags_s, weights, seen
         self._walk_per_h = walk_per_h
         self._inputs = len(weights[0]) // (1 + len(lags_s))
@@ -109,7 +118,8 @@ class Gaussian:
             For the first field that is missing or out of range.
         """
         lags_s = taus(fields, "lags_s")
-        width = inputs * (1 + len(lags_s))
+        speed_rpm = fields.number("speed_rpm", 1e-3, 1e6) if fields.has("speed_rpm") else None
+        width = (inputs + (0 if speed_rpm is None else SPEEDS)) * (1 + len(lags_s))
         rows = len(fields.items("seen", "lists of numbers"))
         reference = fields.choice("reference", (OF_START, OF_FIXED))
         noise = fields.matrix("noise", targets, targets)
@@ -134,6 +144,7 @@ class Gaussian:
             noise,
             fields.number("deviations", 0.0, 1e3),
             fields.number("coverage", 0.01, 0.9999),
+            speed_rpm,
         )
         fields.number("rows", 0.0, LARGEST)  # for `update`
         fields.done()
@@ -141,8 +152,8 @@ class Gaussian:
 
     def reset(self) -> None:
         """Forget everything except what was learnt in training."""
-        self._hours = self._settled_h
-        self._features = [0.0] * len(self._learnt[0])  # rises, then lag by lag [K]
+        self._hours, self._speed = self._settled_h, 0.0  # the speed since the last sample [rpm]
+        self._features = [0.0] * len(self._learnt[0])  # inputs, then lag by lag [K]
         self._along = [0.0] * len(self._seen)  # products of the features with the rows `seen`
         self._weights = self._learnt
         self._bias = list(self._constant)  # the walk, and the drift at the reference
@@ -152,7 +163,7 @@ class Gaussian:
         self.added, self.novelty, self.variance = list(self._constant), 0.0, 1.0
         self._left = self.variance  # of the weights and the walk, after all measurements
 
-    def step(self, rises: Sequence[float], elapsed_s: float) -> None:
+    def step(self, rises: Sequence[float], elapsed_s: float, speed: float = nan) -> None:
         """Process one good sample.
 
         Sets the amount to add to the error model's prediction (``added`` [um, urad]), the variance
@@ -164,17 +175,27 @@ class Gaussian:
             Of the chosen sensors [K].
         elapsed_s : float
             Time since the previous good sample; 0 for the first [s].
+        speed : float
+            Of the spindle from this sample on [rpm]; NaN: unknown, the last known one continues.
         """
         if elapsed_s != self._elapsed_s:
             self._elapsed_s = elapsed_s
             paces = [(share(elapsed_s, tau), behind(elapsed_s, tau)) for tau in self._lags_s]
             self._paces = [pace for pace in paces for _ in range(self._inputs)]
         self._hours += elapsed_s / 3600.0
+        inputs = [*rises]
+        if self._unit_rpm is not None:
+            # A second look at the same sample, as for a probe, sees the same past.
+            turning = self._features[self._inputs - SPEEDS]
+            if elapsed_s > 0.0:
+                turning = min(self._speed / self._unit_rpm, FASTEST)
+            inputs += [turning, turning * turning]
+            self._speed = known_speed(speed, self._speed)
         last, lagged = self._features[: self._inputs], self._features[self._inputs :]
-        moves = [*zip(rises, map(sub, rises, last), strict=True)] * len(self._lags_s)
-        features = [*rises]
-        for value, (part, late), (rise, move) in zip(lagged, self._paces, moves, strict=True):
-            features.append(value + part * (rise - late * move - value))
+        moves = [*zip(inputs, map(sub, inputs, last), strict=True)] * len(self._lags_s)
+        features = inputs
+        for value, (part, late), (now, move) in zip(lagged, self._paces, moves, strict=True):
+            features.append(value + part * (now - late * move - value))
         sums, targets = self._sums(features), len(self._bias)
         self._features, self._along = features, sums[targets:]
         novelty = summed(map(mul, self._prior, map(mul, features, features)))
@@ -190,6 +211,11 @@ class Gaussian:
         if self._weights is not self._learnt:
             sums = [summed(map(mul, weights, features)) for weights in self._weights]
         self.added = list(map(add, self._bias, sums))
+
+    @property
+    def uses_speed(self) -> bool:
+        """Whether the speed is an input."""
+        return self._unit_rpm is not None
 
     @property
     def usual_variance(self) -> float:
@@ -260,7 +286,8 @@ class Gaussian:
     def culprits(self) -> list[int]:
         """Return the places of the inputs that make the last sample new, the worst first.
 
-        As many as account for half of the novelty, at most `NAMED`.
+        As many as account for half of the novelty, at most `NAMED`; the speed comes after the
+        sensors.
         """
         shares = list(map(mul, self._prior, self._features))
         for along, row in zip(self._along, self._seen, strict=True):
@@ -268,8 +295,10 @@ class Gaussian:
         parts = [0.0] * self._inputs
         for place, (value, feature) in enumerate(zip(shares, self._features, strict=True)):
             parts[place % self._inputs] += value * feature
+        if self.uses_speed:
+            parts[-SPEEDS:] = [sum(parts[-SPEEDS:])]
         named, left = [], 0.5 * self.novelty
-        for place in sorted(range(self._inputs), key=lambda place: -parts[place])[:NAMED]:
+        for place in sorted(range(len(parts)), key=lambda place: -parts[place])[:NAMED]:
             named.append(place)
             left -= parts[place]
             if left <= 0.0:
@@ -281,6 +310,7 @@ class Gaussian:
         changed = [value for row in self._weights for value in row] if self._probes else []
         return [
             self._hours,
+            self._speed,
             self._leaps,
             self.novelty,
             self.variance,
@@ -305,9 +335,9 @@ class Gaussian:
         """
         targets, width = len(self._constant), len(self._features)
         self.reset()
-        shortest = 7 + width + 2 * targets
+        shortest = 8 + width + 2 * targets
         numbers = checked_state(state, len(state))
-        suspected, probes = (int(value) for value in [*numbers, *[0.0] * 7][5:7])
+        suspected, probes = (int(value) for value in [*numbers, *[0.0] * 8][6:8])
         if suspected not in (0, targets) or not 0 <= probes <= MOST_PROBES:
             raise ValueError("the state counts measurements that there cannot be")
         changed = targets * width if probes else 0
@@ -316,7 +346,8 @@ class Gaussian:
         def rows(count: int, length: int) -> list[list[float]]:
             return [[next(values) for _ in range(length)] for _ in range(count)]
 
-        self._hours, self._leaps, self.novelty, self.variance, self._left = rows(1, 5)[0]
+        self._hours, self._speed, self._leaps, self.novelty = rows(1, 4)[0]
+        self.variance, self._left = rows(1, 2)[0]
         rows(1, 2)
         self._features, self._bias = rows(1, width)[0], rows(1, targets)[0]
         self.added, self._suspect = rows(1, targets)[0], rows(1, suspected)[0]

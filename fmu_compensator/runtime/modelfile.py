@@ -81,6 +81,11 @@ class Model:
     table: dict[str, Any]
     source: str
 
+    @property
+    def uses_speed(self) -> bool:
+        """Whether the spindle speed is an input of the Gaussian."""
+        return "speed_rpm" in self.table["gaussian"]
+
     def new_error_model(self) -> ErrorModel:
         """Return a new error model; it may have states, so each compensator needs its own."""
         fields = Fields(self.table["error_model"], self.source, "error_model")

@@ -104,7 +104,7 @@ class Prediction:
         self._unmodelled, self._measured = 0.0, None
         mean = self._error_model.predict(inputs, elapsed_s, speed, measured)
         gaussian, limits, geometry = self.gaussian, self.model.limits, self.model.geometry
-        gaussian.step(rises, elapsed_s)
+        gaussian.step(rises, elapsed_s, speed)
         counted = map(mul, gaussian.mean_share, mean)
         self.targets = targets = list(map(add, counted, gaussian.added))
         x, y, z = drift = geometry.drift(targets, tool_length)

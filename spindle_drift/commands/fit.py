@@ -35,7 +35,7 @@ FIGURES_HELP = "draw what was found: ACF and PACF of a time series, convergence 
 NO_FIGURE = "figures are of time series (arma) and networks (bp, ga_bp)"
 FITTED = (
     *("points", "input_form", "geometry_form", "tool_length_mm"),
-    *("name", "title", "created", "jobs"),
+    *("name", "title", "created", "use_speed", "jobs"),
 )
 
 
@@ -66,6 +66,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         geometry_form={"flag": "--form", "metavar": "rigid|pure_rotation"},
         tool_length_mm={"metavar": ("SHORTEST", "LONGEST")},
         created={"metavar": "YYYY-MM-DD"},
+        use_speed={
+            "flag": "--no-speed",
+            "action": "store_false",
+            "help": "do not use the spindle speed, which a control then need not send",
+        },
         jobs={"metavar": "N", "default": os.cpu_count() or 1},
     )
     add_json(parser, "print the figures as JSON")

@@ -16,7 +16,7 @@ from measurement.errors import BadInput, shown
 from studies.finite_elements import FiniteElementSpindle, read_description
 from studies.finite_elements.films import friction_heat
 from studies.finite_elements.reduce import ReducedRegime, ReducedSpindle
-from studies.fit.lagged import held_speed, needed, thinned
+from studies.fit.lagged import needed, thinned
 
 SPEEDS = (0.0, 0.06, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)
 """Speeds of the regimes, as shares of the highest speed in training [1]: set on no data."""
@@ -163,7 +163,7 @@ def responses(
     if len(states) < 2:
         return states
     steps = np.diff(run.time_s)
-    speed = held_speed(run)[1:]
+    speed = run.held_speed[1:]
     different, which = np.unique(speed, return_inverse=True)
     heat = [
         [friction_heat(n, (v, n0, c, w)) for v, n0, c, w in numbers] for n in different.tolist()

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from fmu_compensator.fit.error_models.base import Task
@@ -46,7 +45,7 @@ def features(
         The rises [K]; then, for each lag, lagged rises, levels, speed [1000 r/min] and its square.
     """
     rises = run.inputs - run.inputs[0]
-    speed = held_speed(run) / SPEED_UNIT
+    speed = run.held_speed / SPEED_UNIT
     drives = np.column_stack([rises, _levels(run.inputs), speed, speed**2])
     if not uses_speed:
         drives[:, -2:] = 0.0
@@ -77,23 +76,6 @@ def start_range(runs: Sequence[TrainingRun]) -> tuple[Array, Array, Array]:
     low, high = levels.min(axis=0), levels.max(axis=0)
     margin = np.maximum(START_MARGIN * (high - low), SMALLEST_START_MARGIN_K)
     return low - margin, np.median(levels, axis=0), high + margin
-
-
-def held_speed(run: TrainingRun) -> Array:
-    """Return the speed that held until each row: the last known one before it.
-
-    Parameters
-    ----------
-    run : TrainingRun
-        Its speeds may have either sign or be missing.
-
-    Returns
-    -------
-    array, shape (n,)
-        0 before the first known speed [rpm].
-    """
-    speeds = pd.Series(np.where(np.isfinite(run.speed), np.abs(run.speed), np.nan))
-    return np.asarray(speeds.shift().ffill().fillna(0.0), dtype=np.float64)
 
 
 def lagged(drives: Array, elapsed_s: Array, tau_s: float | Array) -> Array:

@@ -16,7 +16,7 @@ from measurement.spectrum import SAME_SPEED_SHARE, STILL_RPM
 from plant_model.parameters import ROOM_DEGC
 from studies.finite_elements import FiniteElementSpindle, read_description
 from studies.fit.by_run import RIDGE
-from studies.fit.lagged import held_speed, lagged, needed
+from studies.fit.lagged import lagged, needed
 
 SHORTEST_TAU_S, LONGEST_TAU_S = 60.0, 36_000.0
 """A minute to ten hours: a judgement, set on no data [s]."""
@@ -225,7 +225,7 @@ def _fit_target(
     With *taus* these are not fitted; with *shape* the steady drifts are proportional to it, or
     equal to it if *is_shape*.
     """
-    held = [held_speed(run) for run in runs]
+    held = [run.held_speed for run in runs]
     y = np.concatenate([run.targets[run.known, target] for run in runs])
     root = np.sqrt(np.concatenate([row_weights(run.time_s[run.known]) for run in runs]))
 

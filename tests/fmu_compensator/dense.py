@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from fmu_compensator.fit.features import Sample, rises_and_lags
+from fmu_compensator.fit.features import Sample, with_lags
 
 Array = npt.NDArray[np.float64]
 
@@ -98,7 +98,7 @@ def drawn(
     time_s = step_s * np.arange(rows + 1)
     rises = np.cumsum(random.normal(0.3, 1.0, (rows + 1, inputs)), axis=0)
     rises -= rises[0]
-    features = rises_and_lags(time_s, rises)
+    features = with_lags(time_s, rises)
     steps = np.sqrt(step_s / 3600.0) * random.standard_normal((rows, targets))
     bias = walk * size * np.cumsum(steps, axis=0)
     white = random.standard_normal((rows, targets))

@@ -30,12 +30,14 @@ def test_going_on_leaves_less_than_giving_up(place, fault):
 
 
 def stepped(
-    compensator: RunningCompensator, readings: Sequence[Sequence[float]]
+    compensator: RunningCompensator,
+    readings: Sequence[Sequence[float]],
+    speeds: Sequence[float],
 ) -> Iterator[tuple[Output, float]]:
     """Yield each output and how far the offsets have moved, which the slew limits [um]."""
     offset = np.zeros(3)
-    for row, values in enumerate(readings):
-        output = compensator.step(30.0 * row, 30.0, values, 6000.0, 100.0)
+    for row, (values, speed) in enumerate(zip(readings, speeds, strict=False)):
+        output = compensator.step(30.0 * row, 30.0, values, speed, 100.0)
         moved = float(np.abs(output[:3] - offset).max())
         assert moved <= compensator.model.limits.slew_um_per_s * 30.0
         yield output, moved
@@ -44,11 +46,13 @@ def stepped(
 
 def test_no_offset_steps_further_than_the_slew_when_sensors_break_and_return():
     model, run, _ = jig_borer()
-    readings = inputs_of(model, run)[0][:500].copy()
+    readings, speeds = inputs_of(model, run)
+    readings = readings[:500].copy()
     readings[200:300, 0] = readings[260:275, 2] = np.nan
     readings[240:280, 6] += 30.0
     seen, texts = set(), set()
-    for row, (output, moved) in enumerate(stepped(RunningCompensator(model), readings.tolist())):
+    steps = stepped(RunningCompensator(model), readings.tolist(), speeds.tolist())
+    for row, (output, moved) in enumerate(steps):
         if seen >= {OK} and output.status in (OK, SPARED) and row < 260:
             assert moved < 1.0
         seen.add(output.status)
@@ -73,8 +77,9 @@ def test_it_starts_without_a_sensor_and_takes_it_in_when_it_reads():
     for axis in range(3):
         assert on.rmse(axis) < good.rmse(axis) + 2.0
     compensator, told = RunningCompensator(model), []
-    readings = inputs_of(model, faulty)[0][: returns + 40].tolist()
-    for row, (output, moved) in enumerate(stepped(compensator, readings)):
+    readings, speeds = inputs_of(model, faulty)
+    steps = stepped(compensator, readings[: returns + 40].tolist(), speeds.tolist())
+    for row, (output, moved) in enumerate(steps):
         told.append(output.status)
         assert row <= returns - 10 or moved < 3.0  # no step when it comes back
     columns = [f"{sensor.name}_degC" for sensor in model.sensors]

@@ -6,7 +6,7 @@ import pytest
 import spindle_drift as sd
 from fmu_compensator.driving import drive
 from fmu_compensator.fit.data import prepare
-from fmu_compensator.fit.features import rises_and_lags, sample_of
+from fmu_compensator.fit.features import sample_of, with_lags
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.runtime.modelfile import parse_model
 from measurement.drift import predicted_drift
@@ -52,7 +52,7 @@ def test_a_model_learns_as_much_of_what_it_is_shown():
     rows = run.history([0, 3])
     mean = np.cumsum(np.ones_like(rows.targets), axis=0)
     sample = sample_of(rows, rows.inputs, rows.targets, mean)
-    features = rises_and_lags(rows.time_s, rows.inputs)
+    features = with_lags(rows.time_s, rows.inputs)
     place = np.flatnonzero(np.isclose(rows.time_s, 3600.0 * sample.hours[-1] + LATE * 60.0))[0]
     np.testing.assert_allclose(sample.features[-1], features[place] - features[LATE])
     np.testing.assert_allclose(sample.mean[-1], mean[place] - mean[LATE])

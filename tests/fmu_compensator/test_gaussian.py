@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fmu_compensator.fit import gaussian as fitting
-from fmu_compensator.fit.features import Sample, rises_and_lags
+from fmu_compensator.fit.features import Sample, with_lags
 from fmu_compensator.fit.gaussian import Gaussian, by_feature, directions
 from fmu_compensator.runtime.fields import Fields
 from fmu_compensator.runtime.gaussian import Gaussian as Installed
@@ -175,7 +175,7 @@ def test_lags_of_an_even_rise_do_not_depend_on_the_steps():
         works = installed(known())
         for row, time in enumerate(time_s.tolist()):
             works.step([time / 720.0, time / -360.0], step_s if row else 0.0)
-        features = rises_and_lags(time_s, time_s[:, None] * [1.0 / 720.0, -1.0 / 360.0])
+        features = with_lags(time_s, time_s[:, None] * [1.0 / 720.0, -1.0 / 360.0])
         told.append([*features[-1], *works.added, works.variance])
     assert told[0] == pytest.approx(told[2], rel=1e-9)
     assert told[1] == pytest.approx(told[2], rel=1e-9)
@@ -285,17 +285,26 @@ def test_culprits_are_the_inputs_that_bring_most_of_the_novelty():
         assert parts[named[:-1]].sum() < 0.5 * parts.sum()
 
 
+def test_an_average_predicts_the_mean_of_both_models_and_is_as_sure_as_the_first():
+    shared = np.arange(WIDTH) % INPUTS == 0
+    part = Gaussian.fit([replace(one, features=one.features[:, shared]) for one in SAMPLES])
+    both = known().averaged(part, shared)
+    expected = (NEW.features @ known().weights + NEW.features[:, shared] @ part.weights) / 2.0
+    assert NEW.features @ both.weights == pytest.approx(expected)
+    assert both.novelty(NEW.features) == pytest.approx(known().novelty(NEW.features))
+
+
 @pytest.mark.parametrize(
     "damage",
     [
         lambda state: state[:-1],
         lambda state: [*state, 0.0],
         lambda state: [nan, *state[1:]],
-        lambda state: [*state[:6], inf, *state[7:]],
-        lambda state: [*state[:5], 1.0, *state[6:]],
-        lambda state: [*state[:6], 9.0, *state[7:]],
-        lambda state: [*state[:6], -1.0, *state[7:]],
-        lambda state: [*state[:6], "one", *state[7:]],
+        lambda state: [*state[:7], inf, *state[8:]],
+        lambda state: [*state[:6], 1.0, *state[7:]],
+        lambda state: [*state[:7], 9.0, *state[8:]],
+        lambda state: [*state[:7], -1.0, *state[8:]],
+        lambda state: [*state[:7], "one", *state[8:]],
         lambda state: [*state[:3], None, *state[4:]],
     ],
 )

@@ -7,6 +7,7 @@ from operator import mul
 from random import Random
 from typing import Any
 
+from fmu_compensator.runtime.gaussian import SPEEDS
 from fmu_compensator.runtime.modelfile import Model, parse_model
 from tests.fmus.models import five_point_table
 
@@ -241,7 +242,7 @@ def gaussian(random: Random, inputs: int, targets: int, fixed: bool) -> Table:
     # Of each direction that training saw some variance is left, at times less than none.
     count = random.choice([0, 1, 4, 9, 17])
     size = (random.choice([0.9, 0.9, 3.0]) * max(scale) / (width * max(count, 1))) ** 0.5
-    return {
+    table = {
         "reference": "fixed" if fixed else "start",
         **({"usual": row(random, inputs, 18.0, 24.0)} if fixed else {}),
         "constant": row(random, targets),
@@ -257,6 +258,13 @@ def gaussian(random: Random, inputs: int, targets: int, fixed: bool) -> Table:
         "coverage": 0.9,
         **({"mean_share": row(random, targets, 0.0, 1.0)} if count != 1 else {}),
     }
+    if random.random() < 0.5:
+        table["speed_rpm"] = random.choice([2000.0, 8000.0])
+        for name, most in (("weights", 2.0), ("seen", size)):
+            for numbers in table[name]:
+                for at in range(width, 0, -inputs):  # after the sensors, without and with each lag
+                    numbers[at:at] = row(random, SPEEDS, -most, most)
+    return table
 
 
 def _spare(random: Random, inputs: int, targets: int, fixed: bool) -> Table:
@@ -296,6 +304,7 @@ class Samples:
         self.stuck = [0 for _ in model.sensors]
         self.speed, self.tool = 0.0, sum(model.limits.tool_length_mm) / 2.0
         self.shown = list(self.base)
+        self.unheard = 3 * (seed % 2)  # samples at the start without a speed
         self.silent: dict[int, int] = {}  # samples for which a sensor says nothing
 
     def silence(self, samples: int, sensors: int = 1) -> None:
@@ -321,10 +330,17 @@ class Samples:
             self._now(),
             step,
             [self._reading(number) for number in range(len(self.base))],
-            random.choice([NAN, INF, -self.speed, 1e300]) if random.random() < 0.05 else self.speed,
+            self._turning(),
             random.choice([NAN, -INF, -3.0, 1e300]) if random.random() < 0.02 else self.tool,
             measured,
         )
+
+    def _turning(self) -> float:
+        random, speed = self.random, self.speed
+        if random.random() < 0.05:
+            speed = random.choice([NAN, INF, -speed, 1e300])
+        self.unheard -= 1
+        return speed if self.unheard < 0 else NAN
 
     def _now(self) -> float:
         odd = self.random.random()

@@ -80,7 +80,7 @@ def in_lanes(model: Model, state: list[float]) -> list[float]:
     """Return a Gaussian's state as C has it: as long with measurements as without."""
     learnt = model.table["gaussian"]
     targets, width = len(learnt["weights"]), len(learnt["weights"][0])
-    suspected, probes, rest = int(state[5]), int(state[6]), iter(state[7:])
+    suspected, probes, rest = int(state[6]), int(state[7]), iter(state[8:])
 
     def rows(count: int, length: int) -> list[list[float]]:
         return [[next(rest) for _ in range(length)] for _ in range(count)]
@@ -94,7 +94,7 @@ def in_lanes(model: Model, state: list[float]) -> list[float]:
     weights = [[*row, last] for row, last in zip(weights, bias, strict=True)] + none[targets:]
     assert next(rest, None) is None
     return [
-        *state[:5],
+        *state[:6],
         float(suspected > 0),
         *padded(suspect),
         *padded(added),
@@ -196,7 +196,7 @@ def test_what_is_compared_above_is_reached():
     seen, probes = set[int](), 0
     for _ in range(STEPS // 3):
         seen.add(compensator.step(*samples.next()).status)
-        probes = max(probes, int(compensator.state()["gaussian"][6]))
+        probes = max(probes, int(compensator.state()["gaussian"][7]))
     assert {OK, UNTRAINED, SPARED} <= seen
     assert any(status > HOLDING for status in seen)
     assert probes == MOST_PROBES

@@ -22,7 +22,7 @@ def fitted(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("fitted")
     files = [write_run(make_run(f"old{n}", n, hours=2.0), folder / f"old{n}.csv") for n in range(4)]
     out = folder / "c.json"
-    assert main(["fit", *map(str, files), "--model", "bayes", "-o", str(out)]) == 0
+    assert main(["fit", *map(str, files), "--model", "bayes", "--no-speed", "-o", str(out)]) == 0
     for file in files:
         file.unlink()
     return out

@@ -64,6 +64,7 @@ def built(
 ) -> Path:
     runs = [make(f"training_{seed}", seed) for seed in (1, 2, 3)]
     usual: dict[str, Any] = {"points": "all", "sensors": ["T1", "T2"], "judge": False}
+    usual["use_speed"] = False  # a change of speed would tell what a probe is to find
     table = fit_compensator(runs, rig, "mlr", **usual, **options)
     model = folder / "model.json"
     model.write_text(compensator_text(table), encoding="utf-8")

@@ -43,7 +43,7 @@ static void put(struct compensator *self, bool valid, int32_t status, struct rea
     output->valid = valid;
     output->status = status;
     output->reason = reason;
-    output->status_sensor = reason.sensor;
+    output->status_sensor = reason.sensor == SPEED_NUMBER ? 0 : reason.sensor;
     memset(output->others, 0, sizeof output->others);
 }
 
@@ -117,7 +117,7 @@ static struct reason replaced(struct compensator *self, struct reason fault, dou
 
 /* Returns the first fault; every sensor is checked, so that none loses track of time. Readings of
    broken sensors are replaced by estimates if the file has a spare. */
-static struct reason look(struct compensator *self, double elapsed_s, double tool_length)
+static struct reason look(struct compensator *self, double elapsed_s, const struct input *input)
 {
     struct reason first = no_fault;
     for (size_t place = 0; place < model_chosen_count; place++) {
@@ -138,9 +138,15 @@ static struct reason look(struct compensator *self, double elapsed_s, double too
     }
     if (first.cause == 0 && model_geometry.needs_tool_length) {
         const double *limits = model_limits.tool_length_mm;
-        bool allowed = limits[0] <= tool_length && tool_length <= limits[1];
-        first.value = tool_length;
-        first.cause = !isfinite(tool_length) ? CHECKS_MISSING : allowed ? 0 : CHECKS_IMPLAUSIBLE;
+        double length = input->tool_length;
+        bool allowed = limits[0] <= length && length <= limits[1];
+        first.value = length;
+        first.cause = !isfinite(length) ? CHECKS_MISSING : allowed ? 0 : CHECKS_IMPLAUSIBLE;
+    }
+    /* Later the last known speed holds. */
+    if (first.cause == 0 && GAUSSIAN_USES_SPEED && !self->now->started && !isfinite(input->speed)) {
+        first.cause = CHECKS_MISSING;
+        first.sensor = SPEED_NUMBER;
     }
     return first;
 }
@@ -173,7 +179,7 @@ static void predict(struct compensator *self, const struct input *input)
         self->rises[place] = self->readings[place] - start;
     }
     compensator_mean(self, &sample, now->targets);
-    gaussian_step(&self->gaussian, self->learnt, self->rises, now->unmodelled);
+    gaussian_step(&self->gaussian, self->learnt, self->rises, now->unmodelled, input->speed);
     for (size_t target = 0; target < model_target_count; target++) {
         now->targets[target] += self->learnt->added[target];
     }
@@ -240,13 +246,19 @@ static double slewed(double offset, double wanted, double step_s)
     return isnan(wanted) ? offset : clamped(wanted, -limit, limit);
 }
 
-/* Names further sensors from a list of places. */
+/* Returns the number of an input of the Gaussian, from 1. */
+static int32_t number_of(size_t place)
+{
+    return place < model_chosen_count ? (int32_t)model_chosen[place] + 1 : SPEED_NUMBER;
+}
+
+/* Names further inputs from a list of places. */
 static void name_others(struct output *output, const size_t *places, size_t count)
 {
     size_t named = 0;
     for (size_t i = 0; i < count && named < GAUSSIAN_NAMED; i++) {
-        int32_t sensor = (int32_t)model_chosen[places[i]] + 1;
-        if (sensor != output->status_sensor) {
+        int32_t sensor = number_of(places[i]);
+        if (sensor != output->reason.sensor) {
             output->others[named++] = sensor;
         }
     }
@@ -265,7 +277,7 @@ static void put_valid(struct compensator *self)
         size_t places[GAUSSIAN_NAMED];
         size_t count = gaussian_culprits(&self->gaussian, learnt, places);
         double share = 100.0 * learnt->novelty / (learnt->novelty + usual);
-        struct reason reason = {0, (int32_t)model_chosen[places[0]] + 1, share, 0.0, 0.0};
+        struct reason reason = {0, number_of(places[0]), share, 0.0, 0.0};
         put(self, true, COMPENSATOR_UNTRAINED, reason);
         name_others(&self->now->output, places, count);
     } else {
@@ -310,7 +322,7 @@ void compensator_step(
         self->readings[place] = input->temperatures[model_chosen[place]];
     }
     set_tool(self, input->tool_length);
-    struct reason fault = look(self, elapsed_s, input->tool_length);
+    struct reason fault = look(self, elapsed_s, input);
     /* Lags and walk begin with the first complete sample, as in training. */
     if (content->started) {
         content->unmodelled += elapsed_s;

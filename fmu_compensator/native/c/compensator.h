@@ -11,6 +11,7 @@
 
 #define FILE_LENGTH 1024 /* of the text of the parameter model_file */
 #define REAL_OUTPUTS 9   /* these come first */
+#define SPEED_NUMBER ((int32_t)model_sensor_count + 1) /* of the speed among the sensors */
 
 struct input {
     double time_s, step_s;
@@ -25,7 +26,7 @@ struct output {
     double pose[3];       /* predicted [um, urad, urad] */
     double half_width[3]; /* [um] */
     int32_t valid, status, status_sensor;
-    int32_t others[GAUSSIAN_NAMED]; /* further sensors that the text names, from 1; 0: none */
+    int32_t others[GAUSSIAN_NAMED]; /* further inputs that the text names, from 1; 0: none */
     struct reason reason;           /* data for the text */
 };
 

@@ -7,6 +7,7 @@
 #include "numbers.h"
 
 #define WIDTH model_gaussian.width
+#define INPUTS model_gaussian.inputs
 #define PLACES (WIDTH + 1) /* of features, the 1 of the walk included */
 
 static double *weights_of(struct gaussian_state *state)
@@ -30,6 +31,7 @@ void gaussian_make(struct setup *setup, struct gaussian *self)
     self->column = setup_take(setup, PLACES, sizeof(double));
     self->direction = setup_take(setup, PLACES, sizeof(double));
     self->paces = setup_take(setup, 2 * model_gaussian.lags + 1, sizeof(double));
+    self->inputs = setup_take(setup, INPUTS, sizeof(double));
 }
 
 void gaussian_reset(struct gaussian_state *state)
@@ -58,11 +60,28 @@ static void sums(const double *lanes, const double *features, double total[LANES
     total[4] = e, total[5] = f, total[6] = g, total[7] = h;
 }
 
-/* Computes the features of a sample: the rises, then lag by lag. */
-static void make_features(
-    const struct gaussian *self, double *features, const double *rises, double elapsed_s)
+/* Computes the inputs of a sample: the rises, then the speed until now and its square. */
+static void make_inputs(
+    const struct gaussian *self, struct gaussian_state *state, const double *rises,
+    double elapsed_s, double speed)
+{
+    memcpy(self->inputs, rises, model_chosen_count * sizeof(double));
+    if (GAUSSIAN_USES_SPEED) {
+        double *turning = self->inputs + model_chosen_count;
+        /* A second look at the same sample, as for a probe, sees the same past. */
+        turning[0] = elapsed_s > 0.0
+                         ? fmin(state->speed / model_gaussian.speed_rpm, GAUSSIAN_FASTEST)
+                         : state->features[model_chosen_count];
+        turning[1] = turning[0] * turning[0];
+        state->speed = known_speed(speed, state->speed);
+    }
+}
+
+/* Computes the features of a sample: the inputs, then lag by lag. */
+static void make_features(const struct gaussian *self, double *features, double elapsed_s)
 {
     double *last = features, *paces = self->paces;
+    const double *inputs = self->inputs;
     size_t lags = model_gaussian.lags;
     if (elapsed_s != paces[2 * lags]) {
         paces[2 * lags] = elapsed_s;
@@ -73,22 +92,23 @@ static void make_features(
     }
     for (size_t lag = 0; lag < lags; lag++) {
         double part = paces[2 * lag], late = paces[2 * lag + 1];
-        features += model_chosen_count;
-        for (size_t i = 0; i < model_chosen_count; i++) {
-            features[i] += part * (rises[i] - late * (rises[i] - last[i]) - features[i]);
+        features += INPUTS;
+        for (size_t i = 0; i < INPUTS; i++) {
+            features[i] += part * (inputs[i] - late * (inputs[i] - last[i]) - features[i]);
         }
     }
-    memcpy(last, rises, model_chosen_count * sizeof(double));
+    memcpy(last, inputs, INPUTS * sizeof(double));
 }
 
 void gaussian_step(
     const struct gaussian *self, struct gaussian_state *state, const double *rises,
-    double elapsed_s)
+    double elapsed_s, double speed)
 {
     const double *features = state->features;
     double along[LANES];
     state->hours += elapsed_s / 3600.0;
-    make_features(self, state->features, rises, elapsed_s);
+    make_inputs(self, state, rises, elapsed_s, speed);
+    make_features(self, state->features, elapsed_s);
     double novelty = 0.0;
     for (size_t i = 0; i < WIDTH; i++) {
         novelty += model_gaussian.prior[i] * (features[i] * features[i]);
@@ -143,9 +163,9 @@ double gaussian_derive(
 {
     double along[LANES], total[LANES], *direction = self->direction;
     for (size_t i = 0; i < WIDTH; i++) {
-        const double *pace = self->paces + 2 * (i / model_chosen_count);
-        double moves = i < model_chosen_count ? 1.0 : pace[-2] * (1.0 - pace[-1]);
-        direction[i] = moves * rises[i % model_chosen_count];
+        const double *pace = self->paces + 2 * (i / INPUTS);
+        double moves = i < INPUTS ? 1.0 : pace[-2] * (1.0 - pace[-1]);
+        direction[i] = i % INPUTS < model_chosen_count ? moves * rises[i % INPUTS] : 0.0;
     }
     make_column(self, state, 0.0);
     double variance = state->novelty > 0.0 ? dot(self->column, direction, WIDTH) : 0.0;
@@ -217,10 +237,14 @@ size_t gaussian_culprits(
     double *part = self->column, left = 0.5 * state->novelty;
     size_t count = 0, inputs = model_chosen_count;
     make_column(self, state, 0.0);
-    /* Each input's parts are summed in the place of its rise. */
+    /* Each input's parts are summed in its own place among the first. */
     for (size_t i = 0; i < WIDTH; i++) {
         double share = part[i] * state->features[i];
-        part[i % inputs] = i < inputs ? share : part[i % inputs] + share;
+        part[i % INPUTS] = i < INPUTS ? share : part[i % INPUTS] + share;
+    }
+    if (GAUSSIAN_USES_SPEED) {
+        part[inputs] += part[inputs + 1];
+        inputs++;
     }
     while (count < GAUSSIAN_NAMED && count < inputs && (count == 0 || left > 0.0)) {
         size_t worst = 0;

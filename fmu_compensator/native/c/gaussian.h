@@ -5,17 +5,21 @@
 #include "model_data.h"
 #include "setup.h"
 
+#define GAUSSIAN_USES_SPEED (model_gaussian.speed_rpm > 0.0)
+
 /* Room for one sample; see the Python twin. */
 struct gaussian {
     double *along, *column; /* of the last sample */
     double *direction;      /* of features */
     double *paces;          /* of each lag: its share, how far inputs are behind; then for which */
+    double *inputs;         /* of one sample: rises, speed and its square */
 };
 
 struct gaussian_state {
-    double hours, leaps, novelty, variance, left, suspected;
+    double hours, speed; /* the speed since the last sample [rpm] */
+    double leaps, novelty, variance, left, suspected;
     double suspect[LANES], added[LANES];
-    double features[]; /* rises, lag by lag, and 1; then weights and probes of each, in lanes */
+    double features[]; /* inputs, lag by lag, and 1; then weights and probes of each, in lanes */
 };
 
 void gaussian_make(struct setup *setup, struct gaussian *self);
@@ -26,10 +30,11 @@ size_t gaussian_states(void);
 /* Forgets everything except what was learnt in training. */
 void gaussian_reset(struct gaussian_state *state);
 
-/* Processes one good sample; rises are those of the chosen sensors [K]. */
+/* Processes one good sample; rises are those of the chosen sensors [K], the speed is that from now
+   on [rpm]. */
 void gaussian_step(
     const struct gaussian *self, struct gaussian_state *state, const double *rises,
-    double elapsed_s);
+    double elapsed_s, double speed);
 
 /* Conditions on a measurement at the last sample, given minus the prediction [um, urad]. */
 void gaussian_take(
@@ -43,8 +48,8 @@ double gaussian_derive(
 /* Variance of noise and walk over Sigma: that in conditions like training [1]. */
 double gaussian_usual_variance(const struct gaussian_state *state);
 
-/* Lists the places of the inputs that make the last sample new, the worst first; returns their
-   number, at least one. */
+/* Lists the places of the inputs that make the last sample new, the worst first; the speed comes
+   after the sensors. Returns their number, at least one. */
 size_t gaussian_culprits(
     const struct gaussian *self, const struct gaussian_state *state,
     size_t places[GAUSSIAN_NAMED]);

@@ -41,7 +41,9 @@ struct geometry_data {
 /* See gaussian.Gaussian. The last feature is 1: its weights are the constant drift. */
 struct gaussian_data {
     size_t lags, width, tables; /* width: number of a sample's features without the last */
+    size_t inputs;
     double settled_h, walk_per_h, deviations;
+    double speed_rpm; /* that counts like a rise of 1 K; 0: speed is not used */
     const double *usual; /* NULL: rises count from the first reading */
     const double *lags_s;
     const double *spread;     /* standard deviation of each target's noise */

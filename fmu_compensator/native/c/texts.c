@@ -31,14 +31,24 @@ static void with_points(char *text)
     }
 }
 
+/* Returns the name of a sensor, or of another input that may be to blame. */
+static const char *name_of(int32_t number)
+{
+    if (number == 0) {
+        return "tool_length";
+    }
+    return number == SPEED_NUMBER ? "speed" : model_sensors[number - 1].name;
+}
+
 static void add_fault(char *text, size_t size, const struct reason *reason)
 {
-    const struct sensor *sensor = &model_sensors[reason->sensor == 0 ? 0 : reason->sensor - 1];
+    bool of_sensor = reason->sensor != 0 && reason->sensor != SPEED_NUMBER;
+    const struct sensor *sensor = &model_sensors[of_sensor ? reason->sensor - 1 : 0];
     const double *tool = model_limits.tool_length_mm;
     double value = reason->value;
     if (reason->cause == CHECKS_MISSING) {
-        add(text, size, ": %s is missing", reason->sensor == 0 ? "tool_length" : sensor->name);
-    } else if (reason->sensor == 0) {
+        add(text, size, ": %s is missing", name_of(reason->sensor));
+    } else if (!of_sensor) {
         add(text, size, ": tool_length %g mm is not in %g to %g mm", value, tool[0], tool[1]);
     } else if (reason->cause == CHECKS_IMPLAUSIBLE) {
         bool below = value < sensor->low;
@@ -66,14 +76,13 @@ void status_text(const struct output *output, char *text, size_t size)
     }
     if (status == COMPENSATOR_UNTRAINED) {
         add(text, size, "conditions outside training make %.0f %% of the uncertainty: %s",
-            reason->value, model_sensors[reason->sensor - 1].name);
+            reason->value, name_of(reason->sensor));
     } else if (reason->cause != 0) {
         add_fault(text, size, reason);
     }
     for (size_t i = 0; i < GAUSSIAN_NAMED && output->others[i] != 0; i++) {
         bool first = i == 0 && status == COMPENSATOR_SPARED;
-        const char *name = model_sensors[output->others[i] - 1].name;
-        add(text, size, "%s%s", first ? "; and without " : ", ", name);
+        add(text, size, "%s%s", first ? "; and without " : ", ", name_of(output->others[i]));
     }
     for (size_t axis = 0; axis < 3; axis++) {
         if (output->valid && fabs(output->offset[axis]) == model_limits.offset_um) {

@@ -75,7 +75,15 @@ def test_the_figures_are_those_of_the_rows():
 
 
 def test_the_interval_that_each_promises_is_judged():
-    found = compare([one_split()], RIG, contestants(["mlr", "gaussian"]))
+    random = np.random.default_rng(1)
+
+    def noisy(run: Run) -> Run:
+        shown = run.frame[RIG.columns]
+        return Run(run.name, run.frame.assign(**(shown + random.normal(0.0, 0.05, shown.shape))))
+
+    runs = [noisy(run) for run in RUNS]
+    split = Split("new runs", runs[:3], runs[3:])
+    found = compare([split], RIG, contestants(["mlr", "gaussian"]))
     rows = {row["name"]: row for row in found.to_dict()["models"]}
     for name in ("mlr", "gaussian"):
         interval = rows[name]["interval"]

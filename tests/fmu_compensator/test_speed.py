@@ -1,0 +1,111 @@
+"""The spindle speed as an input of the Gaussian: learnt, needed, and blamed."""
+
+from math import nan
+
+import numpy as np
+import pytest
+
+from fmu_compensator.driving import drive
+from fmu_compensator.fit.fitting import compensator_text, fit_compensator
+from fmu_compensator.fit.updating import update_compensator
+from fmu_compensator.runtime.compensator import OK, UNTRAINED, WAITING, RunningCompensator
+from fmu_compensator.runtime.modelfile import Model, parse_model
+from measurement.errors import BadInput
+from measurement.runs import Run
+from tests.fmu_compensator.conftest import RIG, make_run
+
+RUNS = [make_run(f"run{seed}", seed, noise=0.3) for seed in range(5)]
+NEW = make_run("new", 9, noise=0.3)
+SECONDS, TOOL_MM = 60.0, 100.0
+
+
+def fitted(runs: list[Run] = RUNS, **options: bool) -> Model:
+    return parse_model(compensator_text(fit_compensator(runs, RIG, judge=False, **options)), "c")
+
+
+@pytest.fixture(scope="module")
+def model() -> Model:
+    return fitted()
+
+
+def without_speed(run: Run) -> Run:
+    return Run(run.name, run.frame.drop(columns="speed_rpm"))
+
+
+def left(model: Model, run: Run = NEW) -> float:
+    return float(np.sqrt(np.nanmean(drive(model, run, run, RIG, TOOL_MM).error ** 2)))
+
+
+def test_speed_tells_what_noisy_thermometers_do_not(model):
+    blind = fitted(use_speed=False)
+    assert model.uses_speed
+    assert not blind.uses_speed
+    assert left(model) < 0.6 * left(blind)
+    assert "temperatures and speed, fitted to 5 runs" in model.title
+
+
+def test_the_unit_is_the_usual_speed_of_training(model):
+    speeds = [np.abs(run.frame["speed_rpm"].to_numpy())[:-1] for run in RUNS]
+    usual = np.sqrt(np.mean([np.append(0.0, speed) ** 2 for speed in speeds]))
+    assert model.table["gaussian"]["speed_rpm"] == pytest.approx(usual)
+
+
+def test_a_run_without_speed_leaves_it_out_and_a_note_says_so():
+    model = fitted([*RUNS[:4], without_speed(RUNS[4])])
+    assert not model.uses_speed
+    assert "the spindle speed is not used: run4 has none" in model.provenance["notes"]
+    alike = fitted([without_speed(run) for run in RUNS])
+    assert not any("speed" in note for note in alike.provenance["notes"])
+    still = fitted([Run(run.name, run.frame.assign(speed_rpm=0.0)) for run in RUNS])
+    assert not still.uses_speed
+
+
+def test_the_speed_does_not_count_where_drift_counts_from_fixed_temperatures():
+    assert not fitted(input_form="absolute", points="T1,T4").uses_speed
+
+
+def test_a_compensator_that_uses_speed_needs_it(model):
+    with pytest.raises(BadInput, match=r"new: column speed_rpm: is missing.*--no-speed"):
+        drive(model, without_speed(NEW), NEW, RIG, TOOL_MM)
+    with pytest.raises(BadInput, match="column speed_rpm: is missing"):
+        update_compensator(model, [without_speed(NEW)])
+
+
+def test_an_update_learns_with_the_speed(model):
+    table, _ = update_compensator(model, [make_run("more", 7, noise=0.3)])
+    assert len(table["gaussian"]["weights"][0]) == len(model.table["gaussian"]["weights"][0])
+    assert left(parse_model(compensator_text(table), "c")) < 1.5 * left(model)
+
+
+def test_it_waits_for_a_first_speed_and_then_holds_the_last(model):
+    compensator, warm = RunningCompensator(model), [20.0] * len(model.sensors)
+    waiting = compensator.step(0.0, SECONDS, warm, nan, TOOL_MM)
+    assert (waiting.status, waiting.status_sensor) == (WAITING, 0)
+    assert waiting.status_text == "waiting for the first valid sample: speed is missing"
+    twin = RunningCompensator(model)
+    for step in range(1, 60):
+        time, speed = step * SECONDS, 3000.0 if step < 20 else nan
+        output = compensator.step(time, SECONDS, warm, speed, TOOL_MM)
+        assert output[:3] == twin.step(time, SECONDS, warm, -3000.0, TOOL_MM)[:3]
+    assert output.valid
+
+
+def test_a_speed_far_above_training_is_new_and_blamed(model):
+    compensator, cold = RunningCompensator(model), [20.0] * len(model.sensors)
+    usual = compensator.step(0.0, SECONDS, cold, 1000.0, TOOL_MM)
+    assert usual.status in (OK, 3)
+    for step in range(1, 60):
+        output = compensator.step(step * SECONDS, SECONDS, cold, 40_000.0, TOOL_MM)
+    assert (output.status, output.status_sensor) == (UNTRAINED, 0)
+    assert output.status_text.startswith("conditions outside training make ")
+    assert ": speed" in output.status_text
+
+
+def test_a_faulty_speed_signal_counts_at_most_ten_times_the_usual_speed(model):
+    cold, offsets = [20.0] * len(model.sensors), []
+    for absurd in (1e6, 11.0 * model.table["gaussian"]["speed_rpm"]):
+        compensator = RunningCompensator(model)
+        for step, speed in enumerate((1000.0, absurd, 1000.0, 1000.0)):
+            output = compensator.step(step * SECONDS, SECONDS, cold, speed, TOOL_MM)
+        offsets.append(output[:3])
+    assert offsets[0] == offsets[1]
