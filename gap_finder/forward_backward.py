@@ -13,7 +13,7 @@ from gap_finder.calibrate import Progress
 from gap_finder.candidates import Candidate
 from gap_finder.design import RunSensitivities, all_sensitivities
 from gap_finder.hypotheses import Addition, Listed, all_additions
-from gap_finder.proposals import LEADERS, PLACES_TRIED, Proposal, screened
+from gap_finder.proposals import LEADERS, Proposal, screened
 from gap_finder.score import Fit, Units, fit
 from gap_finder.search import Search
 from plant_model.effect_names import name_of
@@ -264,7 +264,7 @@ class Searching:
                     rivals.append(scored)
                     continue
                 likely = [rival for rival in tried[key] if rival.keys[-1] not in best.keys]
-                swaps = (*([None] if place < last else []), *likely[:PLACES_TRIED])
+                swaps = (*([None] if place < last else []), *likely[:LEADERS])
                 if swaps:
                     self._progress(f"asking again for {key}")
                 jobs = [self._exchanged(best, place, rival, sensitivities) for rival in swaps]

@@ -17,7 +17,8 @@ from gap_finder.added_paths import AT_ONCE
 from gap_finder.candidates import LEAST_SCALE, MOST_SCALE
 from gap_finder.design import RunDesign, RunSensitivities, design_of, told_by_one_run
 from gap_finder.hypotheses import Addition, Listed
-from gap_finder.keys import bodies_of, effect_of
+from gap_finder.keys import bodies_of, effect_of, place_of
+from gap_finder.kinds import kinds
 from gap_finder.leave_one_out import LeaveOneOut, Runs
 from gap_finder.priors import Priors
 from gap_finder.score import Fit, Units
@@ -25,14 +26,11 @@ from plant_model.effect_names import name_of
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 
-LEADERS = 4
-"""Candidates that are calibrated to the end, however little they gain at first; set for time, on no
-data."""
-
-PLACES_TRIED = 6
-"""Places at which the best kind of change is scored, and rivals tried for each addition once
-another has been added; set for time, on no data. Half of the places at most are cells of the same
-bodies, because neighbours respond alike and would leave no room for any other place."""
+LEADERS = 6
+"""Candidates that are calibrated to the end, however little they gain at first; places at which the
+best kind of change is scored; and rivals tried for each addition once another has been added. Set
+for time, on no data. Half of the places at most are cells of the same bodies, because neighbours
+respond alike and would leave no room for any other place."""
 
 
 @dataclass(frozen=True)
@@ -71,8 +69,8 @@ def screened(
     likely : list of Proposal
         The best of each kind: the likeliest, and others that lower the score in the screening.
     places : list of Proposal
-        A few places of every kind of change and drivers of every law, to be scored if that kind
-        does best.
+        A few places of every kind of change and drivers of every law, and all bodies that the
+        likeliest misplaced thermometer may read, to be scored if that kind does best.
     """
     tried = listed.tried
     if not tried:
@@ -121,8 +119,12 @@ def _best_of_kinds(tried: Sequence[Addition], order: Sequence[int]) -> list[int]
 def places_of(
     tried: Sequence[Addition], order: Sequence[int], body: Mapping[str, str]
 ) -> list[int]:
-    """Return the positions of the first few places or drivers of every kind."""
+    """Return the positions of the first few places or drivers of every kind.
+
+    Of a kind that acts on a channel, all bodies for the first one's channel.
+    """
     keys: set[str] = set()
+    channels: dict[str, str] = {}
     of_kind: Counter[str] = Counter()
     of_bodies: Counter[tuple[str, ...]] = Counter()
     chosen = []
@@ -135,7 +137,13 @@ def places_of(
             continue
         where = bodies_of(key, body)
         kind = where[0]
-        if of_kind[kind] < PLACES_TRIED and of_bodies[where] < PLACES_TRIED // 2:
+        if effect is None and kinds()[kind].on_channel:
+            # It does not tell apart the bodies that they may read: calibration hides that best.
+            channel = place_of(key)[0]
+            wanted = channels.setdefault(kind, channel) == channel
+        else:
+            wanted = of_kind[kind] < LEADERS
+        if wanted and of_bodies[where] < LEADERS // 2:
             keys.add(key)
             of_kind[kind] += 1
             of_bodies[where] += 1

@@ -75,6 +75,8 @@ class Change(ABC):
     only_heats : bool
         Whether it adds heat and changes no path, so that its response is proportional to its
         amplitude where the machine is linear: it is then simulated to first order.
+    on_channel : bool
+        Whether it acts on one measured channel, the first of its place.
     place : tuple of str
         The parts, inputs, sensors or axes.
     """
@@ -84,6 +86,7 @@ class Change(ABC):
     amplitude: ClassVar[str]
     at_once: ClassVar[int] = 40
     only_heats: ClassVar[bool] = False
+    on_channel: ClassVar[bool] = False
 
     place: tuple[str, ...]
 

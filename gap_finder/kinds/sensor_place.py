@@ -41,6 +41,7 @@ class SensorPlace(ComputedChange):
 
     title: ClassVar[str] = "Thermometer that reads partly another part"
     amplitude: ClassVar[str] = "share"
+    on_channel: ClassVar[bool] = True
 
     of: str
     boundary: bool

@@ -13,6 +13,7 @@ from gap_finder.design import all_sensitivities
 from gap_finder.forward_backward import Hypothesis, _in_place_of, added_to
 from gap_finder.hypotheses import AddedChange, Listed, all_additions, prior_costs
 from gap_finder.kinds.heat_path import HeatPath
+from gap_finder.kinds.sensor_place import SensorPlace
 from gap_finder.observations import observe
 from gap_finder.proposals import Proposal, screened
 from gap_finder.score import scored
@@ -104,3 +105,14 @@ def test_the_cells_of_one_body_leave_room_for_other_places():
     listed = [AddedChange(HeatPath((part, "guides"), False), {}, ()) for part in parts]
     chosen = proposals.places_of(listed, range(len(listed)), dict.fromkeys(cells, "housing"))
     assert [listed[i].change.place[0] for i in chosen] == [*cells[:3], "head", "column"]
+
+
+def test_a_misplaced_thermometer_is_scored_on_every_body():
+    """The likeliest one only: what calibration has hidden says little about where it is."""
+    cells = [f"housing_{number}" for number in range(9)]
+    parts = [*cells, *(f"part_{number}" for number in range(9))]
+    places = [("T1", parts[0]), *(("T2", part) for part in parts), *(("T1", p) for p in parts[1:])]
+    listed = [AddedChange(SensorPlace(place, "head", False), {}, ()) for place in places]
+    chosen = proposals.places_of(listed, range(len(listed)), dict.fromkeys(cells, "housing"))
+    read = [listed[i].change.place for i in chosen]
+    assert read == [("T1", part) for part in (*cells[:3], *parts[9:])]
