@@ -91,7 +91,7 @@ class GapResult:
     @property
     def explained(self) -> float:
         """Share of the squared error of left-out runs that all additions explain [1]."""
-        return 1.0 - self.after.cost / self.before.cost
+        return self.search.explained(self.search.best)
 
 
 @dataclass(frozen=True)

@@ -151,6 +151,10 @@ class SearchResult:
     steps: tuple[Step, ...]
     silent: tuple[str, ...] = ()
 
+    def explained(self, hypothesis: Hypothesis) -> float:
+        """Return the share of the squared error of left-out runs that goes with it [1]."""
+        return 1.0 - hypothesis.fit.cost / self.nothing.fit.cost
+
 
 class Searching:
     """The search over a machine's runs."""

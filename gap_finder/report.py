@@ -251,6 +251,6 @@ def _evidence(judged: Judged) -> str:
     gained = float(np.sum((before.left - after.left) / units.channels))
     mostly = ", mostly because the file's numbers then need to move less" if eased > gained else ""
     return (
-        f"{together} {max(result.explained, 0.0):.0%} of the error on runs predicted from the "
-        f"others; the score falls by {step.fall:.0f} ({MARGIN:.0f} needed){mostly}"
+        f"{together} {max(result.explained, 0.0):.0%} of the squared error on runs predicted from "
+        f"the others; the score falls by {step.fall:.0f} ({MARGIN:.0f} needed){mostly}"
     )

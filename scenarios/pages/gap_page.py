@@ -8,7 +8,7 @@ from typing import Any
 
 from gap_finder.find import Judged
 from gap_finder.five_lines import five_lines
-from gap_finder.forward_backward import Hypothesis, Step
+from gap_finder.forward_backward import Hypothesis, SearchResult, Step
 from gap_finder.keys import driver_of, place_of
 from gap_finder.kinds import kinds
 from gap_finder.long_log import own_hours
@@ -49,7 +49,7 @@ def write_gap_page(
         **bars(table["channels"]),
         gap=[(names[key], row) for key, row in table["gap"].items()],
         channels=list(table["channels"].items()),
-        rounds=[_round(step) for step in result.search.steps],
+        rounds=[_round(step, result.search) for step in result.search.steps],
         look_at=table["look_at"],
         where=table["where"],
         remaining=table["remaining"],
@@ -90,15 +90,16 @@ def _maps(judged: Judged) -> list[tuple[str, RegimeMap]]:
     return maps
 
 
-def _round(step: Step) -> dict[str, Any]:
+def _round(step: Step, search: SearchResult) -> dict[str, Any]:
     begun = step.baseline.fit
     return {
         "what": ", ".join(_title(key, begun.machine) for key in step.baseline.keys) or "nothing",
+        "share": search.explained(step.baseline),
         **_costs(step.baseline, step),
         "rows": [
             {
                 "title": _title(hypothesis.keys[-1], hypothesis.fit.machine),
-                "share": 1.0 - hypothesis.fit.cost / begun.cost,
+                "share": search.explained(hypothesis),
                 **_costs(hypothesis, step),
             }
             for hypothesis in step.tried

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from gap_finder.comparison import GapComparison
+from gap_finder.find import GapResult
 from gap_finder.five_lines import _added, _left_out, five_lines
-from gap_finder.forward_backward import Hypothesis
+from gap_finder.forward_backward import Hypothesis, SearchResult
 from gap_finder.observations import observe
 from gap_finder.report import _evidence, _runners_up
 from measurement.runs import Run
@@ -22,20 +23,20 @@ def hypothesis(*keys: str, left: float, moved: float = 0.0) -> Hypothesis:
     numbers = {"numbers_moved": moved, "others_moved": 0.0, "determined": 30.0}
     calibration = SimpleNamespace(cost=float(squares.sum()))
     fit: Any = SimpleNamespace(
-        left=squares, machine=machine, calibration=calibration, starts_cost=0.0, **numbers
+        left=squares,
+        cost=float(squares.sum()),
+        machine=machine,
+        calibration=calibration,
+        starts_cost=0.0,
+        **numbers,
     )
     added: Any = tuple(SimpleNamespace(key=key, size_cost=lambda: 0.0) for key in keys)
     return Hypothesis(added, (8.0,) * len(keys), fit)
 
 
 def judged_of(best: Hypothesis, nothing: Hypothesis, *others: Hypothesis) -> Any:
-    step = SimpleNamespace(tried=(best, *others), fall=20.0)
-    search = SimpleNamespace(best=best, nothing=nothing, steps=(step,))
-    total = best.fit.left.sum() / nothing.fit.left.sum()
-    result = SimpleNamespace(
-        search=search, keys=best.keys, before=nothing.fit, after=best.fit, explained=1.0 - total
-    )
-    return SimpleNamespace(result=result)
+    step: Any = SimpleNamespace(tried=(best, *others), fall=20.0)
+    return SimpleNamespace(result=GapResult(SearchResult(nothing, best, (), (step,))))
 
 
 @pytest.mark.parametrize(("left", "spared"), [(1.0, False), (5.1, True)])

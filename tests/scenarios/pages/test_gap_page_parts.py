@@ -1,6 +1,7 @@
 """The regime map and the signatures of the gap finder's page."""
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -8,6 +9,7 @@ import pytest
 
 from gap_finder.candidates import Candidate, with_effect
 from gap_finder.find import GapResult
+from gap_finder.forward_backward import SearchResult
 from gap_finder.hypotheses import AddedChange
 from gap_finder.kinds.moves_axis import MovesAxis
 from gap_finder.observations import Observations, observe
@@ -18,6 +20,7 @@ from plant_model.machine_file import read_machine
 from plant_model.simulate import simulate
 from scenarios.pages.charts import Chart
 from scenarios.pages.gap_map import regime_map
+from scenarios.pages.gap_page import _round
 from scenarios.pages.gap_signature import signature_charts
 
 
@@ -106,3 +109,19 @@ def test_a_signature_is_what_one_addition_alone_changes(machine, observed):
     _, growth = lines_of(of_growth, "S5")
     assert np.std(left - signature + growth) < 0.1 * np.std(left)
     assert np.ptp(growth) > 1.0
+
+
+def test_what_a_second_addition_explains_also_counts_from_nothing_added():
+    def hypothesis(*keys: str, cost: float) -> Any:
+        none = dict.fromkeys(("cost_left_out", "score"), lambda _: 0.0)
+        fit = SimpleNamespace(cost=cost, machine=None)
+        return SimpleNamespace(keys=keys, fit=fit, cost_in_fit=0.0, **none)
+
+    path, mass = "heat_path:bed+column", "hidden_mass:bed"
+    one, both = hypothesis(path, cost=40.0), hypothesis(path, mass, cost=10.0)
+    step: Any = SimpleNamespace(baseline=one, tried=(both,), units=None)
+    found = SearchResult(hypothesis(cost=100.0), both, (), (step,))
+    shown = _round(step, found)
+    assert shown["share"] == pytest.approx(0.6)
+    assert shown["rows"][0]["share"] == pytest.approx(0.9)
+    assert GapResult(found).explained == pytest.approx(0.9), "as the first line says"
