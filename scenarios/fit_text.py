@@ -45,7 +45,8 @@ def report(table: dict[str, Any], path: Path) -> list[str]:
         lines.append(f"group {number}, score to the drift: {', '.join(scores)}")
     if choice.get("hardly_moving"):
         lines.append(f"hardly moving: {', '.join(choice['hardly_moving'])}")
-    lines.append(f"temperatures used: {', '.join(table['chosen'])}")
+    speed = ", and the spindle speed" if "speed_rpm" in table["gaussian"] else ""
+    lines.append(f"temperatures used: {', '.join(table['chosen'])}{speed}")
     model = table["error_model"]
     lines += details_text(model["kind"], model["targets"], figures["fit"])
     if model["kind"] != USUAL_MODEL and "mean_share" in table["gaussian"]:

@@ -1,6 +1,7 @@
 """The spindle speed as an input of the Gaussian: learnt, needed, and blamed."""
 
 from math import nan
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from fmu_compensator.runtime.compensator import OK, UNTRAINED, WAITING, RunningC
 from fmu_compensator.runtime.modelfile import Model, parse_model
 from measurement.errors import BadInput
 from measurement.runs import Run
+from scenarios.fit_text import report
 from tests.fmu_compensator.conftest import RIG, make_run
 
 RUNS = [make_run(f"run{seed}", seed, noise=0.3) for seed in range(5)]
@@ -42,6 +44,9 @@ def test_speed_tells_what_noisy_thermometers_do_not(model):
     assert not blind.uses_speed
     assert left(model) < 0.6 * left(blind)
     assert "temperatures and speed, fitted to 5 runs" in model.title
+    used = f"temperatures used: {', '.join(model.table['chosen'])}"
+    assert f"{used}, and the spindle speed" in report(model.table, Path("c.json"))
+    assert used in report(blind.table, Path("c.json"))
 
 
 def test_the_unit_is_the_usual_speed_of_training(model):

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.broken_sensor import jig_borer
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.monitoring import monitor
 from fmu_compensator.monitoring.bounds import chance_of, upper_bound
@@ -20,6 +21,7 @@ from fmu_compensator.monitoring.monitor import (
     UNUSUAL,
     WORSE,
 )
+from fmu_compensator.monitoring.sensors import Agreement
 from fmu_compensator.runtime.modelfile import Model, parse_model
 from measurement.errors import BadInput
 from measurement.faults import looked_over
@@ -264,3 +266,14 @@ def test_what_it_has_learnt_from_is_no_sign_that_it_fits(model):
     assert [run.verdict for run in report.runs] == [LEARNT, FITS]
     only = monitor(model, [TRAINING[0]])
     assert (only.verdict, only.inside) == (LEARNT, {})
+
+
+@pytest.mark.parametrize(("name", "sense"), [("T2", 1.0), ("T2", -1.0), ("T10", 1.0)])
+def test_a_thermometer_that_wanders_alone_is_not_called_swapped(name, sense):
+    model, run, _ = jig_borer()
+    agreement, wandering = Agreement(model), np.linspace(0.0, sense * 8.0, len(run.frame))
+    assert agreement.of(run) is agreement.swapped(run) is None
+    astray = changed(run, **{f"{name}_degC": run.frame[f"{name}_degC"] + wandering})
+    assert (found := agreement.of(astray)) is not None
+    assert found.sensor == name
+    assert agreement.swapped(astray) is None
