@@ -82,24 +82,29 @@ class Agreement:
     def swapped(self, run: Run) -> tuple[str, str] | None:
         """Return two sensors with which all agree once they are exchanged, but not before.
 
-        None if one sensor alone is astray: exchanged for a like one it often agrees as well.
+        They must then agree better than all do without the worst: a sensor that is astray alone,
+        exchanged for a like one, often agrees as well.
         """
         rises = _rises(run, self._sensors) if self.is_known else None
-        if rises is None or self._disagree(rises) <= 1.0 or self.of(run) is not None:
+        if rises is None:
             return None
-        found: tuple[float, tuple[str, str] | None] = (1.0, None)
+        shares = self._shares(rises, np.arange(len(self._sensors)))
+        if shares.max() <= 1.0:
+            return None
+        rest = self._shares(rises, np.delete(np.arange(len(shares)), shares.argmax()))
+        found: tuple[float, tuple[str, str] | None] = (min(rest.max(), 1.0), None)
         for first, second in combinations(range(len(self._sensors)), 2):
             turned = rises.copy()
             turned[:, [first, second]] = rises[:, [second, first]]
-            worst = self._disagree(turned)
-            if worst <= found[0]:
+            worst = self._shares(turned, np.arange(len(shares))).max()
+            if worst < found[0]:
                 found = worst, (self._sensors[first], self._sensors[second])
         return found[1]
 
-    def _disagree(self, rises: Array) -> float:
-        """Return the largest deviation of a sensor as a share of its limit [1]."""
-        off, limit = self._off(rises, np.arange(len(self._sensors)))
-        return float((off / limit).max())
+    def _shares(self, rises: Array, places: NDArray[np.int_]) -> Array:
+        """Return the sensors' deviations as shares of their limits [1]."""
+        off, limit = self._off(rises, places)
+        return np.asarray(off / limit)
 
     def _off(self, rises: Array, places: NDArray[np.int_]) -> tuple[Array, Array]:
         """Return the sensors' deviations from their estimates by each other, and the limits [K]."""
