@@ -156,8 +156,9 @@ def refuse_lacking(model: Model, run: Run) -> None:
     """
     used = [model.sensors[index].name for index in model.chosen]
     lost = next((name for name in used if f"{name}_degC" not in run.frame), None)
-    if lost is None and model.uses_speed and "speed_rpm" not in run.frame:
-        problem = "is missing, and the compensator uses it: fit one without (fit --no-speed)"
+    known = "speed_rpm" in run.frame and run.frame["speed_rpm"].notna().any()
+    if lost is None and model.uses_speed and not known:
+        problem = "holds no speed, and the compensator uses it: fit one without (fit --no-speed)"
         raise BadInput(run.path or run.name, "column speed_rpm", problem)
     if lost is not None:
         there = ", ".join(run.temperatures) or "none"

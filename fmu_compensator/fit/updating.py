@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu_compensator.driving import learnt_as
+from fmu_compensator.driving import learnt_as, refuse_lacking
 from fmu_compensator.fit.data import Prepared, PreparedRun, left_out, prepare
 from fmu_compensator.fit.error_models.base import predicted
 from fmu_compensator.fit.features import Sample, sample_of, with_speed
@@ -127,11 +127,11 @@ def _check_new(model: Model, runs: Sequence[Run], rig: Rig) -> None:
             problem = f"is already in the compensator, as {name}"
             raise BadInput(run.path or run.name, "", problem)
         used = [f"{model.sensors[index].name}_degC" for index in model.chosen]
-        needed = [*used, *["speed_rpm"] * model.uses_speed, *rig.columns]
-        lost = next((name for name in needed if name not in run.frame), None)
+        lost = next((name for name in [*used, *rig.columns] if name not in run.frame), None)
         if lost is not None:
             problem = "is missing, and the compensator was fitted with it"
             raise BadInput(run.path or run.name, f"column {lost}", problem)
+        refuse_lacking(model, run)
 
 
 def _places(model: Model, prepared: Prepared) -> list[int]:

@@ -70,10 +70,11 @@ def test_the_speed_does_not_count_where_drift_counts_from_fixed_temperatures():
 
 
 def test_a_compensator_that_uses_speed_needs_it(model):
-    with pytest.raises(BadInput, match=r"new: column speed_rpm: is missing.*--no-speed"):
-        drive(model, without_speed(NEW), NEW, RIG, TOOL_MM)
-    with pytest.raises(BadInput, match="column speed_rpm: is missing"):
-        update_compensator(model, [without_speed(NEW)])
+    for run in (without_speed(NEW), Run("new", NEW.frame.assign(speed_rpm=nan))):
+        with pytest.raises(BadInput, match=r"new: column speed_rpm: holds no speed.*--no-speed"):
+            drive(model, run, NEW, RIG, TOOL_MM)
+        with pytest.raises(BadInput, match="column speed_rpm: holds no speed"):
+            update_compensator(model, [run])
 
 
 def test_an_update_learns_with_the_speed(model):
