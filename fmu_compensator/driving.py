@@ -97,7 +97,7 @@ def drive(
     Raises
     ------
     BadInput
-        If a thermometer that the model uses is missing.
+        If a thermometer or a speed that the model uses is missing.
     """
     drift = _drift(model, left, rig, tool_length_mm)
     rows = rows_used(run.time_s, drift)
@@ -156,10 +156,6 @@ def refuse_lacking(model: Model, run: Run) -> None:
     """
     used = [model.sensors[index].name for index in model.chosen]
     lost = next((name for name in used if f"{name}_degC" not in run.frame), None)
-    known = "speed_rpm" in run.frame and run.frame["speed_rpm"].notna().any()
-    if lost is None and model.uses_speed and not known:
-        problem = "holds no speed, and the compensator uses it: fit one without (fit --no-speed)"
-        raise BadInput(run.path or run.name, "column speed_rpm", problem)
     if lost is not None:
         there = ", ".join(run.temperatures) or "none"
         problem = (
@@ -167,6 +163,10 @@ def refuse_lacking(model: Model, run: Run) -> None:
             f"column empty; the run's temperatures: {there}"
         )
         raise BadInput(run.path or run.name, f"column {lost}_degC", problem)
+    known = "speed_rpm" in run.frame and run.frame["speed_rpm"].notna().any()
+    if model.uses_speed and not known:
+        problem = "holds no speed, and the compensator uses it: fit one without (fit --no-speed)"
+        raise BadInput(run.path or run.name, "column speed_rpm", problem)
 
 
 def learnt_as(model: Model, run: Run) -> str | None:

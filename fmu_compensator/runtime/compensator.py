@@ -193,7 +193,7 @@ class RunningCompensator:
 
     def _lacks_speed(self, speed: float) -> bool:
         """Whether a speed that the model needs is not known yet; later the last known one holds."""
-        return not self._started and self._prediction.gaussian.uses_speed and not isfinite(speed)
+        return not self._started and self.model.uses_speed and not isfinite(speed)
 
     def _elapsed(self, time_s: float, step_s: float) -> float:
         """Return the time since the previous sample [s]; the step's length if that is unknown."""

@@ -213,11 +213,6 @@ class Gaussian:
         self.added = list(map(add, self._bias, sums))
 
     @property
-    def uses_speed(self) -> bool:
-        """Whether the speed is an input."""
-        return self._unit_rpm is not None
-
-    @property
     def usual_variance(self) -> float:
         """Variance of noise and walk over Sigma: that in conditions like training [1]."""
         return 1.0 + self._walk_per_h * self._hours
@@ -295,7 +290,7 @@ class Gaussian:
         parts = [0.0] * self._inputs
         for place, (value, feature) in enumerate(zip(shares, self._features, strict=True)):
             parts[place % self._inputs] += value * feature
-        if self.uses_speed:
+        if self._unit_rpm is not None:
             parts[-SPEEDS:] = [sum(parts[-SPEEDS:])]
         named, left = [], 0.5 * self.novelty
         for place in sorted(range(len(parts)), key=lambda place: -parts[place])[:NAMED]:

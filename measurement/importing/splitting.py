@@ -82,11 +82,13 @@ def split(log: Log, mapping: Mapping) -> tuple[list[Piece], list[str]]:
         for cut in cuts
         if log.absolute and not mapping.time.timezone and _is_put_forward(time, cut)
     ]
+    # Dates tell better when clocks are put forward.
+    leaps = [] if log.absolute else rows_after(Run(log.name, log.frame))
     notes += [
         f"{log.name}: the pause after {time[cut - 1]:g} s may be no pause: no temperature moves in "
         f"it. If the clock was put forward by an hour, subtract {HOUR_S:g} s from there on"
-        for cut in rows_after(Run(log.name, log.frame))
-        if cut in cuts and not log.absolute
+        for cut in leaps
+        if cut in cuts
     ]
     kept = [part for part in parts if len(part) >= FEWEST_PIECE_ROWS]
     if not kept:
