@@ -267,7 +267,7 @@ def bus_values() -> str:
     return table(("Signal", "Values"), named_rows(read_database()))
 
 
-SPARE = ("precision", "growth", "memory_s", "usual_start", "sensitivity", "usual")
+SPARE = ("precision", "growth", "memory_s", "usual_start", "sensitivity")
 COMPENSATOR: tuple[tuple[str, type, tuple[str, ...]], ...] = (
     ("", Model, ("name", "title", "created", "input_form", "provenance")),
     ("sensors[].", Sensor, ()),

@@ -131,15 +131,12 @@ def spare_table(runs: Sequence[PreparedRun], installed: Installed) -> dict[str, 
     strength = best_strength(rises)
     inverse, errors = precision(rises, strength), left_out_errors(rises, strength)
     variance = np.mean([(error**2).mean(axis=0) for error in errors], axis=0)
-    drift = [run.targets[run.known] for run in (run.history(chosen) for run in runs)]
-    usual = np.mean([moved.T @ moved / len(moved) for moved in drift if len(moved)], axis=0)
     return {
         "precision": listed(inverse),
         "growth": listed(variance * np.diag(inverse)),
         "memory_s": 3600.0 * likeliest_memory(_series(records, errors, variance)),
         "usual_start": None if installed.usual is not None else listed(_usual_start(runs, chosen)),
         "sensitivity": listed(_sensitivity(records, errors, installed)),
-        "usual": listed(usual),
     }
 
 

@@ -264,7 +264,6 @@ def _spare(table: Mapping[str, Any] | None, tree: _Tree) -> str:
         "precision": chain(*table["precision"]),
         "growth": table["growth"],
         "sensitivity": chain(*zip(*table["sensitivity"], strict=True)),
-        "usual": chain(*table["usual"]),
         "usual_start": table["usual_start"] or [],
     }
     return _parts({"memory_s": float(table["memory_s"])}, tree.rows(rows))

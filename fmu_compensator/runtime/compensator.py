@@ -92,7 +92,7 @@ class RunningCompensator:
     A fault does not reset the reference of the rise form.
 
     `Prediction` computes the wanted offsets and their uncertainty. If the file has a `Spare`,
-    broken sensors are not a fault as long as their readings can be estimated well enough.
+    broken sensors are not a fault as long as one of the others is good.
     """
 
     def __init__(self, model: Model) -> None:

@@ -37,7 +37,7 @@ class Spare(Remembering):
     r is the rise above the first reading; b stands for the broken sensors and g for the good ones.
     :math:`z = P r` is the part of a sensor that the others did not explain while it was still good,
     t the time since then: the estimate continues from the last reading. The compensator continues
-    as long as the added uncertainty of at least one axis is smaller than its usual drift.
+    as long as one sensor is good.
 
     A sensor without a reading since the start has the estimated rise. Its start is a guess; once it
     is good, its readings count from the estimate at that time, whose uncertainty remains.
@@ -55,8 +55,6 @@ class Spare(Remembering):
         count from fixed temperatures.
     sensitivity : list of list of float, targets x chosen
         Change of the targets by a lasting error of a reading [um/K, urad/K].
-    usual : list of list of float, targets x targets
-        Mean square of the drift in training [um^2, um urad, urad^2].
     """
 
     remembers: ClassVar[tuple[str, ...]] = (
@@ -74,11 +72,10 @@ class Spare(Remembering):
         memory_s: float,
         usual_start: list[float] | None,
         sensitivity: list[list[float]],
-        usual: list[list[float]],
     ) -> None:
         self.usual_start = usual_start
         self._precision, self._growth, self._memory_s = precision, growth, memory_s
-        self._sensitivity, self._usual = sensitivity, usual
+        self._sensitivity = sensitivity
         self.reset()
 
     @classmethod
@@ -101,8 +98,9 @@ class Spare(Remembering):
             if fields.raw("usual_start") is None
             else fields.numbers("usual_start", inputs, 1e4),
             fields.matrix("sensitivity", targets, inputs),
-            fields.matrix("usual", targets, targets),
         )
+        if fields.has("usual"):
+            fields.raw("usual")  # of earlier files, no longer needed
         fields.done()
         return spare
 
@@ -159,12 +157,12 @@ class Spare(Remembering):
             References to start with if some sensors are bad; without it all must be good to start.
         """
         if not self._started:
-            return self._start(readings, bad, elapsed_s, recover_s, axes, starts)
+            return self._start(readings, bad, elapsed_s, recover_s, starts)
         self._clock = min(self._clock + elapsed_s, LARGEST)
         self.quiet = False
         self._count(bad, elapsed_s, recover_s)
         broken = self.broken
-        if not self._can_go_on(broken, axes):
+        if len(broken) == len(readings):
             if bad:
                 return None
             # All are good again, and the offsets wait for recovery anyway.
@@ -173,8 +171,7 @@ class Spare(Remembering):
         self._read_at_last(readings)
         readings = [value + shift for value, shift in zip(readings, self._shift, strict=True)]
         used = self._filled(readings, broken)
-        added = self._added(broken, axes, lasting=False)
-        self._extra = list(map(max, added, self._lasting))
+        self._extra = self._added(broken, axes)
         self._compare(used, stands)
         self._last = used
         memories = (self._unread, self._shift, self._extra)
@@ -193,7 +190,6 @@ class Spare(Remembering):
         bad: Sequence[int],
         elapsed_s: float,
         recover_s: float,
-        axes: Sequence[Sequence[float]],
         starts: Starts | None,
     ) -> list[float] | None:
         """Process a sample before the first one that is used."""
@@ -206,13 +202,9 @@ class Spare(Remembering):
         if starts is None or self._clock < recover_s:
             self._clock = min(self._clock + elapsed_s, LARGEST)
             return None
-        good_for = [0.0 if place in bad else -1.0 for place in range(len(readings))]
-        waited, self._clock = self._clock, 0.0
-        if not self._can_go_on(bad, axes):
-            self._clock = waited
-            return None
-        self._started = True
-        self._first, self._good_for = list(starts.first), good_for
+        self._started, self._clock = True, 0.0
+        self._first = list(starts.first)
+        self._good_for = [0.0 if place in bad else -1.0 for place in range(len(readings))]
         for place in starts.unread:
             self._unread[place] = 1.0
         self._last = self._filled(readings, bad)
@@ -234,16 +226,6 @@ class Spare(Remembering):
             elif good_for >= 0.0:
                 good_for += elapsed_s
                 self._good_for[place] = -1.0 if good_for >= recover_s else good_for
-
-    def _can_go_on(self, broken: Sequence[int], axes: Sequence[Sequence[float]]) -> bool:
-        """Return whether the drift of some axis stays known to better than its usual size."""
-        if not broken:
-            return True
-        if len(broken) == len(self._growth):
-            return False
-        usual = [_quadratic(self._usual, weights) for weights in axes]
-        lost = self._added(broken, axes, lasting=True)
-        return any(most > 0.0 and extra <= most for extra, most in zip(lost, usual, strict=True))
 
     def _filled(self, readings: Sequence[float], broken: Sequence[int]) -> list[float]:
         """Return the readings with those of broken sensors estimated [degC]."""
@@ -278,15 +260,11 @@ class Spare(Remembering):
             solution[at] = (rows[at][count] - known) / rows[at][at]
         return solution
 
-    def _added(
-        self, broken: Sequence[int], axes: Sequence[Sequence[float]], *, lasting: bool
-    ) -> list[float]:
+    def _added(self, broken: Sequence[int], axes: Sequence[Sequence[float]]) -> list[float]:
         """Return what the broken sensors add to the variance of the drift, for X, Y, Z [um^2]."""
         roots = []
         for place in broken:
-            unseen_share = 1.0
-            if not lasting:
-                unseen_share = -expm1(-2.0 * (self._clock - self._seen[place]) / self._memory_s)
+            unseen_share = -expm1(-2.0 * (self._clock - self._seen[place]) / self._memory_s)
             roots.append(sqrt(self._growth[place] * unseen_share))
         variances = []
         for weights in axes:
@@ -295,8 +273,8 @@ class Spare(Remembering):
                 * summed(w * row[place] for w, row in zip(weights, self._sensitivity, strict=True))
                 for place, root in zip(broken, roots, strict=True)
             ]
-            variances.append(max(summed(map(mul, moved, self._solved(broken, moved))), 0.0))
-        return variances
+            variances.append(summed(map(mul, moved, self._solved(broken, moved))))
+        return list(map(max, variances, self._lasting))
 
     def _compare(self, used: Sequence[float], stands: bool) -> None:
         """Store the deviation of one sensor from its estimate by the others; sensors take turns."""
@@ -342,7 +320,3 @@ def _check_precision(fields: Fields, precision: list[list[float]]) -> None:
         for below in left[i + 1 :]:
             part = below[i] / left[i][i]
             below[i:] = [a - part * b for a, b in zip(below[i:], left[i][i:], strict=True)]
-
-
-def _quadratic(matrix: Sequence[Sequence[float]], weights: Sequence[float]) -> float:
-    return summed(map(mul, weights, (summed(map(mul, row, weights)) for row in matrix)))

@@ -269,10 +269,8 @@ def gaussian(random: Random, inputs: int, targets: int, fixed: bool) -> Table:
 
 def _spare(random: Random, inputs: int, targets: int, fixed: bool) -> Table:
     # A sum of squares and something on the diagonal is a precision.
-    parts, ways = matrix(random, inputs, inputs, 2.0), matrix(random, targets, targets, 4.0)
-    precision, usual = (
-        [[sum(map(mul, a, b)) for b in rows] for a in rows] for rows in (parts, ways)
-    )
+    parts = matrix(random, inputs, inputs, 2.0)
+    precision = [[sum(map(mul, a, b)) for b in parts] for a in parts]
     for place in range(inputs):
         precision[place][place] += random.choice([0.1, 10.0])
     return {
@@ -281,7 +279,6 @@ def _spare(random: Random, inputs: int, targets: int, fixed: bool) -> Table:
         "memory_s": random.choice([1.0, 600.0, 1e5]),
         "usual_start": None if fixed else row(random, inputs, -9.0, 9.0),
         "sensitivity": matrix(random, targets, inputs, random.choice([0.1, 0.3, 30.0])),
-        "usual": usual,
     }
 
 

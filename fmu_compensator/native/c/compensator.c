@@ -26,7 +26,7 @@ void compensator_make(struct setup *setup, struct compensator *self)
     gaussian_make(setup, &self->gaussian);
     spare_make(setup, &self->spare);
     self->bad = setup_take(setup, chosen, sizeof(bool));
-    self->rises = setup_take(setup, chosen, sizeof(double));
+    self->rises = setup_take(setup, model_gaussian.inputs, sizeof(double));
     self->readings = setup_take(setup, chosen, sizeof(double));
     self->tool_length = NAN;
     if (setup->problem == NULL) {

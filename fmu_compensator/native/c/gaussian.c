@@ -31,7 +31,6 @@ void gaussian_make(struct setup *setup, struct gaussian *self)
     self->column = setup_take(setup, PLACES, sizeof(double));
     self->direction = setup_take(setup, PLACES, sizeof(double));
     self->paces = setup_take(setup, 2 * model_gaussian.lags + 1, sizeof(double));
-    self->inputs = setup_take(setup, INPUTS, sizeof(double));
 }
 
 void gaussian_reset(struct gaussian_state *state)
@@ -60,14 +59,12 @@ static void sums(const double *lanes, const double *features, double total[LANES
     total[4] = e, total[5] = f, total[6] = g, total[7] = h;
 }
 
-/* Computes the inputs of a sample: the rises, then the speed until now and its square. */
-static void make_inputs(
-    const struct gaussian *self, struct gaussian_state *state, const double *rises,
-    double elapsed_s, double speed)
+/* Adds the speed until now and its square to the inputs of a sample. */
+static void add_speed(
+    struct gaussian_state *state, double *inputs, double elapsed_s, double speed)
 {
-    memcpy(self->inputs, rises, model_chosen_count * sizeof(double));
     if (GAUSSIAN_USES_SPEED) {
-        double *turning = self->inputs + model_chosen_count;
+        double *turning = inputs + model_chosen_count;
         /* A second look at the same sample, as for a probe, sees the same past. */
         turning[0] = elapsed_s > 0.0
                          ? fmin(state->speed / model_gaussian.speed_rpm, GAUSSIAN_FASTEST)
@@ -78,10 +75,10 @@ static void make_inputs(
 }
 
 /* Computes the features of a sample: the inputs, then lag by lag. */
-static void make_features(const struct gaussian *self, double *features, double elapsed_s)
+static void make_features(
+    const struct gaussian *self, double *features, const double *inputs, double elapsed_s)
 {
     double *last = features, *paces = self->paces;
-    const double *inputs = self->inputs;
     size_t lags = model_gaussian.lags;
     if (elapsed_s != paces[2 * lags]) {
         paces[2 * lags] = elapsed_s;
@@ -101,14 +98,14 @@ static void make_features(const struct gaussian *self, double *features, double 
 }
 
 void gaussian_step(
-    const struct gaussian *self, struct gaussian_state *state, const double *rises,
-    double elapsed_s, double speed)
+    const struct gaussian *self, struct gaussian_state *state, double *inputs, double elapsed_s,
+    double speed)
 {
     const double *features = state->features;
     double along[LANES];
     state->hours += elapsed_s / 3600.0;
-    make_inputs(self, state, rises, elapsed_s, speed);
-    make_features(self, state->features, elapsed_s);
+    add_speed(state, inputs, elapsed_s, speed);
+    make_features(self, state->features, inputs, elapsed_s);
     double novelty = 0.0;
     for (size_t i = 0; i < WIDTH; i++) {
         novelty += model_gaussian.prior[i] * (features[i] * features[i]);

@@ -12,7 +12,6 @@ struct gaussian {
     double *along, *column; /* of the last sample */
     double *direction;      /* of features */
     double *paces;          /* of each lag: its share, how far inputs are behind; then for which */
-    double *inputs;         /* of one sample: rises, speed and its square */
 };
 
 struct gaussian_state {
@@ -30,11 +29,11 @@ size_t gaussian_states(void);
 /* Forgets everything except what was learnt in training. */
 void gaussian_reset(struct gaussian_state *state);
 
-/* Processes one good sample; rises are those of the chosen sensors [K], the speed is that from now
-   on [rpm]. */
+/* Processes one good sample; inputs are the rises of the chosen sensors [K] with room for the speed
+   and its square, the speed is that from now on [rpm]. */
 void gaussian_step(
-    const struct gaussian *self, struct gaussian_state *state, const double *rises,
-    double elapsed_s, double speed);
+    const struct gaussian *self, struct gaussian_state *state, double *inputs, double elapsed_s,
+    double speed);
 
 /* Conditions on a measurement at the last sample, given minus the prediction [um, urad]. */
 void gaussian_take(

@@ -57,7 +57,7 @@ struct gaussian_data {
 struct spare_data {
     double memory_s;
     const double *precision; /* NULL: the file has no spare */
-    const double *growth, *usual;
+    const double *growth;
     const double *sensitivity; /* one row per sensor */
     const double *usual_start; /* NULL: rises count from fixed temperatures */
 };

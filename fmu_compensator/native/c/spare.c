@@ -83,44 +83,21 @@ static void solve(const struct spare *self)
     }
 }
 
-/* Computes what the broken sensors add to the variance of the drift, for X, Y, Z [um^2]. */
-static void add_up(
-    const struct spare *self, const struct spare_state *state, const double *axes, bool lasting,
-    double added[3])
+/* Computes what broken sensors add to the variance of the drift, for X, Y, Z [um^2]. */
+static void add_up(const struct spare *self, struct spare_state *state, const double *axes)
 {
     for (size_t axis = 0; axis < 3; axis++, axes += model_target_count) {
         for (size_t i = 0; i < self->count; i++) {
             size_t place = self->broken[i];
             double since = state->clock - state->sensors[place].seen;
-            double told = lasting ? 1.0 : -expm1(-2.0 * since / model_spare.memory_s);
+            double told = -expm1(-2.0 * since / model_spare.memory_s);
             const double *does = model_spare.sensitivity + place * model_target_count;
             self->moved[i]
                 = sqrt(model_spare.growth[place] * told) * dot(axes, does, model_target_count);
         }
         solve(self);
-        added[axis] = fmax(dot(self->moved, self->solved, self->count), 0.0);
+        state->extra[axis] = fmax(dot(self->moved, self->solved, self->count), state->lasting[axis]);
     }
-}
-
-/* Returns whether the drift of some axis stays known to better than its usual size. */
-static bool can_go_on(
-    const struct spare *self, const struct spare_state *state, const double *axes)
-{
-    double lost[3];
-    bool known = self->count == 0;
-    if (known || self->count == model_chosen_count) {
-        return known;
-    }
-    add_up(self, state, axes, true, lost);
-    for (size_t axis = 0; axis < 3; axis++, axes += model_target_count) {
-        double usual = 0.0;
-        for (size_t row = 0; row < model_target_count; row++) {
-            const double *squares = model_spare.usual + row * model_target_count;
-            usual += axes[row] * dot(squares, axes, model_target_count);
-        }
-        known = known || (usual > 0.0 && lost[axis] <= usual);
-    }
-    return known;
 }
 
 /* Tracks how long the broken sensors have been good again. */
@@ -215,6 +192,7 @@ static bool guess_first(
         sensor->unread = isnan(reference);
         sensor->first = isnan(reference) ? middle + model_spare.usual_start[place] : reference;
         sensor->good_for = sample->bad[place] ? 0.0 : -1.0;
+        sample->sensors[place].reference = sensor->first;
     }
     return true;
 }
@@ -223,22 +201,12 @@ static bool guess_first(
 static bool start_without(
     struct spare *self, struct spare_state *state, const struct spare_sample *sample)
 {
-    double waited = state->clock;
-    if (waited < model_limits.recover_s || !guess_first(self, state, sample)) {
-        state->clock = clamped(waited + sample->elapsed_s, 0.0, FIELDS_LARGEST);
+    if (state->clock < model_limits.recover_s || !guess_first(self, state, sample)) {
+        state->clock = clamped(state->clock + sample->elapsed_s, 0.0, FIELDS_LARGEST);
         return false;
     }
     state->clock = 0.0;
     find_broken(self, state);
-    if (!can_go_on(self, state, sample->axes)) {
-        spare_reset(state);
-        state->clock = waited;
-        return false;
-    }
-    state->started = 1.0;
-    for (size_t place = 0; place < model_chosen_count; place++) {
-        sample->sensors[place].reference = state->sensors[place].first;
-    }
     fill(self, state, sample->readings);
     return true;
 }
@@ -263,11 +231,10 @@ static void read_at_last(struct spare_state *state, double *readings)
 static bool go_on(
     struct spare *self, struct spare_state *state, const struct spare_sample *sample)
 {
-    double now[3];
     state->clock = clamped(state->clock + sample->elapsed_s, 0.0, FIELDS_LARGEST);
     count_good(state, sample);
     find_broken(self, state);
-    if (!can_go_on(self, state, sample->axes)) {
+    if (self->count == model_chosen_count) {
         if (sample->any_bad) {
             return false;
         }
@@ -281,10 +248,7 @@ static bool go_on(
     if (self->count > 0) {
         fill(self, state, sample->readings);
     }
-    add_up(self, state, sample->axes, false, now);
-    for (size_t axis = 0; axis < 3; axis++) {
-        state->extra[axis] = fmax(now[axis], state->lasting[axis]);
-    }
+    add_up(self, state, sample->axes);
     compare(state, sample);
     return true;
 }
