@@ -26,6 +26,7 @@ from fmu_compensator.fit.ranges import limits_table, sensor_table
 from fmu_compensator.fit.run_conditions import NAMES, ranges_of
 from fmu_compensator.fit.spare import spare_after
 from fmu_compensator.fit.training import Array
+from fmu_compensator.monitoring.sensors import Agreement, swap_lines
 from fmu_compensator.runtime.modelfile import Model, model_text, parse_model
 from fmu_compensator.signs import sign_lines
 from measurement.doubts import doubt_lines
@@ -88,10 +89,11 @@ def update_compensator(
         {"name": run.name, "sha256": run.fingerprint(table["chosen"]), "rows": count}
         for run, count in zip(runs, rows, strict=True)
     ]
-    signs = sign_lines((record.run, record.opposite) for record in before)
+    agreement = Agreement(model)
     notes = [
         *doubt_lines(runs),
-        *signs,
+        *sign_lines((record.run, record.opposite) for record in before),
+        *swap_lines((run.name, agreement.swapped(run)) for _, run in pairs),
         *prepared.notes,
         *leap_notes(before),
         *([warm] if warm else []),
@@ -126,12 +128,11 @@ def _check_new(model: Model, runs: Sequence[Run], rig: Rig) -> None:
         if (name := learnt_as(model, run)) is not None:
             problem = f"is already in the compensator, as {name}"
             raise BadInput(run.path or run.name, "", problem)
-        used = [f"{model.sensors[index].name}_degC" for index in model.chosen]
-        lost = next((name for name in [*used, *rig.columns] if name not in run.frame), None)
+        refuse_lacking(model, run)
+        lost = next((name for name in rig.columns if name not in run.frame), None)
         if lost is not None:
             problem = "is missing, and the compensator was fitted with it"
             raise BadInput(run.path or run.name, f"column {lost}", problem)
-        refuse_lacking(model, run)
 
 
 def _places(model: Model, prepared: Prepared) -> list[int]:

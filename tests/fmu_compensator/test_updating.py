@@ -130,6 +130,16 @@ def test_a_displacement_flipped_since_training_is_put_down():
     assert any("Z drifts with the opposite sign" in note and "flipped" in note for note in notes)
 
 
+def test_two_thermometers_swapped_since_training_are_put_down():
+    (run,) = runs(3)
+    read = run.frame
+    swapped = Run("swapped", read.assign(T1_degC=read["T4_degC"], T4_degC=read["T1_degC"]))
+    model = model_of(runs(0, 1, 2))
+    (note,) = (n for n in updated(model, [swapped]).provenance["notes"] if "swapped there?" in n)
+    assert "T1 behaves like T4 in training" in note
+    assert not any("swapped there?" in n for n in updated(model, [run]).provenance["notes"])
+
+
 def test_a_run_is_known_in_whatever_file_it_is(tmp_path):
     first, second = (write_run(run, tmp_path / f"{run.name}.csv") for run in runs(0, 1))
     known = [read_run(first), read_run(second)]
