@@ -154,7 +154,7 @@ def _far(parameters: Sequence[ParameterEstimate]) -> Iterator[Weighed]:
         deviations = abs(estimate.deviations)
         text = (
             f"{name}: {value:.3g}{unit_after(estimate.unit)}, {deviations:.1f} deviations "
-            f"{'below' if value < prior else 'above'} {prior:.3g}{source}: "
-            "check it, or whatever has a similar effect"
+            f"{'below' if value < prior else 'above'} {prior:.3g}{source}, "
+            "or something else acts like it"
         )
         yield deviations, Advice("far_from_usual", (name,), text)

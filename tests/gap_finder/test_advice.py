@@ -100,4 +100,4 @@ def test_a_number_far_from_what_is_usual_is_told(lathe):
         if one.kind == "far_from_usual"
     ]
     assert told.place == ("links.a-b.conductance",)
-    assert "2.5 W/K, 2.4 deviations below 8 (class value: ground seats): check it" in told.text
+    assert "2.5 W/K, 2.4 deviations below 8 (class value: ground seats), or" in told.text
