@@ -24,7 +24,8 @@ def leaps_of(run: Run, driven: Driven) -> dict[str, str]:
     """Return the largest leap of the remaining drift along each axis that has one, in words.
 
     A leap stands out from the moves beside it, lasts, exceeds the half width of the interval, and
-    is not near a switch of the machine, which may really move the spindle at once.
+    is not near a switch of the machine, which may really move the spindle at once. The drift leaps
+    too: after a fault, only the offset may.
 
     Parameters
     ----------
@@ -37,7 +38,7 @@ def leaps_of(run: Run, driven: Driven) -> dict[str, str]:
     dict of str to str
         By axis.
     """
-    return _leaps(run, driven.time_s, driven.error, driven.half_width)
+    return _leaps(run, driven.time_s, driven.drift, driven.error, driven.half_width)
 
 
 def leap_lines(found: Iterable[tuple[str, Iterable[str]]]) -> list[str]:
@@ -63,12 +64,13 @@ def leap_lines_of(run: Run, frame: pd.DataFrame) -> list[str]:
     )
     rows = rows_used(run.time_s, drift)
     width = np.where(width >= 0.0, width, np.nan)  # -1: not known
-    return leap_lines(
-        [(run.name, _leaps(run, run.time_s[rows], error[rows], width[rows]).values())]
-    )
+    leaps = _leaps(run, run.time_s[rows], drift[rows], error[rows], width[rows])
+    return leap_lines([(run.name, leaps.values())])
 
 
-def _leaps(run: Run, time_s: Array, error: Array, half_width: Array) -> dict[str, str]:
+def _leaps(
+    run: Run, time_s: Array, drift: Array, error: Array, half_width: Array
+) -> dict[str, str]:
     near = near_switch(run)[np.searchsorted(run.time_s, time_s)]
     found: dict[str, str] = {}
     for place, axis in enumerate(AXES):
@@ -78,6 +80,7 @@ def _leaps(run: Run, time_s: Array, error: Array, half_width: Array) -> dict[str
             continue
         moves = np.diff(left)
         large = (leap_odds(left, 0.0) > 0.0) & (np.abs(moves) > width[1:])
+        large &= np.abs(np.diff(drift[rows, place])) > width[1:]
         large &= ~(near[rows[1:]] | near[rows[:-1]])
         lasting = [k for k in np.flatnonzero(large).tolist() if _lasts(left, k)]
         if lasting:

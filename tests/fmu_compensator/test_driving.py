@@ -1,5 +1,7 @@
 """A compensator driven through runs: which rows count, and leaps of what remains."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -73,3 +75,9 @@ def test_a_leap_of_what_remains_is_told_with_its_size_and_instant():
 )
 def test_what_is_no_leap(run, driven):
     assert leaps_of(run, driven) == {}
+
+
+def test_an_offset_that_moves_at_once_is_no_leap_of_the_drift():
+    driven = left_with(0.0)
+    sent = [one._replace(dZ=8.0) if k >= AT else one for k, one in enumerate(driven.outputs)]
+    assert leaps_of(standing(), replace(driven, outputs=sent)) == {}
