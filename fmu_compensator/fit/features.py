@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from fmu_compensator.fit.error_models.options import FEWEST_ROWS
@@ -108,7 +109,8 @@ def with_speed(run: TrainingRun, rises: Array, unit_rpm: float | None) -> Array:
     """
     if unit_rpm is None:
         return rises
-    turning = np.minimum(run.held_speed / unit_rpm, FASTEST)
+    turning = pd.Series(run.held_speed / unit_rpm)
+    turning = turning.where(turning <= FASTEST).ffill().fillna(0.0)  # as the runtime holds it
     return np.column_stack([rises, turning, turning**2])
 
 

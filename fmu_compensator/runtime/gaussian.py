@@ -7,7 +7,7 @@ from math import nan, sqrt
 from operator import add, mul, sub
 
 from fmu_compensator.runtime.fields import LARGEST, Fields
-from fmu_compensator.runtime.lags import behind, checked_state, known_speed, share, taus
+from fmu_compensator.runtime.lags import behind, checked_state, share, taus
 from fmu_compensator.runtime.sums import summed, written_out
 
 MOST_PROBES = 8
@@ -22,8 +22,8 @@ NAMED = 3
 """Number of sensors that a status text names: in addition to the newest broken one, or those that
 make inputs new. Set on no data; odd, so that the C outputs have no gaps."""
 FASTEST = 10.0
-"""No spindle turns faster than this many times the usual speed of its training [1]: a fault of the
-signal counts as this. Set on no data."""
+"""No spindle turns faster than this many times the usual speed of its training [1]: above it the
+signal is wrong, and the last known speed holds. Set on no data."""
 SPEEDS = 2
 """Inputs that the speed makes: itself and its square [1]: given by the model."""
 OF_START, OF_FIXED = "start", "fixed"
@@ -188,9 +188,10 @@ class Gaussian:
             # A second look at the same sample, as for a probe, sees the same past.
             turning = self._features[self._inputs - SPEEDS]
             if elapsed_s > 0.0:
-                turning = min(self._speed / self._unit_rpm, FASTEST)
+                turning = self._speed / self._unit_rpm
             inputs += [turning, turning * turning]
-            self._speed = known_speed(speed, self._speed)
+            if abs(speed) <= FASTEST * self._unit_rpm:
+                self._speed = abs(speed)
         last, lagged = self._features[: self._inputs], self._features[self._inputs :]
         moves = [*zip(inputs, map(sub, inputs, last), strict=True)] * len(self._lags_s)
         features = inputs

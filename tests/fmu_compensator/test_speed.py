@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from fmu_compensator.driving import drive
+from fmu_compensator.fit.features import with_speed
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
+from fmu_compensator.fit.training import TrainingRun
 from fmu_compensator.fit.updating import update_compensator
 from fmu_compensator.runtime.compensator import OK, UNTRAINED, WAITING, RunningCompensator
 from fmu_compensator.runtime.modelfile import Model, parse_model
@@ -107,11 +109,20 @@ def test_a_speed_far_above_training_is_new_and_blamed(model):
     assert ": speed" in output.status_text
 
 
-def test_a_faulty_speed_signal_counts_at_most_ten_times_the_usual_speed(model):
+def test_at_an_impossible_speed_the_last_known_one_holds(model):
     cold, offsets = [20.0] * len(model.sensors), []
-    for absurd in (1e6, 11.0 * model.table["gaussian"]["speed_rpm"]):
+    for read in (1000.0, 1e6, -1e6, 11.0 * model.table["gaussian"]["speed_rpm"]):
         compensator = RunningCompensator(model)
-        for step, speed in enumerate((1000.0, absurd, 1000.0, 1000.0)):
+        for step, speed in enumerate((1000.0, read, 1000.0, 1000.0)):
             output = compensator.step(step * SECONDS, SECONDS, cold, speed, TOOL_MM)
         offsets.append(output[:3])
-    assert offsets[0] == offsets[1]
+    assert offsets[1:] == offsets[:1] * 3
+
+
+def test_a_fit_holds_the_last_speed_like_the_compensator(model):
+    unit = model.table["gaussian"]["speed_rpm"]
+    speed = np.array([np.nan, 1000.0, 11.0 * unit, np.nan, -2000.0, 0.0, 0.0])
+    nothing = np.zeros((len(speed), 1))
+    run = TrainingRun("r", np.arange(7.0), nothing, nothing, speed, np.ones(len(speed)))
+    turning = with_speed(run, nothing, unit)[:, 1] * unit
+    assert turning == pytest.approx([0.0, 0.0, 1000.0, 1000.0, 1000.0, 2000.0, 0.0])

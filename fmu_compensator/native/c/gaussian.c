@@ -66,11 +66,12 @@ static void add_speed(
     if (GAUSSIAN_USES_SPEED) {
         double *turning = inputs + model_chosen_count;
         /* A second look at the same sample, as for a probe, sees the same past. */
-        turning[0] = elapsed_s > 0.0
-                         ? fmin(state->speed / model_gaussian.speed_rpm, GAUSSIAN_FASTEST)
-                         : state->features[model_chosen_count];
+        turning[0] = elapsed_s > 0.0 ? state->speed / model_gaussian.speed_rpm
+                                     : state->features[model_chosen_count];
         turning[1] = turning[0] * turning[0];
-        state->speed = known_speed(speed, state->speed);
+        if (fabs(speed) <= GAUSSIAN_FASTEST * model_gaussian.speed_rpm) {
+            state->speed = fabs(speed);
+        }
     }
 }
 
