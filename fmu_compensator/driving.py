@@ -138,7 +138,7 @@ def inputs_of(model: Model, run: Run) -> tuple[Array, Array]:
         for name in columns
     ]
     speed = run.frame["speed_rpm"].to_numpy(float) if "speed_rpm" in run.frame else nothing
-    return np.column_stack(readings), speed
+    return np.column_stack(readings), held(run.time_s, speed)
 
 
 def refuse_lacking(model: Model, run: Run) -> None:

@@ -51,9 +51,9 @@ class Output(NamedTuple):
     status : int
         0 ok; 1 waiting for the first valid sample; 2 ok, but in conditions not seen in training;
         3 recovering; 4 continuing without broken sensors, whose readings are estimated from the
-        others (takes precedence over 2, because they need repair); 1x holding, 2x ramping to
-        zero, 3x at zero, where x is the cause: 1 missing, 2 outside the plausible range, 3 changing
-        too fast, 4 stale.
+        others, or with the last known speed (takes precedence over 2, because they need repair);
+        1x holding, 2x ramping to zero, 3x at zero, where x is the cause: 1 missing, 2 outside the
+        plausible range, 3 changing too fast, 4 stale.
     status_sensor : int
         1-based index of the sensor to blame, 0 for none. Outside training: the sensor that
         contributes most, 0 if it is the speed; the text names up to three.
@@ -100,7 +100,7 @@ class RunningCompensator:
         self._spare = model.new_spare()
         self._prediction = Prediction(model, self._spare)
         self._checks = [SensorCheck(model.sensors[i], i + 1) for i in model.chosen]
-        self._rise = model.input_form == "rise"
+        self._rise, self._uses_speed = model.input_form == "rise", model.uses_speed
         gaussian = self._prediction.gaussian
         self._fixed = gaussian.usual if gaussian.fixed else None
         self.reset()
@@ -118,6 +118,7 @@ class RunningCompensator:
         self._recovering = False
         self._fault: Fault | None = None  # the newest fault, kept until recovered from
         self._spared: Fault | None = None  # the newest fault of a sensor that is replaced
+        self._unheard: Fault | None = None  # of the speed, whose last known value holds
         self._fault_age = 0.0  # [s]
         self._good_for = 0.0  # since the last bad sample [s]
         self._offset = (0.0, 0.0, 0.0)
@@ -172,8 +173,10 @@ class RunningCompensator:
         elapsed = self._elapsed(time_s, step_s)
         readings = [temperatures[index] for index in self.model.chosen]
         fault = self._look(readings, elapsed, tool_length)
-        if fault is None and self._lacks_speed(speed):
-            fault = Fault(MISSING, 0, "speed is missing")
+        lost = self._uses_speed and not isfinite(speed)
+        self._unheard = Fault(MISSING, 0, "speed is missing") if lost else None
+        if fault is None and not self._started:
+            fault = self._unheard
         # Lags and walk begin with the first complete sample, as in training.
         if self._started:
             self._prediction.wait(elapsed)
@@ -190,10 +193,6 @@ class RunningCompensator:
             return self._output(False, WAITING, fault)
         self._follow(fault, elapsed)
         return self._move(step_s)
-
-    def _lacks_speed(self, speed: float) -> bool:
-        """Whether a speed that the model needs is not known yet; later the last known one holds."""
-        return not self._started and self.model.uses_speed and not isfinite(speed)
 
     def _elapsed(self, time_s: float, step_s: float) -> float:
         """Return the time since the previous sample [s]; the step's length if that is unknown."""
@@ -314,6 +313,8 @@ class RunningCompensator:
         """Return a valid output with its status: ok, without a sensor, or outside training."""
         if self._spared is not None:
             return self._output(True, SPARED, self._without(self._spared))
+        if self._unheard is not None:
+            return self._output(True, SPARED, self._unheard)
         if self._prediction.gaussian.is_new:
             return self._output(True, UNTRAINED, self._new())
         return self._output(True, OK, None)

@@ -11,7 +11,13 @@ from fmu_compensator.fit.features import with_speed
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.training import TrainingRun
 from fmu_compensator.fit.updating import update_compensator
-from fmu_compensator.runtime.compensator import OK, UNTRAINED, WAITING, RunningCompensator
+from fmu_compensator.runtime.compensator import (
+    OK,
+    SPARED,
+    UNTRAINED,
+    WAITING,
+    RunningCompensator,
+)
 from fmu_compensator.runtime.modelfile import Model, parse_model
 from measurement.errors import BadInput
 from measurement.runs import Run
@@ -95,7 +101,9 @@ def test_it_waits_for_a_first_speed_and_then_holds_the_last(model):
         time, speed = step * SECONDS, 3000.0 if step < 20 else nan
         output = compensator.step(time, SECONDS, warm, speed, TOOL_MM)
         assert output[:3] == twin.step(time, SECONDS, warm, -3000.0, TOOL_MM)[:3]
-    assert output.valid
+    assert (output.valid, output.status, output.status_sensor) == (True, SPARED, 0)
+    assert output.status_text == "going on without a sensor: speed is missing"
+    assert compensator.step(3600.0, SECONDS, warm, 3000.0, TOOL_MM).status != SPARED
 
 
 def test_a_speed_far_above_training_is_new_and_blamed(model):

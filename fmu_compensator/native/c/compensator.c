@@ -144,7 +144,8 @@ static struct reason look(struct compensator *self, double elapsed_s, const stru
         first.cause = !isfinite(length) ? CHECKS_MISSING : allowed ? 0 : CHECKS_IMPLAUSIBLE;
     }
     /* Later the last known speed holds. */
-    if (first.cause == 0 && GAUSSIAN_USES_SPEED && !self->now->started && !isfinite(input->speed)) {
+    self->unheard = GAUSSIAN_USES_SPEED && !isfinite(input->speed);
+    if (first.cause == 0 && self->unheard && !self->now->started) {
         first.cause = CHECKS_MISSING;
         first.sensor = SPEED_NUMBER;
     }
@@ -273,6 +274,9 @@ static void put_valid(struct compensator *self)
     if (self->now->spared.cause != 0) {
         put(self, true, COMPENSATOR_SPARED, self->now->spared);
         name_others(&self->now->output, self->spare.broken, self->spare.count);
+    } else if (self->unheard) {
+        struct reason reason = {CHECKS_MISSING, SPEED_NUMBER, 0.0, 0.0, 0.0};
+        put(self, true, COMPENSATOR_SPARED, reason);
     } else if (learnt->novelty > usual) {
         size_t places[GAUSSIAN_NAMED];
         size_t count = gaussian_culprits(&self->gaussian, learnt, places);

@@ -54,6 +54,7 @@ struct compensator {
     struct spare_state *spared;
     double *mean;              /* of the error model */
     bool *bad;                 /* of one sample: sensors that cannot be used */
+    bool unheard;              /* of one sample: the speed is missing */
     double *rises, *readings;  /* of one sample */
     double missed[LANES], moved[LANES];
     double tool_length;     /* for which the following are valid, for X, Y and Z [mm] */
