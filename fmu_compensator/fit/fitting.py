@@ -147,6 +147,8 @@ def fit_compensator(
     prepared = prepare(
         runs, rig, recipe.input_form, sensors=sensors, leave_out_frozen=leave_out_frozen
     )
+    speedless = [run.name for run in prepared.runs if not np.isfinite(run.speed).any()]
+    recipe = replace(recipe, speed=use_speed and not speedless)  # in all folds alike
     bench = _Bench(
         list(runs),
         prepared,
@@ -181,7 +183,7 @@ def fit_compensator(
             *doubt_lines(given),
             *prepared.notes,
             *_dropped(prepared, rows),
-            *_speedless(prepared, installed),
+            *_unused(speedless, len(runs) if use_speed else 0),
             *leap_notes(training),
             *installed.fitted.notes,
             *(_beyond(prepared, rig) if geometry_form == "pure_rotation" else ()),
@@ -330,12 +332,11 @@ def _dropped(prepared: Prepared, complete: Sequence[TrainingRun]) -> list[str]:
     return notes
 
 
-def _speedless(prepared: Prepared, installed: Installed) -> list[str]:
-    """Return a note if a run without speed keeps the others' speed from being used."""
-    lost = [run.name for run in prepared.runs if not np.isfinite(run.speed).any()]
-    if not installed.recipe.speed or not 0 < len(lost) < len(prepared.runs):
+def _unused(speedless: Sequence[str], runs: int) -> list[str]:
+    """Return a note if runs without speed keep the others' speed from being used."""
+    if not 0 < len(speedless) < runs:
         return []
-    return [f"the spindle speed is not used: {first_of(lost)} has none"]
+    return [f"the spindle speed is not used: none in {first_of(speedless)}"]
 
 
 def _beyond(prepared: Prepared, rig: Rig) -> list[str]:

@@ -286,7 +286,11 @@ def _run_report(
         verdict = CHANGED if unusual else OUTSIDE
         reasons.append(f"outside training in {outside:.0%} of the samples: {_last_said(driven)}")
     reasons += [f"new: {condition.text}" for condition in conditions if condition.is_new]
-    broken = [output for output in driven.outputs if output.status == SPARED]
+    without = [output for output in driven.outputs if output.status == SPARED]
+    broken = [output for output in without if output.status_sensor]
+    unheard = (len(without) - len(broken)) / max(len(driven.outputs), 1)
+    if unheard >= WORTH_SHARE:
+        reasons.append(f"speed is missing in {unheard:.0%} of the samples")
     never = driven.outputs[-1] if not driven.started.any() else None
     if faults:
         verdict, sensor = SENSOR, faults[0].column.rsplit("_", 1)[0]

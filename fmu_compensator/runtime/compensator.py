@@ -100,7 +100,7 @@ class RunningCompensator:
         self._spare = model.new_spare()
         self._prediction = Prediction(model, self._spare)
         self._checks = [SensorCheck(model.sensors[i], i + 1) for i in model.chosen]
-        self._rise, self._uses_speed = model.input_form == "rise", model.uses_speed
+        self._rise = model.input_form == "rise"
         gaussian = self._prediction.gaussian
         self._fixed = gaussian.usual if gaussian.fixed else None
         self.reset()
@@ -173,8 +173,8 @@ class RunningCompensator:
         elapsed = self._elapsed(time_s, step_s)
         readings = [temperatures[index] for index in self.model.chosen]
         fault = self._look(readings, elapsed, tool_length)
-        lost = self._uses_speed and not isfinite(speed)
-        self._unheard = Fault(MISSING, 0, "speed is missing") if lost else None
+        known = self._prediction.gaussian.knows(speed)
+        self._unheard = None if known else Fault(MISSING, 0, "speed is missing")
         if fault is None and not self._started:
             fault = self._unheard
         # Lags and walk begin with the first complete sample, as in training.

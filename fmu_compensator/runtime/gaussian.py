@@ -190,7 +190,7 @@ class Gaussian:
             if elapsed_s > 0.0:
                 turning = self._speed / self._unit_rpm
             inputs += [turning, turning * turning]
-            if abs(speed) <= FASTEST * self._unit_rpm:
+            if self.knows(speed):
                 self._speed = abs(speed)
         last, lagged = self._features[: self._inputs], self._features[self._inputs :]
         moves = [*zip(inputs, map(sub, inputs, last), strict=True)] * len(self._lags_s)
@@ -222,6 +222,10 @@ class Gaussian:
     def is_new(self) -> bool:
         """Whether more than half of the variance is due to conditions not seen in training."""
         return self.novelty > self.usual_variance
+
+    def knows(self, speed: float) -> bool:
+        """Return whether a speed [rpm] can be used, or is not needed."""
+        return self._unit_rpm is None or abs(speed) <= FASTEST * self._unit_rpm
 
     def take(self, missed: Sequence[float]) -> None:
         """Condition on a measurement at the last sample.

@@ -11,6 +11,7 @@ from fmu_compensator.fit.features import with_speed
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.training import TrainingRun
 from fmu_compensator.fit.updating import update_compensator
+from fmu_compensator.monitoring.monitor import SENSOR, monitor
 from fmu_compensator.runtime.compensator import (
     OK,
     SPARED,
@@ -66,11 +67,17 @@ def test_the_unit_is_the_usual_speed_of_training(model):
 def test_a_run_without_speed_leaves_it_out_and_a_note_says_so():
     model = fitted([*RUNS[:4], without_speed(RUNS[4])])
     assert not model.uses_speed
-    assert "the spindle speed is not used: run4 has none" in model.provenance["notes"]
+    assert "the spindle speed is not used: none in run4" in model.provenance["notes"]
     alike = fitted([without_speed(run) for run in RUNS])
     assert not any("speed" in note for note in alike.provenance["notes"])
     still = fitted([Run(run.name, run.frame.assign(speed_rpm=0.0)) for run in RUNS])
     assert not still.uses_speed
+
+
+def test_one_of_many_runs_without_speed_is_judged_without_it():
+    runs = [make_run(f"r{seed}", seed, hours=2.0, noise=0.3) for seed in range(6)]
+    table = fit_compensator([*runs[:5], without_speed(runs[5])], RIG)
+    assert table["provenance"]["figures"]["unseen"] is not None
 
 
 def test_the_speed_does_not_count_where_drift_counts_from_fixed_temperatures():
@@ -125,6 +132,16 @@ def test_at_an_impossible_speed_the_last_known_one_holds(model):
             output = compensator.step(step * SECONDS, SECONDS, cold, speed, TOOL_MM)
         offsets.append(output[:3])
     assert offsets[1:] == offsets[:1] * 3
+    first = RunningCompensator(model).step(0.0, SECONDS, cold, 1e6, TOOL_MM)
+    assert (first.status, first.status_text[-16:]) == (WAITING, "speed is missing")
+
+
+def test_a_log_with_a_missing_speed_does_not_blame_a_thermometer(model):
+    third = np.arange(len(NEW.frame)) // (len(NEW.frame) // 3) == 1
+    gap = Run("gap", NEW.frame.assign(speed_rpm=NEW.frame["speed_rpm"].mask(third)))
+    (report,) = monitor(model, [gap]).runs
+    assert report.verdict != SENSOR
+    assert any(reason.startswith("speed is missing in 3") for reason in report.reasons)
 
 
 def test_a_fit_holds_the_last_speed_like_the_compensator(model):

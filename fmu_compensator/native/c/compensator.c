@@ -144,7 +144,7 @@ static struct reason look(struct compensator *self, double elapsed_s, const stru
         first.cause = !isfinite(length) ? CHECKS_MISSING : allowed ? 0 : CHECKS_IMPLAUSIBLE;
     }
     /* Later the last known speed holds. */
-    self->unheard = GAUSSIAN_USES_SPEED && !isfinite(input->speed);
+    self->unheard = !gaussian_knows(input->speed);
     if (first.cause == 0 && self->unheard && !self->now->started) {
         first.cause = CHECKS_MISSING;
         first.sensor = SPEED_NUMBER;

@@ -59,6 +59,11 @@ static void sums(const double *lanes, const double *features, double total[LANES
     total[4] = e, total[5] = f, total[6] = g, total[7] = h;
 }
 
+bool gaussian_knows(double speed)
+{
+    return !GAUSSIAN_USES_SPEED || fabs(speed) <= GAUSSIAN_FASTEST * model_gaussian.speed_rpm;
+}
+
 /* Adds the speed until now and its square to the inputs of a sample. */
 static void add_speed(
     struct gaussian_state *state, double *inputs, double elapsed_s, double speed)
@@ -69,9 +74,7 @@ static void add_speed(
         turning[0] = elapsed_s > 0.0 ? state->speed / model_gaussian.speed_rpm
                                      : state->features[model_chosen_count];
         turning[1] = turning[0] * turning[0];
-        if (fabs(speed) <= GAUSSIAN_FASTEST * model_gaussian.speed_rpm) {
-            state->speed = fabs(speed);
-        }
+        state->speed = gaussian_knows(speed) ? fabs(speed) : state->speed;
     }
 }
 

@@ -29,6 +29,9 @@ size_t gaussian_states(void);
 /* Forgets everything except what was learnt in training. */
 void gaussian_reset(struct gaussian_state *state);
 
+/* Whether a speed can be used, or is not needed [rpm]. */
+bool gaussian_knows(double speed);
+
 /* Processes one good sample; inputs are the rises of the chosen sensors [K] with room for the speed
    and its square, the speed is that from now on [rpm]. */
 void gaussian_step(
