@@ -42,7 +42,7 @@ SHARED_DATA = ROOT.parent / "shared" / "data"
 OTHERS = {name: getattr(native_compilers, name) for name in ("FOR_WINDOWS", "FOR_AARCH64")}
 """The compilers for other platforms, by the constants that name them."""
 AS_SHIPPED = native_compilers.COMPILED
-QUICKLY = tuple("-O0" if flag == "-O2" else flag for flag in AS_SHIPPED)
+QUICKLY = tuple("-O0" if flag.startswith("-O") else flag for flag in AS_SHIPPED)
 """How a library is compiled: no number depends on it, and it takes a third of the time."""
 SETTLE, SAVE = figures.settle, Figure.savefig
 NO_MATTER = {"-shared", "-s", "-O0", "-I."}

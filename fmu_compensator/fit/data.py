@@ -124,6 +124,11 @@ class Prepared:
     targets: tuple[str, ...]
     notes: tuple[str, ...]
 
+    @property
+    def speedless(self) -> list[str]:
+        """Names of the runs without any speed."""
+        return [run.name for run in self.runs if not np.isfinite(run.speed).any()]
+
     def readable(self, chosen: list[int]) -> list[int]:
         """Return the chosen sensors after checking that each has a usable reading in every run.
 

@@ -147,8 +147,6 @@ def fit_compensator(
     prepared = prepare(
         runs, rig, recipe.input_form, sensors=sensors, leave_out_frozen=leave_out_frozen
     )
-    speedless = [run.name for run in prepared.runs if not np.isfinite(run.speed).any()]
-    recipe = replace(recipe, speed=use_speed and not speedless)  # in all folds alike
     bench = _Bench(
         list(runs),
         prepared,
@@ -183,7 +181,7 @@ def fit_compensator(
             *doubt_lines(given),
             *prepared.notes,
             *_dropped(prepared, rows),
-            *_unused(speedless, len(runs) if use_speed else 0),
+            *_speedless(prepared, recipe),
             *leap_notes(training),
             *installed.fitted.notes,
             *(_beyond(prepared, rig) if geometry_form == "pure_rotation" else ()),
@@ -332,11 +330,12 @@ def _dropped(prepared: Prepared, complete: Sequence[TrainingRun]) -> list[str]:
     return notes
 
 
-def _unused(speedless: Sequence[str], runs: int) -> list[str]:
+def _speedless(prepared: Prepared, recipe: Recipe) -> list[str]:
     """Return a note if runs without speed keep the others' speed from being used."""
-    if not 0 < len(speedless) < runs:
+    lost = prepared.speedless
+    if not recipe.speed or not 0 < len(lost) < len(prepared.runs):
         return []
-    return [f"the spindle speed is not used: none in {first_of(speedless)}"]
+    return [f"the spindle speed is not used: none in {first_of(lost)}"]
 
 
 def _beyond(prepared: Prepared, rig: Rig) -> list[str]:

@@ -107,7 +107,7 @@ class Installed:
         recipe : Recipe
             Points are chosen again, because a choice based on other runs would flatter the model.
         prepared : Prepared
-            Names of sensors and targets.
+            Names of sensors and targets, and whether every run has a speed.
         runs : sequence of PreparedRun
             Runs to learn from.
 
@@ -132,7 +132,8 @@ class Installed:
             by_others = [recipe.fit(prepared, _from_start(others), chosen) for others in parts]
         means = [by_others[at % FOLDS].predict(run) for at, run in enumerate(rows)]
         usual, settled_h = None, 0.0
-        unit_rpm = speed_unit(rows) if recipe.speed else None
+        # As with thermometers, every run must have it, including those left out of this fit.
+        unit_rpm = speed_unit(rows) if recipe.speed and not prepared.speedless else None
         level = level_of_mean = np.zeros(len(prepared.targets))
         if recipe.input_form == "absolute":
             usual = np.mean(np.vstack([run.inputs for run in rows]), axis=0)

@@ -288,7 +288,7 @@ def _run_report(
     reasons += [f"new: {condition.text}" for condition in conditions if condition.is_new]
     without = [output for output in driven.outputs if output.status == SPARED]
     broken = [output for output in without if output.status_sensor]
-    unheard = (len(without) - len(broken)) / max(len(driven.outputs), 1)
+    unheard = (len(without) - len(broken)) / len(driven.outputs)
     if unheard >= WORTH_SHARE:
         reasons.append(f"speed is missing in {unheard:.0%} of the samples")
     never = driven.outputs[-1] if not driven.started.any() else None

@@ -72,7 +72,7 @@ class Gaussian:
     coverage : float
         Share of unseen drift that the interval should contain [1].
     speed_rpm : float or None
-        The speed that counts like a rise of 1 K [rpm]; None: speed is not used.
+        The speed that counts like a rise of 1 K [rpm]; left out, speed is not used.
     """
 
     def __init__(
