@@ -14,7 +14,7 @@ import numpy as np
 
 from fmu_compensator.fit.columns import MeasuredColumns, shown_targets, unit_of
 from fmu_compensator.fit.contestants import NO_MODEL, ONE_STEP, Contestant, held
-from fmu_compensator.fit.data import Prepared, prepare
+from fmu_compensator.fit.data import Prepared, prepare, speedless_notes
 from fmu_compensator.fit.features import learnable
 from fmu_compensator.fit.fitting import USUAL_MODEL, as_json
 from fmu_compensator.fit.installed import COVERAGE, Installed
@@ -287,6 +287,9 @@ class _Bench:
                 if run.history([]).known.sum() < FEWEST_JUDGED_ROWS:
                     few = f"has fewer than {FEWEST_JUDGED_ROWS} rows with all displacements"
                     raise BadInput("judged runs", run.name, f"{run.lost or few}: leave it out")
+            if speedless := speedless_notes(train, validate):  # as `fit` to all of them decides
+                train = replace(train.without_speed(), notes=(*train.notes, *speedless))
+                validate = validate.without_speed()
             self._prepared[form] = train, validate
         return self._prepared[form]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -128,6 +128,11 @@ class Prepared:
     def speedless(self) -> list[str]:
         """Names of the runs without any speed."""
         return [run.name for run in self.runs if not np.isfinite(run.speed).any()]
+
+    def without_speed(self) -> Prepared:
+        """Return the runs as if none had a speed."""
+        unknown = (replace(run, speed=np.full(len(run.speed), np.nan)) for run in self.runs)
+        return replace(self, runs=tuple(unknown))
 
     def readable(self, chosen: list[int]) -> list[int]:
         """Return the chosen sensors after checking that each has a usable reading in every run.
@@ -415,6 +420,14 @@ def _unfit(values: Array, is_broken: bool, input_form: str) -> str:
     if is_broken and input_form == "rise" and not there[0]:
         return "broken at the start of"
     return ""
+
+
+def speedless_notes(*given: Prepared) -> list[str]:
+    """Return a note if some of the runs, but not all, lack a speed, so that none is used."""
+    lost = [name for prepared in given for name in prepared.speedless]
+    if not 0 < len(lost) < sum(len(prepared.runs) for prepared in given):
+        return []
+    return [f"the spindle speed is not used: none in {first_of(sorted(lost))}"]
 
 
 def first_of(names: Sequence[str]) -> str:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from fmu_compensator.fit.conditions import Fold, folds_of
-from fmu_compensator.fit.data import Prepared, first_of, left_out, prepare
+from fmu_compensator.fit.data import Prepared, left_out, prepare, speedless_notes
 from fmu_compensator.fit.features import learnable
 from fmu_compensator.fit.installed import Installed
 from fmu_compensator.fit.promise import RunLeft, by_axis, judge_runs, leap_notes, promise
@@ -181,7 +181,7 @@ def fit_compensator(
             *doubt_lines(given),
             *prepared.notes,
             *_dropped(prepared, rows),
-            *_speedless(prepared, recipe),
+            *(speedless_notes(prepared) if recipe.speed else ()),
             *leap_notes(training),
             *installed.fitted.notes,
             *(_beyond(prepared, rig) if geometry_form == "pure_rotation" else ()),
@@ -328,14 +328,6 @@ def _dropped(prepared: Prepared, complete: Sequence[TrainingRun]) -> list[str]:
     if read < rows:  # a displacement is usually sampled less often on purpose
         notes.append(f"{read} of {rows} rows have all displacements: only these are learnt from")
     return notes
-
-
-def _speedless(prepared: Prepared, recipe: Recipe) -> list[str]:
-    """Return a note if runs without speed keep the others' speed from being used."""
-    lost = prepared.speedless
-    if not recipe.speed or not 0 < len(lost) < len(prepared.runs):
-        return []
-    return [f"the spindle speed is not used: none in {first_of(lost)}"]
 
 
 def _beyond(prepared: Prepared, rig: Rig) -> list[str]:

@@ -63,6 +63,20 @@ def test_a_run_too_short_to_learn_from_is_left_out_and_told(runs, tmp_path, prin
     assert prints(["compare", *asked]).splitlines()[0] in shown
 
 
+@pytest.mark.parametrize("by", ["--runs {} {} {} {}", "--train {} {} {} --validate {}"])
+def test_one_run_without_speed_keeps_every_model_from_using_it(runs, tmp_path, prints, by):
+    still = make_run("still", 9, hours=1.5).frame.drop(columns="speed_rpm")
+    given = by.format(*runs[:3], *written(tmp_path, Run("still", still))).split()
+    text = prints(["compare", *given, "--models", "gaussian,thermal_states,ne"])
+    assert text.count("the spindle speed is not used: none in still") == 1
+    assert "ne is left out: " in text
+    blind = [Run(name, make_run(name, seed, hours=1.5).frame.drop(columns="speed_rpm"))
+             for seed, name in enumerate("abc")]  # fmt: skip
+    again = by.format(*written(tmp_path, *blind), tmp_path / "still.csv").split()
+    ranked = prints(["compare", *again, "--models", "gaussian,thermal_states,ne"])
+    assert ranked[ranked.index("rank") :] == text[text.index("rank") :]
+
+
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
