@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import pandas as pd
 
+from fmu_compensator.monitoring.sensors import WORTH_SHARE
+from fmu_compensator.runtime.compensator import AT_ZERO, WAITING
 from scenarios.fmu import Slave
 from scenarios.scenario import Case
 
@@ -24,7 +26,9 @@ class Event:
 def notice(
     events: list[Event], time_s: float, code: int, sensor: int, text: Callable[[], str]
 ) -> None:
-    """Append an event if the status has changed.
+    """Append an event if the status has changed; while it waits, keep the latest text.
+
+    Only the text tells that the speed or the tool length, which are no sensors, is missing.
 
     Parameters
     ----------
@@ -39,6 +43,35 @@ def notice(
     """
     if not events or (events[-1].code, events[-1].sensor) != (code, sensor):
         events.append(Event(time_s, code, sensor, text()))
+    elif (code, sensor) == (WAITING, 0):
+        events[-1] = replace(events[-1], text=text())
+
+
+def without_offsets(name: str, frame: pd.DataFrame, events: Sequence[Event]) -> list[str]:
+    """Return notes on why a run has no offsets, or none for a good part of it.
+
+    Parameters
+    ----------
+    name : str
+        Of the run, for the notes.
+    frame : DataFrame
+        With the compensator's status, ``status_1``.
+    events : sequence of Event
+        Changes of the status.
+    """
+    status = frame["status_1"].to_numpy()
+    idle = (status == WAITING) | (status >= AT_ZERO)
+    if idle.mean() < WORTH_SHARE:
+        return []
+    # The last event explains why it stopped; at a first sample it merely waits.
+    said = [event for event in events if event.code == WAITING or event.code >= AT_ZERO]
+    if (status == WAITING).all():
+        return [f"{name}: the compensator never started: {said[-1].text}."]
+    since = said[-1].time_s / 60.0
+    return [
+        f"{name}: no offsets in {idle.mean():.0%} of the samples, last from "
+        f"{since:.0f} min on: {said[-1].text}."
+    ]
 
 
 @dataclass(frozen=True)

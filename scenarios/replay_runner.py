@@ -17,8 +17,7 @@ from fmu_compensator.driving import late_lines
 from fmu_compensator.fit.advice import advice
 from fmu_compensator.fit.promise import FEWEST_JUDGED_ROWS
 from fmu_compensator.leaps import leap_lines_of
-from fmu_compensator.monitoring.sensors import WORTH_SHARE, Agreement, swap_lines
-from fmu_compensator.runtime.compensator import AT_ZERO, WAITING
+from fmu_compensator.monitoring.sensors import Agreement, swap_lines
 from fmu_compensator.runtime.modelfile import Model
 from fmu_compensator.signs import opposite_columns, sign_lines
 from fmu_packaging.reference import DECIMALS
@@ -43,6 +42,7 @@ from scenarios.fit_text import errors_text
 from scenarios.fmu_files import check_fmus, find_fmu
 from scenarios.pages.charts import SHOWN
 from scenarios.probing import Probing
+from scenarios.recording import without_offsets
 from scenarios.replay import (
     LABEL_HELD,
     LABEL_PROBED,
@@ -246,7 +246,8 @@ def _notes(replays: Sequence[Replay]) -> list[str]:
     unprobed = [entry for entry in replays if entry.probes is None]
     notes += sign_lines((entry.run.name, opposite_columns(entry.frame)) for entry in unprobed)
     notes += [line for entry in unprobed for line in leap_lines_of(entry.run, entry.frame)]
-    notes += [note for entry in replays for note in _without_offsets(entry)]
+    for entry in replays:
+        notes += without_offsets(entry.run.name, entry.frame, entry.events)
     notes += [_probes(entry) for entry in replays if entry.probes is not None]
     faults = [fault for entry in replays for fault in entry.faults]
     gross = [group for group in by_column(faults) if group[0].is_gross or group[0].kind in LEVELS]
@@ -254,23 +255,6 @@ def _notes(replays: Sequence[Replay]) -> list[str]:
     if any(split_column(group[0].column)[1] == "degC" for group in gross):
         notes.append("The compensator was given all thermometer readings unchanged.")
     return notes
-
-
-def _without_offsets(entry: Replay) -> list[str]:
-    """Return notes on why a run has no offsets, or none for a good part of it."""
-    status = entry.frame["status_1"].to_numpy()
-    idle = (status == WAITING) | (status >= AT_ZERO)
-    if idle.mean() < WORTH_SHARE:
-        return []
-    # The last event explains why it stopped; at a first sample it merely waits.
-    said = [event for event in entry.events if event.code == WAITING or event.code >= AT_ZERO]
-    if (status == WAITING).all():
-        return [f"{entry.run.name}: the compensator never started: {said[-1].text}."]
-    since = said[-1].time_s / 60.0
-    return [
-        f"{entry.run.name}: no offsets in {idle.mean():.0%} of the samples, last from "
-        f"{since:.0f} min on: {said[-1].text}."
-    ]
 
 
 def _probes(entry: Replay) -> str:

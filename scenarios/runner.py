@@ -15,7 +15,7 @@ from measurement.errors import BadInput
 from scenarios.cosimulation import simulate
 from scenarios.fmu_files import check_fmus, find_fmu, fmus_of
 from scenarios.pages.web_page import write_page_of
-from scenarios.recording import FmuFacts, Recording
+from scenarios.recording import FmuFacts, Recording, without_offsets
 from scenarios.results import (
     check_folder,
     results_folder,
@@ -102,6 +102,12 @@ def run_scenario(
             write_page_of(plant_fmu, compensator_fmu, Path(work) / LIVE)
             live_page = (Path(work) / LIVE).read_bytes()
     groups = table_of(recordings)
+    compensated = [entry for entry in recordings if is_compensated(entry)]
+    notes = [
+        note
+        for entry in compensated
+        for note in without_offsets(full_label_of(entry), entry.frame, entry.events)
+    ]
     with results_folder(out) as folder:
         files = write_recordings(recordings, folder)
         if live_page:
@@ -110,17 +116,16 @@ def run_scenario(
         table = write_report(
             folder,
             groups,
-            _facts(scenario, recordings, files),
+            _facts(scenario, recordings, files) | {"notes": notes},
             charts_of(recordings, rig),
             title=scenario.settings.title,
             kicker=f"spindle-drift scenario: {scenario.settings.name}",
             description=scenario.settings.description,
             table_note=TABLE_NOTE,
-            notes=(),
+            notes=notes,
             timelines=[
                 (full_label_of(entry), entry.events, entry.case.settings.duration_s)
-                for entry in recordings
-                if is_compensated(entry)
+                for entry in compensated
             ],
             facts=_shown_facts(scenario, recordings),
         )

@@ -37,9 +37,8 @@ def run(args: argparse.Namespace) -> int:
     settings = scenario.settings
     out = args.out or Path("results") / settings.name
     pace = ""
-    notes: list[str] = []
     if settings.replay is not None:
-        table, groups, notes = _replay(scenario, settings.replay, args, out)
+        table, groups, _ = _replay(scenario, settings.replay, args, out)
     else:
         table, groups, speed = run_scenario(
             scenario,
@@ -52,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
         )
         pace = f"{speed:,.0f} simulated seconds a second; "
     where = f"{pace}results in {out}, report: {out / 'report.html'}"
-    return tell(args, table, settings.title, "", as_text(groups), "", *notes, where)
+    return tell(args, table, settings.title, "", as_text(groups), "", *table["notes"], where)
 
 
 def _replay(scenario: Scenario, replay: Replay, args: argparse.Namespace, out: Path) -> Any:

@@ -73,6 +73,17 @@ def test_the_main_scenario_shows_what_it_is_for(shipped_in_c, tmp_path):
     assert {row["name"] for group in table["table"] for row in group["rows"]} >= {"long_tool"}
 
 
+@pytest.mark.parametrize("lost", ["speed", "tool_length"])
+def test_a_compensator_that_never_starts_says_why(lost, shipped_in_c, tmp_path):
+    faults = [{"sensor": lost, "kind": "missing", "start_s": 0}]
+    changes = [("duration_s", 60), ("faults", faults), ("variants", [])]
+    scenario = read_scenario("step_speed", changes)
+    table, _, _ = run_scenario(scenario, tmp_path / "out", shipped_in_c, quiet=True)
+    (note,) = table["notes"]
+    assert note.endswith(f"never started: waiting for the first valid sample: {lost} is missing.")
+    assert note in (tmp_path / "out/report.html").read_text()
+
+
 @pytest.mark.long
 def test_missing_fmus_are_built(shipped_in_c, tmp_path, monkeypatch, capsys):
     def build(arguments: list[str]) -> int:  # as it does, but for the time that it takes
