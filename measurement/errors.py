@@ -27,19 +27,40 @@ class BadInput(ValueError):  # noqa: N818 - what is bad is the input, not the pr
     source : path or str
         The file (or option) that holds the value.
     place : str
-        Place in the source, for example ``row 12, column T1_degC`` or ``nodes.2.capacity``.
+        Place in the source, for example ``row 12, column T1_degC`` or ``nodes.2.capacity``, which
+        the text counts from one: see `counted_from_one`.
     problem : str
         What is wrong: the value and what is allowed.
     """
 
     def __init__(self, source: str | Path, place: str, problem: str) -> None:
         self.source, self.place, self.problem = str(source), place, problem
-        parts = [part for part in (self.source, place, problem) if part]
+        # An option's value stays as it was typed.
+        where = place if self.source.startswith("--") else counted_from_one(place)
+        parts = [part for part in (self.source, where, problem) if part]
         super().__init__(": ".join(" ".join(part.split()) for part in parts))
 
     def __reduce__(self) -> tuple[type[BadInput], tuple[str, str, str]]:
         """Allow pickling, to pass the error from one process to another."""
         return type(self), (self.source, self.place, self.problem)
+
+
+_PATH = r"[a-z]\w*(?:\.[^.\s]+)+"
+"""Keys of a file, dotted; the name of a column or a sheet after another word is none."""
+
+
+def counted_from_one(place: str) -> str:
+    """Return a place in which items of lists are counted as people count.
+
+    Parameters
+    ----------
+    place : str
+        For example ``nodes.2.capacity``, which becomes ``nodes, item 3, capacity``.
+    """
+    if not re.fullmatch(rf"{_PATH}(?: \(.*\): {_PATH})?", place):
+        return place
+    counted = re.sub(r"\.(\d+)\b", lambda found: f", item {int(found[1]) + 1}", place)
+    return re.sub(r"(, item \d+)\.", r"\1, ", counted)
 
 
 def matching(pattern: str, words: str) -> AfterValidator:

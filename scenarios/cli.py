@@ -104,7 +104,7 @@ def reported(work: Callable[[], int]) -> int:
         if code is None:
             traceback.print_exc()
             return _say(f"this is a mistake in {PROGRAM}, not in your input", 1)
-        return _say(str(error), code)
+        return _say(_text(error), code)
 
 
 @contextlib.contextmanager
@@ -248,6 +248,16 @@ def _code(error: Exception) -> int | None:
         if kind is not None and isinstance(error, kind):
             return code
     return None
+
+
+def _text(error: Exception) -> str:
+    if not hasattr(error, "place"):
+        return str(error)
+    from measurement.errors import BadInput
+
+    # The runtime's class, which imports nothing from other rooms, counts items from zero.
+    parts = (str(getattr(error, name)) for name in ("source", "place", "problem"))
+    return str(BadInput(*parts))
 
 
 def _say(text: str, code: int) -> int:

@@ -36,6 +36,21 @@ def test_a_place_is_made_of_the_file_s_own_keys():
         checked(Map, {"frames": {"TEMP": {"late_ms": 0}}}, "map")
 
 
+@pytest.mark.parametrize(
+    ("place", "said"),
+    [
+        ("shaft.stretches.0.outer", "shaft.stretches, item 1, outer"),
+        ("variants.1.set (b): faults.0", "variants, item 2, set (b): faults, item 1"),
+        ("rates.0.11", "rates, item 1, item 12"),
+        ("row 2, column T1.2_degC", "row 2, column T1.2_degC"),
+        ("links.shaft-housing.gap", "links.shaft-housing.gap"),
+    ],
+)
+def test_items_of_lists_are_counted_from_one(place, said):
+    assert str(BadInput("page", place, "no")) == f"page: {said}: no"
+    assert str(BadInput("--vary", place, "no")) == f"--vary: {place}: no"
+
+
 class Part(BaseModel):
     name: Annotated[str, matching(r"[a-z]+", "small letters")]
 

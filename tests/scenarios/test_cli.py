@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from fmu_compensator.runtime.fields import ModelFileError
 from gateway.commands import gateway
 from scenarios import build_command, cli
 from scenarios.cli import main
@@ -105,6 +106,14 @@ def test_interruption_and_bugs(error, code, lines, monkeypatch, capsys):
     else:
         assert len(said.splitlines()) == lines
         assert "Traceback" not in said
+
+
+def test_items_in_a_compensator_file_are_counted_from_one(monkeypatch, refused):
+    def fail(argv: list[str]) -> int:
+        raise ModelFileError("c.json", "chosen.1", "no")
+
+    monkeypatch.setattr(cli, "_run", fail)
+    assert refused(["list"]) == "spindle-drift: error: c.json: chosen, item 2: no"
 
 
 @pytest.mark.parametrize("script", [False, True])

@@ -89,9 +89,9 @@ def test_a_scenario_that_does_not_fit_the_fmus_is_refused(simulated, override, m
 
 
 def test_a_fault_of_a_sensor_that_is_not_there_is_refused(simulated):
-    with pytest.raises(BadInput, match=r"faults.0.sensor: 'T7' is not one of T1"):
+    with pytest.raises(BadInput, match=r"faults, item 1, sensor: 'T7' is not one of T1"):
         simulated(more=MISSING.replace("T1", "T7"))
-    with pytest.raises(BadInput, match=r"faults.0.sensor: 'T7' is not one of T1"):
+    with pytest.raises(BadInput, match=r"faults, item 1, sensor: 'T7' is not one of T1"):
         simulated(compensator=None)
 
 

@@ -89,7 +89,7 @@ def test_an_override_that_every_variant_sets_again_is_refused():
         ("duration_s = 20", "duration_s = 1e8", "more than 1000000 steps"),
         ("record_s = 2", "record_s = 1.5", "record_s, 1.5, must be a multiple"),
         ("record_s = 2", "recordings = 2", "recordings: is not a known field"),
-        ('kind = "missing"', 'kind = "lost"', "faults.0.kind: 'lost'"),
+        ('kind = "missing"', 'kind = "lost"', "faults, item 1, kind: 'lost'"),
         ("ambient = 20.0", "ambient = nan", "signals.ambient.value: nan"),
         ('name = "two"', 'name = "one"', "two variants have the same name"),
         ('"compensator.enabled" = false', '"compensator.enable" = false', r"two\): compensator"),

@@ -2,6 +2,7 @@
 
 import pytest
 
+from measurement.errors import counted_from_one
 from plant_model.machine_forms import named_place
 from tests.plant_model.drawing.pages import changed, machine_of, refusal, small_page
 
@@ -45,7 +46,7 @@ def stretches(end: float, start: float) -> list[dict[str, float]]:
         ("bearings.0.grade", 1000, ": 1000 is not allowed: 10 to 320 mm2/s at 40"),
         # Units wrong by a thousand.
         ("shaft.stretches.0.outer", 0.06, ": 0.06 is not allowed: 5 to"),
-        ("housing.stretches.0.to", 0.2, "housing.stretches.0: from 0 to 0.2 mm: must be 1 mm"),
+        ("housing.stretches.0.to", 0.2, "stretches, item 1: from 0 to 0.2 mm: must be 1 mm"),
         ("housing.stretches.0.outer", 180000, "180000 is not allowed: 5 to 2000 mm can be"),
         ("carriers.0.mass", 200000, ": 200000 is not allowed: 0.05 to 50000 kg"),
         ("jackets.0.flow", 4000, ": 4000 is not allowed: 0.05 to 200 l/min can be"),
@@ -99,8 +100,10 @@ def stretches(end: float, start: float) -> list[dict[str, float]]:
 def test_refusals(key, value, problem):
     """A problem that begins with a point or a colon goes on from the key, told by names."""
     page = changed(small_page(), key, value)
-    said = named_place(key, page) + problem if problem[0] in ".:" else problem
-    assert said in refusal(page)
+    if problem[0] in ".:":
+        more, colon, what = problem.partition(":")
+        problem = counted_from_one(named_place(key, page) + more) + colon + what
+    assert problem in refusal(page)
 
 
 def test_a_place_is_told_by_the_name_of_a_part():
