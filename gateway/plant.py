@@ -14,6 +14,7 @@ from gateway.database import OFFSETS
 from gateway.state import Saved
 from gateway.unit import StatefulSlave
 from measurement.errors import BadInput
+from measurement.units import column
 from scenarios.cosimulation import plant_parameters, signals_over
 from scenarios.faults import FaultLine
 from scenarios.fmu import Port
@@ -74,8 +75,12 @@ class MachinePlant:
         lost = [name for name in OFFSETS if name not in self.slave.names("input")]
         if lost:
             raise BadInput(path, lost[0], "is not an input of this plant")
-        readings = [*self._out.names, *self._signals]
-        self._faults = FaultLine(case.settings.faults, readings, case.setting.source)
+        owned = self.slave.variables
+        columns = [
+            self.slave.column(name) if name in owned else column(name, "rpm")  # see `told`
+            for name in (*self._out.names, *self._signals)
+        ]
+        self._faults = FaultLine(case.settings.faults, columns, case.setting.source)
         self.path = path
         self._probe: ProbeSource | None = None
         self.point = 0

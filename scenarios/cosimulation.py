@@ -199,11 +199,12 @@ class _Loop:
         self.plant_in = Port(plant, [*driven, *self.wiring.offsets])
         self.plant_rows = self._rows(driven)
         self.shown = [self.plant_out]
-        readings: Sequence[str] = [*self.plant_out.names, *self.signals]
+        slave, readings = plant, [*self.plant_out.names, *self.signals]
         if compensator:
             self._connect_compensator(compensator)
-            readings = self.seen_in.names
-        self.faults = FaultLine(settings.faults, readings, case.setting.source)
+            slave, readings = compensator, [*self.seen_in.names]
+        columns = [slave.column(name) for name in readings]
+        self.faults = FaultLine(settings.faults, columns, case.setting.source)
         kept = [*self.shown, *([self.seen_in] if compensator else [])]
         self.tables: dict[Port, FloatArray] = {
             port: np.full((len(self.time_s), len(port.names)), np.nan) for port in kept

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from measurement.errors import BadInput
 from measurement.resampling import past_rounding
+from measurement.units import UNITS, split_column
 from scenarios.signals.base import Duration, Seconds, Value
 
 Kind = Literal["missing", "frozen", "offset", "spike", "drift", "stuck-at"]
@@ -65,25 +66,35 @@ class FaultLine:
     ----------
     faults : iterable of SensorFault
         In the order in which they act on a sensor that has several.
-    names : sequence of str
-        The compensator's inputs, or the machine's readings, in the order of the values.
+    columns : sequence of str
+        The compensator's inputs, or the machine's readings, in the order of the values, each with
+        its unit: ``T1_degC``.
     source : str or path
         The scenario, for refusals.
 
     Raises
     ------
     BadInput
-        If a fault is of another sensor.
+        If a fault is of another sensor, or takes every reading out of its unit's range.
     """
 
     def __init__(
-        self, faults: Iterable[SensorFault], names: Sequence[str], source: str | Path = ""
+        self, faults: Iterable[SensorFault], columns: Sequence[str], source: str | Path = ""
     ) -> None:
+        units = dict(map(split_column, columns))
+        names = list(units)
         self._faults: list[tuple[int, SensorFault]] = []
         for i, fault in enumerate(faults):
             if fault.sensor not in names:
                 problem = f"{fault.sensor!r} is not one of {', '.join(names)}"
                 raise BadInput(source, f"faults.{i}.sensor", problem)
+            unit = UNITS[units[fault.sensor]]
+            low, high, value = unit.low, unit.high, fault.value or 0.0
+            if fault.kind != "stuck-at":  # the value is a change
+                low, high = low - high, high - low
+            if fault.kind != "drift" and not low <= value <= high:
+                problem = f"{value:g} is outside {low:g}..{high:g} {unit.suffix}"
+                raise BadInput(source, f"faults.{i}.value", problem)
             self._faults.append((names.index(fault.sensor), fault))
         self._held: dict[int, float] = {}
 

@@ -8,10 +8,11 @@ import pytest
 from pydantic import ValidationError
 
 from scenarios.faults import FaultLine, SensorFault
+from tests.refusing import refusal
 
 
 def seen(fault: dict[str, Any], readings: list[float], step_s: float = 1.0) -> list[float]:
-    line = FaultLine([SensorFault(sensor="T2", **fault)], ["T1", "T2"])
+    line = FaultLine([SensorFault(sensor="T2", **fault)], ["T1_degC", "T2_degC"])
     found = []
     for k, reading in enumerate(readings):
         values = np.array([7.0, reading])
@@ -56,12 +57,24 @@ def test_spikes_repeat_at_the_communication_points_that_they_name():
     assert np.flatnonzero(found).tolist() == list(range(50, 100, 3))
 
 
+@pytest.mark.parametrize(
+    ("fault", "said"),
+    [
+        ({"kind": "stuck-at", "value": 401.0}, "401 is outside -60..400 degC"),
+        ({"kind": "offset", "value": -461.0}, "-461 is outside -460..460 degC"),
+        ({"kind": "spike", "value": 461.0}, "461 is outside -460..460 degC"),
+    ],
+)
+def test_a_fault_that_takes_every_reading_out_of_range_is_refused(fault, said):
+    assert refusal(seen, {"start_s": 1} | fault, RAMP) == f"faults, item 1, value: {said}"
+
+
 def test_faults_act_one_after_the_other():
     faults = [
         SensorFault(sensor="T1", kind="offset", value=1.0, start_s=0),
         SensorFault(sensor="T1", kind="frozen", start_s=1),
     ]
-    line = FaultLine(faults, ["T1"])
+    line = FaultLine(faults, ["T1_degC"])
     found = []
     for k in range(3):
         values = np.array([float(k)])
