@@ -15,7 +15,7 @@ from gateway.protection import PROFILE_1
 from measurement.errors import BadInput
 from measurement.rig import AXES
 from scenarios.fmu_file import compensator_file, read_description
-from scenarios.wiring import PROBED, check_role, range_of
+from scenarios.wiring import PROBED, SPEED, check_role, range_of
 
 if TYPE_CHECKING:
     from gateway.mapping import Mapping
@@ -146,6 +146,7 @@ def problems_of(mapping: Mapping, fmu: Path, *, machine_clock: bool = False) -> 
         if name not in known and not mapping.is_own_form:
             mapping.say(f"outputs.{name}", "is not an output of the compensator or the gateway")
     _check_offsets(mapping, outputs, limits_of(fmu).get("offset_um", 0.0))
+    _check_speed(mapping, _numbers_in(fmu, "gaussian").get("speed_rpm", 0.0))
     if machine_clock and form.cycle.frames == "sampled":
         mapping.say("cycle.frames", "sampled frames carry no time: --clock machine cannot be used")
     for name, signal in mapping.database.named.items():
@@ -190,6 +191,18 @@ def _check_offsets(mapping: Mapping, outputs: Collection[str], limit_um: float) 
             mapping.say(f"outputs.{name}", text)
 
 
+def _check_speed(mapping: Mapping, usual_rpm: float) -> None:
+    """Note a speed whose range is less than the training's RMS speed [rpm]; 0: it is not used."""
+    for _, signal in mapping.database.signals(MACHINE):
+        reach = max(-signal.low, signal.high)
+        if signal.name == SPEED and reach < usual_rpm:
+            text = (
+                f"carries up to {reach:g} rpm, and the compensator was trained at {usual_rpm:.0f} "
+                "rpm RMS: map a signal with a wider range, or fit without speed (fit --no-speed)"
+            )
+            mapping.say(f"inputs.{SPEED}", text)
+
+
 def inputs_of(fmu: Path) -> list[str]:
     """Return the real inputs of a compensator, except those for a probe.
 
@@ -211,8 +224,13 @@ def limits_of(fmu: Path) -> dict[str, float]:
     fmu : Path
         The compensator.
     """
+    return _numbers_in(fmu, "limits")
+
+
+def _numbers_in(fmu: Path, table: str) -> dict[str, float]:
+    """Return the numbers in a table of a compensator's file; empty if there is none."""
     try:
-        limits = json.loads(compensator_file(fmu) or "")["limits"].items()
+        entries = json.loads(compensator_file(fmu) or "")[table].items()
     except (KeyError, ValueError, TypeError, AttributeError):
         return {}
-    return {name: float(value) for name, value in limits if isinstance(value, int | float)}
+    return {name: float(value) for name, value in entries if isinstance(value, int | float)}

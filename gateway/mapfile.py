@@ -24,7 +24,7 @@ Place = Annotated[
     str, Field(max_length=200), matching(r"[^.\s]+\.[^.\s]+", "FRAME.SIGNAL, without blanks")
 ]
 Places = Annotated[list[Place], Field(min_length=1, max_length=64)]
-Number = Annotated[float, Field(ge=-1e9, le=1e9)]
+Number = Annotated[float, Field(ge=-1e9, le=1e9, allow_inf_nan=False)]
 Raw = Annotated[int, Field(ge=-(2**63), le=2**64 - 1)]
 Byte = Annotated[int, Field(ge=0, le=255)]
 

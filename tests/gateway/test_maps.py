@@ -179,6 +179,14 @@ def test_the_limits_of_a_compensator_are_known_in_either_form(shipped_in_c):
     assert limits_of(shipped_in_c / "compensator_native.fmu") == limits
 
 
+def test_a_speed_that_cannot_reach_the_training_is_told(edited, shipped_in_c):
+    signal = '{ signal = "SPN_STATUS.SpnSpeed", factor = 0.1 }'
+    narrow = read_mapping(edited(('"SPN_STATUS.SpnSpeed"', signal)))
+    (problem,) = problems_of(narrow, shipped_in_c / "compensator.fmu")
+    assert "inputs.speed: carries up to 3276.8 rpm, and the compensator was tr" in str(problem)
+    assert not problems_of(read_mapping(BUILDER), shipped_in_c / "compensator.fmu")
+
+
 def test_a_builders_machine_is_compensated(wire, builder, quick_fmu):
     """The same offsets as by the shipped frames, to the resolution of these."""
     control = Builder()
@@ -329,6 +337,7 @@ WRONG = [
         "constant = -5e8",
         "inputs.tool_length: -5e+08 is not allowed: -2000 to 2000 mm",
     ),
+    ('"SPN_STATUS.SpnSpeed"', "{ constant = nan }", "nan is not allowed: input should be a finite"),
     ("trust = ", "sunshine = ", "outputs.sunshine: is not an output of the compensator or"),
 ]
 
