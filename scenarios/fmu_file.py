@@ -126,6 +126,8 @@ def read_description(path: Path, versions: Collection[str] = ("2.0",)) -> Any:
     except Exception as error:  # fmpy raises whatever its zip and XML readers raise
         raise BadInput(path, "", f"is not an FMU: {one_line(error)[:200]}") from None
     if description.fmiVersion not in versions or description.coSimulation is None:
-        taken = " or ".join(versions)
-        raise BadInput(path, "", f"is not an FMU for co-simulation by FMI {taken}")
+        problem = f"is not an FMU for co-simulation by FMI {' or '.join(versions)}"
+        if description.fmiVersion == "3.0":
+            problem += "; use what it was built from (.json, .toml), or build it without --fmi 3"
+        raise BadInput(path, "", problem)
     return description

@@ -3,6 +3,7 @@
 import re
 import signal
 import threading
+from zipfile import ZipFile
 
 import pytest
 
@@ -11,6 +12,9 @@ from scenarios.fmu import FmuError
 from scenarios.fmu_file import read_description
 from tests.scenarios.conftest import MISSING
 from tests.scenarios.tiny_fmus import COMPENSATOR, PLANT, build_tiny
+
+FMI3 = """<fmiModelDescription fmiVersion="3.0" modelName="m" instantiationToken="t">
+<CoSimulation modelIdentifier="m"/><ModelVariables/><ModelStructure/></fmiModelDescription>"""
 
 
 def by_hand(steps: int, h: float, speed: list[float]) -> dict[str, list[float]]:
@@ -121,6 +125,10 @@ def test_what_is_no_fmu_is_refused_in_one_line(tmp_path):
     with pytest.raises(BadInput, match="is not an FMU") as caught:
         read_description(path)
     assert "\n" not in str(caught.value)
+    with ZipFile(path, "w") as archive:
+        archive.writestr("modelDescription.xml", FMI3)
+    with pytest.raises(BadInput, match=r"FMI 2.0; use what .* or build it without --fmi 3$"):
+        read_description(path)
 
 
 def test_ctrl_c_is_an_interruption_and_not_a_failure_of_an_fmu(simulated):
