@@ -197,8 +197,8 @@ def _check_speed(mapping: Mapping, usual_rpm: float) -> None:
         reach = max(-signal.low, signal.high)
         if signal.name == SPEED and reach < usual_rpm:
             text = (
-                f"carries up to {reach:g} rpm, and the compensator was trained at {usual_rpm:.0f} "
-                "rpm RMS: map a signal with a wider range, or fit without speed (fit --no-speed)"
+                f"carries up to {reach:g} rpm; the compensator was trained at {usual_rpm:.0f} rpm "
+                "RMS: use --map with a wider signal, or fit without speed (fit --no-speed)"
             )
             mapping.say(f"inputs.{SPEED}", text)
 

@@ -307,7 +307,7 @@ def _top_speed(task: Task) -> float:
     refuse_poor(task)
     for run in task.runs:
         if not np.isfinite(run.speed).any():
-            raise BadInput(run.name, "speed_rpm", "is missing: it drives the finite-element model")
+            raise BadInput(run.name, "speed_rpm", "is not known in every run: fem needs it")
     top = max(float(np.nanmax(np.abs(run.speed))) for run in task.runs)
     if top == 0.0:
         raise BadInput("training runs", "speed_rpm", "is always 0: there is nothing to identify")

@@ -97,7 +97,7 @@ class NaturalExponential(FittedModel):
         given = dict(zip(TAU_OF, (mass_kg, specific_heat, film, surface_m2), strict=True))
         for run in task.runs:
             if not np.isfinite(run.speed).any():
-                raise BadInput(run.name, "speed_rpm", "is missing: the model ne needs the speed")
+                raise BadInput(run.name, "speed_rpm", "is not known in every run: ne needs it")
         speeds = _knots(task, whole("ne", "knots", knots, 1, 20))
         runs = [run.at(needed(run, SLOW_S)) for run in task.runs]
         spindle = None

@@ -183,7 +183,7 @@ def test_a_speed_that_cannot_reach_the_training_is_told(edited, shipped_in_c):
     signal = '{ signal = "SPN_STATUS.SpnSpeed", factor = 0.1 }'
     narrow = read_mapping(edited(('"SPN_STATUS.SpnSpeed"', signal)))
     (problem,) = problems_of(narrow, shipped_in_c / "compensator.fmu")
-    assert "inputs.speed: carries up to 3276.8 rpm, and the compensator was tr" in str(problem)
+    assert "inputs.speed: carries up to 3276.8 rpm; the compensator was tr" in str(problem)
     assert not problems_of(read_mapping(BUILDER), shipped_in_c / "compensator.fmu")
 
 

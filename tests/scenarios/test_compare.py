@@ -69,7 +69,7 @@ def test_one_run_without_speed_keeps_every_model_from_using_it(runs, tmp_path, p
     given = by.format(*runs[:3], *written(tmp_path, Run("still", still))).split()
     text = prints(["compare", *given, "--models", "gaussian,thermal_states,ne"])
     assert text.count("the spindle speed is not used: none in still") == 1
-    assert "ne is left out: " in text
+    assert "speed_rpm: is not known in every run: ne needs it" in text
     blind = [Run(name, make_run(name, seed, hours=1.5).frame.drop(columns="speed_rpm"))
              for seed, name in enumerate("abc")]  # fmt: skip
     again = by.format(*written(tmp_path, *blind), tmp_path / "still.csv").split()

@@ -70,7 +70,7 @@ def test_a_restart_goes_on_from_where_it_stands():
 def test_the_natural_exponential_needs_a_speed():
     run = exponential_run(0)
     without = run_of(run.inputs, run.targets)
-    assert "speed_rpm: is missing" in refusal(NaturalExponential.fit, task_of([without]))
+    assert "speed_rpm: is not known" in refusal(NaturalExponential.fit, task_of([without]))
     still = run_of(run.inputs, run.targets, speed=np.zeros(len(run.speed)))
     assert "never above 0" in refusal(NaturalExponential.fit, task_of([still]))
 

@@ -148,7 +148,7 @@ def test_wrong_options_are_refused(runs, options, problem):
 
 def test_runs_without_speed_are_refused(runs):
     task = task_of(runs[:1])
-    for value, problem in ((np.nan, "is missing"), (0.0, "is always 0")):
+    for value, problem in ((np.nan, "speed_rpm: is not known in every run"), (0.0, "is always 0")):
         run = dataclasses.replace(task.runs[0], speed=np.full(len(task.runs[0].time_s), value))
         assert problem in refusal(FiniteElementModel.fit, dataclasses.replace(task, runs=[run]))
 
