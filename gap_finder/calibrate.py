@@ -105,6 +105,8 @@ class Calibration:
         Every run, linearised about the calibrated machine.
     units : array, shape (C,)
         Variance of each channel's errors [tolerances squared].
+    starts_cost : float
+        -2 log of the share of the prior of where lagging laws start that the runs leave.
     """
 
     machine: Machine
@@ -113,6 +115,7 @@ class Calibration:
     parameters: tuple[ParameterEstimate, ...]
     parts: tuple[Linearisation, ...]
     units: FloatArray
+    starts_cost: float
 
 
 class _Problem:
@@ -220,17 +223,20 @@ def calibrate(
     _descend(problem, descents, cost_limit, progress)
     best = min((descent.at for descent in descents), key=lambda point: point.cost)
     values = {name: float(value[0]) for name, value in priors.values(best.x[None, :]).items()}
+    parts, about, starts_cost = problem.likelihood.swung(best.parts)
     # As in the score, the variance grows with the error of a run: within it, errors depend on each
     # other.
-    variance = np.diag(np.linalg.inv(best.about.matrix)) * max(1.0, best.about.each)
+    matrix = about.matrix + np.eye(len(best.x))
+    variance = np.diag(np.linalg.inv(matrix)) * max(1.0, about.each)
     spread = np.minimum(np.sqrt(variance), 1.0)
     return Calibration(
         machine.with_values(values, beyond=True),
-        best.cost,
+        about.cost + float(best.x @ best.x),
         min(descent.at.expected for descent in descents),
         intervals(machine, priors, best.x, spread),
-        best.parts,
-        best.about.units,
+        tuple(parts),
+        about.units,
+        starts_cost,
     )
 
 

@@ -172,12 +172,16 @@ def beyond_usual_range(machine: Machine, key: str) -> tuple[str, ...]:
 
 
 def grid(effect: type[Effect], idle: Sequence[str] = ()) -> list[dict[str, float]]:
-    """Return the sizes and shapes at which an effect is tried; *idle* parameters stay nominal."""
+    """Return the sizes and shapes at which an effect is tried; *idle* parameters stay nominal.
+
+    Those that the search gives are not fitted, but tried.
+    """
     size = effect.parameters[effect.amplitude]
     nominal = {name: p.value for name, p in effect.parameters.items()}
     if effect.tried:
         tried = {name: (value,) for name, value in nominal.items()} | effect.tried
-        points = product(*((nominal[n],) if n in idle else tried[n] for n in nominal))
+        stay = {*idle} - {*effect.given}
+        points = product(*((nominal[n],) if n in stay else tried[n] for n in nominal))
         return [dict(zip(nominal, point, strict=True)) for point in points]
     ends = [end for end in (size.low, size.high) if end != effect.off]
     least, most = possible(effect, effect.amplitude)

@@ -145,10 +145,6 @@ class RunDesign:
         """Return columns (N, m) minus what nuisance parameters can imitate under their prior."""
         return columns - self.nuisance @ np.linalg.solve(self._inner, self.nuisance.T @ columns)
 
-    def narrowing_of(self, columns: slice) -> float:
-        """Return -2 log of the share of some nuisance parameters' prior that the run leaves."""
-        return -float(np.linalg.slogdet(np.linalg.inv(self._inner)[columns, columns])[1])
-
     def deviations_alone(self, covariance: FloatArray) -> FloatArray:
         """Return standard deviations of the parameters that only this run depends on, (alone,).
 

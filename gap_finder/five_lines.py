@@ -140,7 +140,7 @@ def _added(table: Mapping[str, Any]) -> str:
         )
         + "".join(
             f", {name} = {p['value']:.3g}{unit_after(p['unit'])}"
-            for name, p in entry.get("switched_at", {}).items()
+            for name, p in entry.get("set_at", {}).items()
         )
         + _start(entry.get("behind_at_start_K", {}))
         for entry in table["effects"]

@@ -55,7 +55,7 @@ class Hypothesis:
     def prior_cost(self) -> float:
         """-2 log of the prior including sizes, and of where each run finds lagging laws."""
         sizes = sum(addition.size_cost() for addition in self.additions)
-        return sum(self.prior) + sizes + self.fit.starts_cost
+        return sum(self.prior) + sizes + self.fit.calibration.starts_cost
 
     def cost_left_out(self, units: Units) -> float:
         """Return the cost on left-out runs, in the units of the best hypothesis, with the prior.
@@ -218,7 +218,8 @@ class Searching:
         tried = [hypothesis for hypothesis in tried if hypothesis.is_better(best, units)]
         units = units_of(self.nothing, [best, *tried])
         tried.sort(key=lambda hypothesis: hypothesis.score(units))
-        return Step(best, tuple(tried), units)
+        sized = {hypothesis.keys[-1]: hypothesis for hypothesis in reversed(tried)}
+        return Step(best, tuple(reversed(sized.values())), units)
 
     def _cost_limit(self, best: Hypothesis, tried: Sequence[Hypothesis]) -> float:
         """Return the cost that a calibration must be expected to reach to be worth continuing.

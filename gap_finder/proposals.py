@@ -96,6 +96,7 @@ def screened(
     likely = _best_of_kinds(tried, order)
     # Near the calibrated machine, effects that calibration absorbed show little: always score one.
     likely = [i for i in likely if i == likely[0] or won[i] > prior[i]]
+    likely += _other_sizes(tried, order, likely)
     keys = {tried[i].key for i in likely}
     places = [i for i in places_of(tried, order, listed.body) if tried[i].key not in keys]
     priors = Priors.of(best.base, calibrated=True)
@@ -114,6 +115,19 @@ def _best_of_kinds(tried: Sequence[Addition], order: Sequence[int]) -> list[int]
     for i in order:
         first.setdefault(name_of(tried[i].key), i)
     return list(first.values())
+
+
+def _other_sizes(
+    tried: Sequence[Addition], order: Sequence[int], likely: Sequence[int]
+) -> list[int]:
+    """Return the next few sizes of the laws that calibration cannot size: their responses leap."""
+    more = []
+    for i in likely:
+        effect = effect_of(tried[i].key)
+        if effect is not None and effect.settles:
+            alike = [j for j in order if tried[j].key == tried[i].key and j != i]
+            more += alike[: LEADERS - 1]
+    return more
 
 
 def places_of(

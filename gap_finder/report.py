@@ -213,10 +213,14 @@ def _entry(judged: Judged, place: int) -> dict[str, Any]:
         for name, estimate in estimates.items()
         if name.startswith(prefix)
     }
+    # What was tried, but cannot be calibrated.
+    settings = effect.given if effect.tried else ()
     if isinstance(added, Candidate) and added.is_switched:
+        settings = effect.switched
+    if settings:
         table = machine.effects[key]
-        entry["switched_at"] = {
-            name: {"value": table[name].value, "unit": table[name].unit} for name in effect.switched
+        entry["set_at"] = {
+            name: {"value": table[name].value, "unit": table[name].unit} for name in settings
         }
     runs = [*judged.used.after, *judged.unseen.after]
     if behind := {r.observed.run.name: r.behind[key] for r in runs if key in r.behind}:

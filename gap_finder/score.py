@@ -42,8 +42,6 @@ class Fit:
         Estimates of the unknowns that calibration does not move [standard deviations].
     determined : float
         As how many independent numbers the runs determine the calibrated parameters [1].
-    starts_cost : float
-        -2 log of the share of the prior of where lagging laws start that the runs leave.
     """
 
     base: Machine
@@ -52,7 +50,6 @@ class Fit:
     left: FloatArray
     other_position: FloatArray
     determined: float
-    starts_cost: float = 0.0
 
     @property
     def machine(self) -> Machine:
@@ -130,17 +127,13 @@ def scored(
     x = moved.position(calibration.machine)
     units = calibration.units
     designs = design_of(calibration.parts, sensitivities, units)
-    starts_cost = 0.0
-    for design, part, of_run in zip(designs, calibration.parts, sensitivities, strict=True):
-        first = of_run.nuisance.shape[1]
-        starts_cost += design.narrowing_of(slice(first, first + part.by_start.shape[1]))
     folds = LeaveOneOut(designs, x)
     left = folds.left(len(units))
     spread = folds.spread(max(1.0, float(left.sum()) / left.size))
     estimates = intervals(base, moved, x, spread)
     calibrated = replace(calibration, parameters=estimates)
     other, determined = folds.other_position(), folds.determined()
-    return Fit(base, calibrated, tuple(observed), left * units, other, determined, starts_cost)
+    return Fit(base, calibrated, tuple(observed), left * units, other, determined)
 
 
 @dataclass(frozen=True)

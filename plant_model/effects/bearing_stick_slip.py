@@ -39,6 +39,7 @@ class BearingStickSlip(Effect):
     }
     states = ("seat", "at_start")
     settles = True
+    given = ("hold",)
     tried = {
         "hold": tuple(1.5 * 1.1**i for i in range(35)),
         "share": (0.5,),

@@ -28,7 +28,6 @@ def moved_by(squares: float) -> dict[str, float]:
         "numbers_moved": squares,
         "others_moved": 0.0,
         "determined": DETERMINED,
-        "starts_cost": 0.0,
     }
 
 
@@ -36,7 +35,7 @@ def hypothesis(
     left: Any, calibrated: float = 0.0, prior: float = 0.0, moved: float = 0.0
 ) -> Hypothesis:
     """Return one with what it leaves (R, C), the cost of its calibration, and what it costs."""
-    calibration = SimpleNamespace(cost=calibrated)
+    calibration = SimpleNamespace(cost=calibrated, starts_cost=0.0)
     fit: Any = SimpleNamespace(left=np.asarray(left), calibration=calibration, **moved_by(moved))
     return Hypothesis((), (prior,), fit)
 
@@ -121,7 +120,7 @@ def named(*keys: str, left: Any) -> Hypothesis:
     fit: Any = SimpleNamespace(
         left=np.full((1, 1), left),
         machine=machine,
-        calibration=SimpleNamespace(cost=float(np.sum(left))),
+        calibration=SimpleNamespace(cost=float(np.sum(left)), starts_cost=0.0),
         **moved_by(0.0),
     )
     parts: Any = tuple(SimpleNamespace(key=key, size_cost=lambda: 0.0) for key in keys)

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from gap_finder.calibrate import _Problem, calibrate
 from gap_finder.candidates import with_effect
-from gap_finder.design import RunDesign, all_sensitivities
+from gap_finder.design import all_sensitivities
 from gap_finder.in_run import start_responses
-from gap_finder.linearise import modelled, simulate_at
+from gap_finder.likelihood import SWINGS, Likelihood
+from gap_finder.linearise import Linearisation, modelled, simulate_at
 from gap_finder.observations import Observations, observe
 from gap_finder.priors import Priors
 from gap_finder.regimes import residuals
@@ -106,18 +109,26 @@ def test_a_hypothesis_pays_for_the_starts_that_it_is_free_to_choose(jig_borer_lu
     sensitivities = all_sensitivities(jig_borer_lumps, observed)
     without = only_free(jig_borer_lumps, FREE)
     nothing = scored(without, observed, calibrate(without, observed, starts=1), sensitivities)
-    assert nothing.starts_cost == 0.0
+    assert nothing.calibration.starts_cost == 0.0
     with_law = only_free(bed, FREE)
     found = fit(with_law, observed, [with_law], sensitivities)
-    assert 0.0 < found.starts_cost < len(observed) * np.log(1e6)
-    assert found.cost + found.starts_cost < 0.5 * nothing.cost
+    assert 0.0 < found.calibration.starts_cost < len(observed) * np.log(1e6)
+    assert found.cost + found.calibration.starts_cost < 0.5 * nothing.cost
 
 
-def test_what_a_start_costs_is_the_share_of_its_prior_that_a_run_leaves():
+@pytest.mark.parametrize(("behind", "share"), [(1.5, 1.0), (0.0, 0.1)])
+def test_what_a_start_costs_is_the_share_of_its_likely_prior_that_a_run_leaves(behind, share):
     """Beside a zero that looks much like it: the determinants of both and of the zero alone."""
     generator = np.random.default_rng(3)
     zero = generator.normal(size=(50, 1))
-    own = np.hstack([zero, 0.8 * zero + 0.3 * generator.normal(size=(50, 1))])
-    design = RunDesign(np.zeros(50), np.zeros((50, 1)), own, np.ones(50))
+    start = 0.8 * zero + 0.3 * generator.normal(size=(50, 1))
+    run: Any = SimpleNamespace(weights=np.ones((50, 1)), tolerance=np.ones(1))
+    none = np.zeros((0, 50, 1))
+    part = Linearisation(behind * start[:, 0], np.zeros((50, 0)), start, none)
+    likelihood = Likelihood([run], [zero], [np.zeros((50, 1))])
+    (swung,), about, cost = likelihood.swung([part])
+    assert swung.by_start == pytest.approx(share * start)
+    own = np.hstack([zero, share * start])
     both, alone = (np.linalg.det(np.eye(n) + own[:, :n].T @ own[:, :n]) for n in (2, 1))
-    assert design.narrowing_of(slice(1, 2)) == pytest.approx(np.log(both / alone))
+    assert about.units == pytest.approx([1.0])
+    assert cost == pytest.approx(np.log(both / alone) + 2.0 * np.log(len(SWINGS)))

@@ -22,7 +22,8 @@ from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from tests.gap_finder.conftest import candidates_of, runs_of
 
-LAWS = ("friction_speed_exponent", "windage", "motor_iron_loss", "joint_resistance", "radiation")
+SLIPS = "bearing_stick_slip"
+LAWS = ("friction_speed_exponent", "windage", "motor_iron_loss", "joint_resistance", SLIPS)
 
 
 def test_the_likeliest_is_scored_even_if_none_lowers_the_score_in_the_screening(jig_borer_lumps):
@@ -38,6 +39,9 @@ def test_the_likeliest_is_scored_even_if_none_lowers_the_score_in_the_screening(
     assert len(screened(now, now, sensitivities, Listed(tried, costs))[0]) == 1
     some, _ = screened(now, now, sensitivities, Listed(tried, dict.fromkeys(costs, -1e4)))
     assert {one.key for one in some} == {one.key for one in tried}
+    # The response of a law that slips leaps with its size, which calibration cannot find.
+    sizes = {one.addition.values["hold"] for one in some if one.key == SLIPS}
+    assert (len(some), len(sizes)) == (len(LAWS) + 5, 6)
 
 
 def test_a_channel_that_nothing_follows_is_asked_first(jig_borer_lumps):
@@ -69,8 +73,7 @@ def test_what_is_far_from_linear_also_starts_from_the_file(
         machine=calibrated,
         base=jig_borer_lumps,
         observed=(),
-        calibration=SimpleNamespace(cost=0.0),
-        starts_cost=0.0,
+        calibration=SimpleNamespace(cost=0.0, starts_cost=0.0),
     )
     values = {name: one.value for name, one in catalogue()[law].parameters.items()}
     begun: list[Machine] = []

@@ -21,13 +21,12 @@ def hypothesis(*keys: str, left: float, moved: float = 0.0) -> Hypothesis:
     squares = np.full((4, 3), left)
     machine = SimpleNamespace(effects={}, inputs=())
     numbers = {"numbers_moved": moved, "others_moved": 0.0, "determined": 30.0}
-    calibration = SimpleNamespace(cost=float(squares.sum()))
+    calibration = SimpleNamespace(cost=float(squares.sum()), starts_cost=0.0)
     fit: Any = SimpleNamespace(
         left=squares,
         cost=float(squares.sum()),
         machine=machine,
         calibration=calibration,
-        starts_cost=0.0,
         **numbers,
     )
     added: Any = tuple(SimpleNamespace(key=key, size_cost=lambda: 0.0) for key in keys)
@@ -187,7 +186,7 @@ def test_what_predicts_the_rest_is_told_in_words(by, minutes, told):
 
 
 def test_the_setting_of_what_a_part_switches_is_told():
-    switched_at = {
+    set_at = {
         "on_above": {"value": 25.5, "unit": "degC"},
         "dead_band": {"value": 2.5, "unit": "K"},
     }
@@ -196,7 +195,7 @@ def test_the_setting_of_what_a_part_switches_is_told():
         driver="rear_outer",
         driver_in_words="rear outer",
         parameters={"band": {"value": 1.5, "low": 1.2, "high": 1.8, "unit": "K"}},
-        switched_at=switched_at,
+        set_at=set_at,
     )
     table = answer(verdict="effect", effects=[named])
     added = five_lines(table)[3]
