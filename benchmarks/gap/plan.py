@@ -26,7 +26,7 @@ SPLITS = {
             *("twenty-first", "twenty-second", "twenty-third", "twenty-fourth", "twenty-fifth"),
             *("twenty-sixth", "twenty-seventh", "twenty-eighth", "twenty-ninth", "thirtieth"),
             *("thirty-first", "thirty-second", "thirty-third", "thirty-fourth"),
-            "thirty-fifth",
+            *("thirty-fifth", "thirty-sixth"),
         ),
         start=1,
     )
@@ -35,7 +35,7 @@ SPLITS = {
 
 The second and third were drawn to ask two versions of the gap finder the same questions, once each;
 the fourth to test the version with one list on cases that none of its rules was set on; the fifth
-to the fifteenth and the seventeenth to the thirty-fifth for the same, after the earlier ones had
+to the fifteenth and the seventeenth to the thirty-sixth for the same, after the earlier ones had
 been examined; the sixteenth to judge compensators (`benchmarks.trust.drawn`)."""
 KINDS = ("none", "effect", "outside", "pair", "beyond", "mistake")
 NONE_SHARE, PAIRS = 25, 25
