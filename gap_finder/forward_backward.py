@@ -218,8 +218,10 @@ class Searching:
         tried = [hypothesis for hypothesis in tried if hypothesis.is_better(best, units)]
         units = units_of(self.nothing, [best, *tried])
         tried.sort(key=lambda hypothesis: hypothesis.score(units))
-        sized = {hypothesis.keys[-1]: hypothesis for hypothesis in reversed(tried)}
-        return Step(best, tuple(reversed(sized.values())), units)
+        best_sized: dict[str, Hypothesis] = {}
+        for hypothesis in tried:
+            best_sized.setdefault(hypothesis.keys[-1], hypothesis)
+        return Step(best, tuple(best_sized.values()), units)
 
     def _cost_limit(self, best: Hypothesis, tried: Sequence[Hypothesis]) -> float:
         """Return the cost that a calibration must be expected to reach to be worth continuing.

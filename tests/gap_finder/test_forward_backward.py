@@ -157,3 +157,24 @@ def test_after_a_swap_the_last_ones_rivals_are_asked_again_beside_what_came_in()
     best, rivals = search._settled(second[0], {"a": first, "b": second}, [])
     assert best.keys == ("c", "b")
     assert [[rival.keys for rival in there] for there in rivals] == [[], [("c", "d")]]
+
+
+class Sizing(Searching):
+    """Scores a law at two sizes, another one between them."""
+
+    sizes = (named("a", left=100.0), named("b", left=110.0), named("a", left=120.0))
+    scored = iter([[*sizes], [], []])
+
+    def _scored(self, best, proposed, sensitivities, leader=None, cost_limit=0.0):
+        return next(self.scored)
+
+
+def test_a_law_tried_at_several_sizes_stands_for_itself_once_at_its_best(monkeypatch):
+    monkeypatch.setattr(forward_backward, "screened", lambda *args: ([], []))
+    nothing, nowhere = named(left=5400.0), SimpleNamespace()
+    search = Sizing(None, nothing.fit, Search(), lambda text: None)  # type: ignore[arg-type]
+    step = search._forward(nothing, [], nowhere)  # type: ignore[arg-type]
+    assert [(one.keys, float(one.fit.left[0, 0])) for one in step.tried] == [
+        (("a",), 100.0),
+        (("b",), 110.0),
+    ]
